@@ -1,11 +1,10 @@
 # tessera_room(TARGET FOLDER name [SOURCES ...] [HEADERS ...] [USES ...] [PRIVATE ...]): one room of the house as a
-# target. Who links it can include its headers by their path from the root ("core/base/brick.h"), and nobody else can: the
-# root is on no include path. Instead every room has a folder of links in the build folder, to its own headers alone,
-# and that is what its users get. So an #include against the arrows does not compile.
-#   FOLDER   from the root
-#   SOURCES  relative to it; none: a room of headers
-#   HEADERS  relative to it; left out: all of the folder, without those of folders in it
-#   USES     rooms and libraries that its headers need; PRIVATE: that its sources need alone
+# target. Only targets that link it can include its headers, by their path from the root
+#   ("core/base/brick.h"): the root is on no include path. Instead every room has a folder of links in the
+#   build folder, to its own headers alone, and that is what its users get. So an #include against the arrows
+#   does not compile. FOLDER from the root SOURCES relative to it; none: a room of headers HEADERS relative to
+#   it; left out: all of the folder, without those of folders in it USES rooms and libraries that its headers
+#   need; PRIVATE: that its sources need alone
 function(tessera_room target)
   cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;HEADERS;USES;PRIVATE" ${ARGN})
   set(folder ${PROJECT_SOURCE_DIR}/${ARG_FOLDER})

@@ -1,5 +1,5 @@
 // datasets/analytic_field.h: phantoms of one formula each, with their gradients, at any point of patient
-// space. Tests compare a sampled, stored and rendered volume with this truth.
+// space. Tests compare a sampled, stored and rendered volume with these formulas.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -10,8 +10,8 @@ namespace tessera {
 inline constexpr double kAnalyticBodyMm = 256; ///< edge of the cube that the analytic phantoms fill
 inline constexpr double kSphereRadiusMm = 80;  ///< where the sphere's value is 0
 inline constexpr double kSphereSlopePerMm =
-    25;                                      ///< fall of the sphere's value with the distance from its centre
-inline constexpr double kSphereClamp = 1000; ///< the sphere's values stay in [-1000, 1000]
+    25; ///< decrease of the sphere's value with the distance from its centre
+inline constexpr double kSphereClamp = 1000;  ///< the sphere's values stay in [-1000, 1000]
 inline constexpr int kCheckerboardVoxels = 8; ///< edge of a checkerboard box
 inline constexpr double kMarschnerLobbFrequency = 6;
 inline constexpr double kMarschnerLobbAlpha = 0.25;

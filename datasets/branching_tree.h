@@ -1,6 +1,6 @@
 // datasets/branching_tree.h: trees that fill a region, for airways and vessels. A branch grows towards the
-// middle of the points that it serves. The points are then split in two halves, each served by a child. Radii
-// follow Murray's law.
+// centre of the points that it serves. The points are then split into two halves, each served by a child.
+// Radii follow Murray's law.
 #pragma once
 
 #include "datasets/shapes.h"
@@ -12,8 +12,8 @@ namespace tessera {
 struct TreeRules {
     float rootRadiusMm = 5;
     float tipRadiusMm = 0.7F; ///< no branch is thinner
-    float reach = 0.42F;      ///< part of the way to the points' middle that a branch goes
-    float murray = 2.7F;      ///< radius^murray is shared out among the children
+    float reach = 0.42F;      ///< length of a branch, as a share of the way to the points' centre
+    float murray = 2.7F;      ///< radius^murray is divided among the children
     float shortestMm = 3;     ///< a branch shorter than this ends the tree
     int generations = 14;
 };
@@ -24,7 +24,7 @@ std::vector<glm::vec3> scatter(const Box& box, float pitchMm, std::uint32_t seed
 /// One tube of a tree.
 struct TreeBranch {
     Knot from, to;
-    int parent = -1;    ///< its place in the list; -1: begins at the root
+    int parent = -1;    ///< its index in the list; -1: begins at the root
     int generation = 0; ///< forks between the root and it
 };
 

@@ -6,13 +6,13 @@
 
 namespace tessera {
 
-/// The course of the colon, from caecum to rectum; all of it follows from formulas, at any spacing.
+/// The course of the colon, from caecum to rectum, by formulas, at any spacing.
 class ColonCourse {
   public:
-    /// @param collapsed  with the closed piece that phantom.h tells of
+    /// @param collapsed  with the closed piece of phantom.h
     explicit ColonCourse(bool collapsed = false);
     struct Station {
-        glm::vec3 at, normal, binormal; ///< point and frame that does not twist along the course
+        glm::vec3 at, normal, binormal; ///< point and rotation-minimising frame on the course
     };
     const std::vector<Station>& stations() const { return stations_; } ///< kStationMm apart
     bool collapsed() const { return collapsed_; }
@@ -22,7 +22,7 @@ class ColonCourse {
     /// Radius without folds and pouches.
     static float radiusMm(float arcFraction);
     /// Lumen radius in the direction (cosine, sine) around the course, and its slope along it. Negative where
-    /// the colon is closed: no place is nearer to the course than that.
+    /// the colon is closed, so that no point is inside.
     struct Lumen {
         float radiusMm, slope;
     };
@@ -36,7 +36,7 @@ class ColonCourse {
     float lengthMm_ = 0, stationMm_ = 2;
 };
 
-/// Finds the nearest place on the course from a grid of cells that know the stations near them.
+/// Finds the nearest point on the course with a grid of cells that list the stations near them.
 class ColonGrid {
   public:
     explicit ColonGrid(std::shared_ptr<const ColonCourse> course);

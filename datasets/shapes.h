@@ -1,6 +1,6 @@
 // datasets/shapes.h: the solids of the torso as signed distances in millimetres (negative inside). Distances
-// are first-order approximations: right at the surface, within a small factor away from it. A blend over one
-// voxel and the pruning of tiles need no more. Only +, *, / and sqrt run per voxel, so the voxels do not
+// are first-order approximations: exact at the surface, within a small factor elsewhere. That suffices for
+// blending over one voxel and for pruning tiles. Only +, *, / and sqrt run per voxel, so the voxels do not
 // depend on a maths library.
 #pragma once
 
@@ -40,8 +40,8 @@ class Shape {
     static constexpr float kSteepest = 1.6F; // the approximations' distances change at most this fast per mm
 };
 
-/// A straight round tube with spherical ends and linearly changing radius. Where it is thinner than a voxel
-/// its distance is raised so that its opacity falls with its width instead of growing to a whole voxel.
+/// A straight round tube with spherical ends and linearly changing radius. If it is thinner than a voxel its
+/// distance is increased so that its opacity falls with its width, instead of growing to a whole voxel.
 class TubeSegment final : public Shape {
   public:
     TubeSegment(const glm::vec3& a, const glm::vec3& b, float radiusA, float radiusB, float voxelMm);

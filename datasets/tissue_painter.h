@@ -15,11 +15,12 @@ struct Shell {
     float offsetMm, hu;
 };
 
-/// The union of shapes, cut to a clip shape, filled in shells (offsets descending: each is inside the last).
+/// The union of shapes, cut to a clip shape, filled in shells (offsets descending: each is inside the one
+/// before).
 struct Tissue {
     ShapeList shapes;
     std::vector<Shell> shells;
-    float smoothMm = 0;                     ///< width over which shapes of the union flow together
+    float smoothMm = 0;                     ///< width over which shapes of the union are blended
     std::shared_ptr<const Shape> clip = {}; ///< nothing is painted outside; null: no clip
     float clipOffsetMm = 0;                 ///< moves the clip's surface; negative is inwards
 };
@@ -29,21 +30,21 @@ class TissuePainter {
     /// @param blendMm  width of every surface's transition, mm, > 0
     TissuePainter(std::deque<Tissue> tissues, float backgroundHu, float blendMm);
 
-    /// The value at one point, from every tissue: the slow truth that slice() must equal up to rounding.
+    /// The value at one point, from every tissue: the slow reference that slice() must equal up to rounding.
     float valueAt(const glm::vec3& p) const;
     /// Values on a grid of nx * ny points, x fastest: point (i,j) at first + (i*stepX, j*stepY, 0).
     void slice(const glm::vec3& first, float stepX, float stepY, int nx, int ny, std::span<float> out) const;
 
   private:
-    /// What matters in a tile: a shape of a tissue, or the tissue's clip, or (shape null) the fact that one
-    /// shell of the tissue fills the tile.
+    /// An entry of a tile: a shape of a tissue, or the tissue's clip, or (shape null) a shell of the tissue
+    /// that fills the tile.
     struct Active {
         const Tissue* tissue;
         const Shape* shape;
         std::size_t shell;
     };
     float paint(std::span<const Active> active, const glm::vec3& p) const;
-    /// Keeps of `from` (grouped by tissue, in painting order) what the ball can see.
+    /// Keeps the entries of `from` (grouped by tissue, in painting order) that affect the ball.
     void prune(std::span<const Active> from, const glm::vec3& centre, float radius,
                std::vector<Active>& kept) const;
 

@@ -1,7 +1,6 @@
 // datasets/torso_parts.h: the torso's organs by region, each added as tissues in painting order. Coordinates
 // are patient millimetres: +x the patient's left, +y posterior, +z superior. The box is 360 x 260 x 420
-// around 0. Sizes are those of a small adult, the trunk shortened a little so that it fits from
-// shoulders to hips.
+// around 0. Sizes are those of a small adult, with the trunk shortened to fit from shoulders to hips.
 #pragma once
 
 #include "datasets/tissue_painter.h"
@@ -18,7 +17,7 @@ ShapeList diaphragmShapes();
 /// A tube of the airways.
 struct AirwayTube {
     std::vector<Knot> knots; ///< two: straight; more: a Catmull-Rom curve through them
-    int parent;              ///< its place in the list; -1: the trachea
+    int parent;              ///< its index in the list; -1: the trachea
     int generation;          ///< of the trachea 0, one more at every fork
 };
 /// Trachea, main bronchi and the trees of the lungs, each after its parent.

@@ -1,7 +1,6 @@
-// render/engine.h: Engine and RayCaster, the interface of the backends that draw. An engine holds the bricks
-// of volumes on its device. Its ray caster takes rays through them, as far as a deadline allows, and goes on
-// later. The GPU march, the native engine, the mirror (CPU oracle) and the reference are engines. Pictures
-// use this interface alone (render/picture/picture.h).
+// render/engine.h: Engine and RayCaster, the interface of ray backends. An engine holds the bricks of volumes
+// on its device. Its ray caster casts rays until a deadline, and continues later. Engines are gpu, native,
+// mirror (the CPU oracle) and reference. Pictures use only this interface (render/picture/picture.h).
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick
@@ -29,21 +28,21 @@
 
 namespace tessera {
 
-/// The rays of a picture: through the middle of every pixel or, where places are given, through those.
+/// The rays of a picture: through every pixel centre or, if places are given, through those.
 struct Rays {
-    RayFrame<double> frame; // the picture's, whatever the places, with its slabs and cuts
+    RayFrame<double> frame; // that of the picture, with its slabs and cuts
     Strides strides;
-    /// On the picture, in pixels, x right, y down; the middle of the first pixel is (0.5, 0.5). Row by row of
-    /// an array whose neighbours are drawn side by side, so they should lie near one another. Of any size,
-    /// also beyond the picture's; kept by the caller until the rays are drawn.
+    /// Points on the picture, in pixels, x right, y down; the centre of the first pixel is (0.5, 0.5). Row by
+    /// row of an array whose neighbours are drawn together, so they should be near one another. The array may
+    /// have any size; the caller keeps it until the rays are drawn.
     std::span<const glm::vec2> places = {};
     glm::ivec2 arraySize{0}; // of places; columns, rows
 
-    /// Of what is drawn; columns, rows.
+    /// Size of the drawn array; columns, rows.
     glm::ivec2 size() const { return places.empty() ? glm::ivec2(frame.imageSize) : arraySize; }
 };
 
-/// Throws where an engine cannot take such rays.
+/// Throws if an engine cannot cast such rays.
 inline void check(const Rays& rays) {
     TESSERA_CHECK(rays.places.empty() || rays.places.size() == rayCount(rays.arraySize));
     TESSERA_CHECK(!rays.frame.phased || !(rays.frame.cuts || rays.frame.flat));
@@ -54,45 +53,42 @@ class RayCaster {
     using Clock = std::chrono::steady_clock;
     virtual ~RayCaster() = default;
 
-    /// All rays begin anew, of a picture or an array of any size, through the plan as it is then: where its
-    /// revisions are others, what was made from it is made anew. What rays read must not change until they
-    /// are drawn.
+    /// Begins new rays, of a picture or an array of any size, with the current plan. Data made from the plan
+    /// are updated by its revisions. What rays read must not change until they are drawn.
     virtual void begin(const Rays& rays) = 0;
-    /// Draws as far as it gets: at least a little, and nothing new after the deadline. True when all rays are
-    /// at their end or wait for bricks; else the next call goes on. The picture does not depend on where it
-    /// was cut.
+    /// Casts rays, at least a little, and begins nothing after the deadline. True if all rays are finished or
+    /// wait for bricks; else the next call continues. The picture does not depend on these interruptions.
     virtual bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) = 0;
-    /// Rays that wait, once draw() has said true; 0 where all bricks are there.
+    /// Number of waiting rays, after draw() returned true; 0 if all bricks are resident.
     virtual std::size_t waiting() const { return 0; }
-    /// Per brick the first ray that waits for it, or UINT32_MAX; forgets them.
+    /// Per brick the first ray that waits for it, or UINT32_MAX; clears them.
     virtual std::vector<std::uint32_t> takeWanted() { return {}; }
 
-    /// Linear, premultiplied, on nothing; of the rays' size(); charged by the caller.
+    /// Linear, premultiplied, without background; of the rays' size(); charged by the caller.
     virtual Image image() const = 0;
-    /// CasterOptions::hits: what each ray met first.
+    /// CasterOptions::hits: the first hit of each ray.
     virtual std::vector<SurfaceHit> hits() const { return {}; }
-    /// Follows rays among the isosurfaces of the bricks that are drawn, as they are now; null where the
-    /// caster has no way of its own to.
+    /// A tracer of rays among the isosurfaces of the current bricks; null if the caster has none of its own.
     /// @param voxels  of a segment
     virtual std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const {
         (void)voxels;
         return nullptr;
     }
 
-    /// Makes distance maps finer where that pays, at once or as rays get there; all bricks must be there, and
-    /// stay as they are until the map of empty space is another.
+    /// Refines distance maps if that pays, at once or as rays reach cells. All bricks must be resident, and
+    /// stay unchanged until the occupancy map changes.
     virtual void refine() {}
-    /// Cells that were looked at for that.
+    /// Cells examined for that.
     virtual std::size_t refinedCells() const { return 0; }
-    /// Bits of features.h that are compiled in; 0 where nothing is.
+    /// Bits of features.h that are compiled in; 0 without shaders.
     virtual std::uint32_t features() const { return 0; }
 };
 
-/// Rays that count what they see of bricks, for choosing levels (plan/visibility_rays.h).
+/// Rays that count the visibility of bricks, for choosing levels (plan/visibility_rays.h).
 class VisibilityCounter {
   public:
     virtual ~VisibilityCounter() = default;
-    /// What they read must not change until all is counted.
+    /// What rays read must not change until all is counted.
     virtual void begin() = 0;
     /// As RayCaster::draw().
     virtual bool count(const Slicing& slicing, RayCaster::Clock::time_point deadline) = 0;
@@ -103,7 +99,7 @@ class VisibilityCounter {
 struct CasterOptions {
     bool counting = false; // work counters
     bool hits = false;
-    bool passes = false; // some bricks are absent: rays wait for them
+    bool passes = false; // bricks may be absent: rays wait for them
 };
 
 class Engine {
@@ -112,36 +108,35 @@ class Engine {
 
     struct About {
         std::string device = "CPU";
-        std::string version;       // of OpenGL; "" where none is used
-        bool choosesSteps = false; // samples have a step, which pixels are tried for
-        bool measures = false;     // fast enough for errors to be measured by pixels drawn again
-        /// What a scene can need (levels that mix, cuts) is compiled in when a caster is
-        /// made, for good.
+        std::string version;       // of OpenGL; "" if it is not used
+        bool choosesSteps = false; // it has a step, which a step search chooses
+        bool measures = false;     // fast enough to measure errors by drawing pixels again
+        /// Needs of a scene (mixed levels, cuts) are compiled in when a caster is made, and cannot change.
         bool compiles = false;
-        bool filters = false; // Fetch::hardware is another picture than Fetch::exact
+        bool filters = false; // Fetch::hardware gives another picture than Fetch::exact
     };
     virtual About about() const = 0;
     virtual TextureLimits limits() const { return {}; }
 
-    /// Makes room for bricks of the scenes' volumes, at the levels of their selections; one volume so far
-    /// (checked). The plans outlive what is made from this, and stay where they are.
+    /// Allocates memory for bricks of the scenes' volumes, at the levels of their selections; one volume so
+    /// far (checked). The plans outlive all objects made from this, and do not move.
     /// @param pages  of 32^3 samples
     virtual void open(std::span<const FramePlan* const> plans, std::size_t pages) = 0;
-    /// Lets go of the volumes and all that was made room for.
+    /// Releases the volumes and their memory.
     virtual void close() {}
-    /// Who is where; null where bricks are read from the cache as they are needed.
+    /// The residency of bricks; null if bricks are read from the cache on demand.
     virtual BrickResidency* bricks() { return nullptr; }
 
-    /// Of the volumes that were opened. Several may be there at once, and share the bricks.
-    /// @param gpu  what it takes is charged here
+    /// Makes a caster for the opened volumes. Several may exist at once, and share the bricks.
+    /// @param gpu  budget for its memory
     virtual std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) = 0;
     virtual std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) = 0;
-    /// The light of voxels, of what was opened; null where there is none, or all of it is made anew
-    /// for every picture.
+    /// The light per voxel of the opened volumes; null if there is none, or if it is computed for every
+    /// picture.
     virtual LightPlane* light() { return nullptr; }
-    /// What the light of voxels came to, for who asks what a picture took; nothing where there is none.
+    /// Statistics of the light per voxel, for reports; nullopt if there is none.
     virtual std::optional<LightReport> lightReport() const { return std::nullopt; }
-    /// What went wrong unseen since the last call; empty: nothing.
+    /// An error that threw nothing, since the last call; empty: none.
     virtual std::string fault() { return {}; }
 };
 

@@ -1,5 +1,6 @@
-// render/engine_traits.h: the renderers that there are, by name: those that take rays, engines, and others.
-// Each is a folder of render/backends/ that tells its traits in a function (cmake/Backend.cmake), and a kind.
+// render/engine_traits.h: the table of renderers by name: ray backends (engines) and others. Each is a folder
+// of render/backends/ with a function that returns its traits (cmake/Backend.cmake), and a value of
+// EngineKind.
 #pragma once
 
 #include "core/base/budget.h"
@@ -16,10 +17,10 @@ class Engine;
 class Renderer;
 class GlContext;
 
-/// automatic: the GPU's march where there is a GPU, else the native engine.
+/// automatic: gpu if there is a GPU, else native.
 enum class EngineKind { automatic, gpu, native, mirror, reference };
 
-/// What an engine is made from; budgets outlive it.
+/// Inputs of an engine's constructor; budgets outlive it.
 struct EngineInput {
     const GlContext* context = nullptr; ///< current; null for engines that need none
     int threads = 0;                    ///< 0: all processors
@@ -32,27 +33,27 @@ struct EngineTraits {
     std::string name;           ///< in options, manifests and messages
     std::string device = "CPU"; ///< of engines that need no context
     bool onContext = false;     ///< draws by OpenGL: pictures depend on the device, and hardware may filter
-    bool quick = false;         ///< draws a window's pictures, and a first one before a picture is finished
+    bool quick = false;         ///< draws the pictures of windows, and first coarse pictures
     bool exact = false;         ///< the true integral at the finest level, without steps
-    bool countsAlways = false;  ///< work is counted whether or not that was asked for
-    bool singleRays = false;    ///< a ray through each pixel's middle, where nobody names a number of samples
-    /// RAM that the engine and its caller take for a pixel, at least kPictureBytesPerPixel.
+    bool countsAlways = false;  ///< work is always counted
+    bool singleRays = false;    ///< one ray through each pixel's centre, unless samples are requested
+    /// RAM per pixel of the engine and its caller, at least kPictureBytesPerPixel.
     std::size_t bytesPerPixel = kPictureBytesPerPixel;
-    /// What takes rays; null where `renderer` draws without any.
+    /// Makes the ray backend; null if `renderer` draws without rays.
     std::unique_ptr<Engine> (*make)(const EngineInput& input) = nullptr;
-    /// What draws frames; null: rays, by the engine.
+    /// Makes the renderer; null: the ray renderer, with the engine.
     std::unique_ptr<Renderer> (*renderer)(const EngineInput& input) = nullptr;
 };
 
-/// Of all engines, in the order of EngineKind.
+/// All engines, in the order of EngineKind. Defined by the build (cmake/Backend.cmake).
 const std::vector<EngineTraits>& engineTraits();
 /// @param kind  not automatic (checked)
 const EngineTraits& traitsOf(EngineKind kind);
 /// "auto" for automatic.
 const std::string& name(EngineKind kind);
-/// "auto" and the engines' names; of those that draw a window's pictures alone, where asked.
+/// "auto" and the engines' names; on request only of those for windows.
 std::vector<std::string> engineNames(bool quickOnly = false);
-/// @param option  that names it, in the message. Throws InputError with the nearest name.
+/// @param option  the option's name, for the message. Throws InputError with the nearest name.
 EngineKind engineNamed(const std::string& text, const std::string& option, bool quickOnly = false);
 
 } // namespace tessera

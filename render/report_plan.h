@@ -1,4 +1,4 @@
-// render/report_plan.h: what is told of a plan with every picture of it.
+// render/report_plan.h: the entries of a picture's result that any plan gives.
 #pragma once
 
 #include "core/scene/scene.h"

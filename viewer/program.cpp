@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-/// What `tessera-bench` does, which lies beside the program where it was built.
+/// Starts `tessera-bench`, which is beside the program if it was built.
 constexpr std::pair<const char*, const char*> kStudies[] = {
     {"accuracy", "Measure how wrong a scene's picture is, and what less error costs in time"},
     {"bench", "Measure first pictures and levels of detail; makes the pages of docs/ again"}};
@@ -35,7 +35,7 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
     addCacheCommand(program, common, action);
 }
 
-/// Whether the first word is a command of the other program.
+/// True if the first word is a command of the other program.
 bool asksForStudy(int argc, char** argv) {
     char** const end = argv + argc;
     char** const first = std::find_if(argv + 1, end, [](const char* word) { return word[0] != '-'; });

@@ -1,5 +1,5 @@
-// bricking/cache/brick_cache.cpp: see brick_cache.h. One mutex guards all state; nothing that can run a
-// pointer's release or a waiter's wake-up happens while it is held.
+// bricking/cache/brick_cache.cpp: see brick_cache.h. One mutex guards all state. Nothing that could release a
+// pointer or wake a waiter runs while it is held.
 #include "bricking/cache/brick_cache.h"
 
 #include "core/base/error.h"
@@ -27,7 +27,7 @@ enum class Stage { queued, decoding, resident };
 
 struct Entry {
     Stage stage = Stage::queued;
-    // Queued and decoding: where the result goes. Empty once resident, or the entry would pin itself.
+    // Queued and decoding: the promise of the result. Empty once resident, or the entry would pin itself.
     std::optional<std::promise<ChunkPointer>> promise;
     ChunkFuture future;
     // Resident.
@@ -36,7 +36,7 @@ struct Entry {
     std::list<ChunkKey>::iterator idleAt; // valid while resident with pins == 0
 };
 
-/// Of a chunk that is wanted without waiting.
+/// State of a chunk to prefetch.
 struct Wish {
     ChunkPointer chunk; // there
     std::exception_ptr failure;
@@ -55,7 +55,7 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     void unpin(const ChunkKey& key);
     ChunkFuture ask(const ChunkKey& key, ChunkPointer& resident);
     bool roomForOne() const { return held < capacity || !idle.empty(); }
-    /// Chunks that wishes hold or are about to.
+    /// Chunks held, or about to be held, by prefetching.
     bool mayLoadAhead() const { return ahead < std::max<std::size_t>(1, (capacity - loaders) / 2); }
     bool hasJob() const { return roomForOne() && (!queue.empty() || (!wishes.empty() && mayLoadAhead())); }
     std::optional<ChunkKey> nextJob();
@@ -73,16 +73,16 @@ struct BrickCache::State : std::enable_shared_from_this<State> {
     bool stop = false;
     std::unordered_map<ChunkKey, Entry, ChunkKeyHash> entries;
     std::deque<ChunkKey> queue;
-    std::deque<ChunkKey> wishes; // wanted, and nothing done about it yet; most urgent first
+    std::deque<ChunkKey> wishes; // wanted, not started; most urgent first
     std::unordered_map<ChunkKey, Wish, ChunkKeyHash> wanted;
-    std::size_t ahead = 0;           // of wanted: loading or there
-    std::condition_variable settled; // a wish more
+    std::size_t ahead = 0;           // of wanted: loading or resident
+    std::condition_variable settled; // one more request
     std::list<ChunkKey> idle;        // resident and unpinned, least recently used first
     std::size_t held = 0;            // chunks decoding or resident; held <= capacity
     Counters counters;
 };
 
-/// Under the mutex: a pointer whose death unpins.
+/// Under the mutex: a pointer whose destruction unpins.
 ChunkPointer BrickCache::State::pin(const ChunkKey& key, Entry& entry) {
     if (entry.pins++ == 0 && entry.idleAt != idle.end()) {
         idle.erase(entry.idleAt);
@@ -100,12 +100,12 @@ void BrickCache::State::unpin(const ChunkKey& key) {
             return;
         entry.idleAt = idle.insert(idle.end(), key);
         if (!hasJob())
-            return; // readers unpin all the time; a loader that is woken for nothing costs more than they do
+            return; // readers unpin constantly; waking a loader needlessly costs more
     }
     wake.notify_one();
 }
 
-/// A future for what is on its way, or the resident chunk in `resident` and no future.
+/// A future for a chunk in progress, or the resident chunk in `resident` and no future.
 ChunkFuture BrickCache::State::ask(const ChunkKey& key, ChunkPointer& resident) {
     const glm::ivec3 grid = key.level >= 0 && key.level < kLevelCount
                                 ? chunkGrid(source.info().extentVoxels, key.level)
@@ -136,8 +136,8 @@ ChunkFuture BrickCache::State::ask(const ChunkKey& key, ChunkPointer& resident) 
     return future;
 }
 
-/// Under the mutex: a chunk to decode, its entry made. Requests go before wishes. Nothing where the next wish
-/// needed no decoding.
+/// Under the mutex: a chunk to decode, its entry made. Requests precede prefetching. Nullopt if the next
+/// prefetch needed no decoding.
 std::optional<ChunkKey> BrickCache::State::nextJob() {
     if (!queue.empty()) {
         const ChunkKey key = queue.front();
@@ -156,7 +156,7 @@ std::optional<ChunkKey> BrickCache::State::nextJob() {
         settled.notify_all();
         return {};
     }
-    wish.loading = true; // here, or by the loader that is at it; a queued one cannot be: the queue is empty
+    wish.loading = true; // resident, or being decoded; it cannot be queued, because the queue is empty
     if (!isNew) {
         ++counters.joins;
         return {};

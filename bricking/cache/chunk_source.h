@@ -1,6 +1,6 @@
 // bricking/cache/chunk_source.h: ChunkSource, the interface that the cache reads: a volume with its levels,
 // in boxes of kChunkExtent^3 samples. Our stores are such sources (store/store_reader.h). Foreign and remote
-// stores implement it too, whatever the size of their own chunks (RechunkedSource).
+// stores can implement it with chunks of any size (RechunkedSource).
 #pragma once
 
 #include "core/base/brick.h"
@@ -16,7 +16,7 @@ class ChunkSource {
   public:
     virtual ~ChunkSource() = default;
     virtual const VolumeInfo& info() const = 0;
-    /// Gives one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the level's edge the fill value.
+    /// Reads one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the level's edge the fill value.
     /// Thread-safe. out.size() == chunkBytes(). Throws InputError that names what cannot be read.
     virtual void readChunk(const ChunkKey& key, std::span<std::byte> out) const = 0;
     /// Bytes of one chunk: kChunkExtent^3 * bytesPerValue.
@@ -25,8 +25,8 @@ class ChunkSource {
     }
 };
 
-/// A source whose own chunks have another size: every chunk that is asked for is put together from those that
-/// it meets.
+/// A source whose own chunks have another size: every requested chunk is assembled from those that it
+/// overlaps.
 class RechunkedSource : public ChunkSource {
   public:
     void readChunk(const ChunkKey& key, std::span<std::byte> out) const final;
@@ -34,8 +34,8 @@ class RechunkedSource : public ChunkSource {
   protected:
     /// Samples of one of its own chunks along each axis, at least 1.
     virtual glm::ivec3 ownExtent(int level) const = 0;
-    /// Gives one of its own chunks: [z][y][x] of ownExtent() stored values; what lies beyond the level's edge
-    /// is not used. Thread-safe.
+    /// Reads one of its own chunks: [z][y][x] of ownExtent() stored values; values beyond the level's edge
+    /// are not used. Thread-safe.
     virtual void readOwn(int level, const glm::ivec3& chunk, std::span<std::byte> out) const = 0;
 };
 

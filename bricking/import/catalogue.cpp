@@ -23,13 +23,13 @@ namespace fs = std::filesystem;
 
 constexpr int kFewSlices = 2; // a scout has one or two; a volume has more
 
-/// The folder of a file, as it lies below the catalogue's path; "" for that one itself.
+/// The folder of a file, relative to the catalogue's path; "" for that path itself.
 std::string folderBelow(const fs::path& top, const fs::path& folder) {
     const std::string below = folder.lexically_relative(top).string();
     return below == "." || below.rfind("..", 0) == 0 ? "" : printableName(below);
 }
 
-/// The folder that holds all slices, whether or not each has one of its own.
+/// The folder that holds all slices, also if each has a folder of its own.
 std::string folderOf(const DicomSeries& series, const fs::path& top) {
     fs::path common = series.slices.front().file.parent_path();
     for (const DicomSlice& slice : series.slices)
@@ -39,8 +39,8 @@ std::string folderOf(const DicomSeries& series, const fs::path& top) {
     return folderBelow(top, common);
 }
 
-/// A volume that is a file of its own.
-/// @param refused  gets why it is refused as it is
+/// A volume in a file of its own.
+/// @param refused  gets the reason if it is refused without options
 CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs::path& top,
                        std::optional<PassedFile>& refused) {
     CatalogueRow row;
@@ -65,7 +65,7 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
     return row;
 }
 
-/// What can be told of a reconstruction without any text that a person wrote.
+/// The description of a reconstruction, without any text that a person typed.
 std::string reconstructionOf(const DicomSeries& series, const DicomListing& listing) {
     std::string text = series.isScout ? "scout (localizer)" : series.object;
     const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
@@ -142,7 +142,7 @@ InputError withTable(const InputError& error, const Catalogue& catalogue) {
     return InputError(std::string(error.what()) + "\n" + tableOf(catalogue));
 }
 
-/// ": series 1, 2 and 7": those of the table's rows that compete.
+/// ": series 1, 2 and 7": the competing rows of the table.
 std::string whichSeries(const std::vector<const CatalogueRow*>& rows) {
     constexpr std::size_t kMostNumbers = 12;
     std::string text;
@@ -154,7 +154,7 @@ std::string whichSeries(const std::vector<const CatalogueRow*>& rows) {
     return text + (rows.size() > kMostNumbers ? ", ..." : "");
 }
 
-/// Nothing that could be opened: says what is there instead.
+/// Throws for a path without volumes, with its content.
 [[noreturn]] void refuseNothing(const Catalogue& catalogue) {
     const std::string where = printableName(catalogue.path);
     const std::vector<PassedFile>& passed = catalogue.scan.passed;
@@ -202,7 +202,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
     catalogue.path = path;
     if (!fs::is_directory(path, error)) {
         if (const FileFormat* format = fileFormatOf(path)) {
-            std::optional<PassedFile> refused; // its row says why
+            std::optional<PassedFile> refused; // its row has the reason
             catalogue.rows.push_back(rowOfFile(*format, path, path.parent_path(), refused));
             return catalogue;
         }
@@ -211,7 +211,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
         return catalogue; // a Zarr has thousands of files, and none is a slice
     } else {
         FolderFiles found = walkFolder(path);
-        std::set<fs::path> used; // volumes of their own and their data
+        std::set<fs::path> used; // single-file volumes and their data
         for (const fs::path& file : found.files) {
             const FileFormat* format = fileFormatOf(file);
             if (!format || !(format->isMeant ? format->isMeant(file) : !isNeverASlice(file)))
@@ -284,12 +284,11 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
     if (rows.empty())
         refuseNothing(catalogue);
     if (rows.front()->rank == CatalogueRank::scout)
-        throw withTable(
-            badFile(where, "slices of a volume",
-                    "a scout (localizer), a shadow picture without depth, of which nothing can be drawn as a "
-                    "volume; name the folder with the sections, or take it all the same with --series " +
-                        std::to_string(rows.front()->series)),
-            catalogue);
+        throw withTable(badFile(where, "slices of a volume",
+                                "a scout (localizer), a projection without depth, which is no volume; name "
+                                "the folder with the sections, or take it nevertheless with --series " +
+                                    std::to_string(rows.front()->series)),
+                        catalogue);
     const auto isCt = [](const CatalogueRow* row) { return row->modality == "CT"; };
     if (options.largest) {
         std::vector<const CatalogueRow*> sized;

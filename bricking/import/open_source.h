@@ -11,20 +11,20 @@
 
 namespace tessera {
 
-/// Opens a DICOM file, .nii, .nii.gz, the .json sidecar of a raw file, or of a folder the volume that
-/// chooseRow() of catalogue.h takes. What comes out is in the nearest LPS order already (lossless flips and
-/// permutations; the rest stays in the affine). Throws InputError naming the path for everything that is not
-/// such a volume, with the table of what is there where a choice is needed.
+/// Opens a DICOM file, .nii, .nii.gz, the .json sidecar of a raw file, or the volume of a folder by
+/// chooseRow() of catalogue.h. The result is in the nearest LPS order (lossless flips and permutations; the
+/// rest stays in the affine). Throws InputError naming the path for anything else, with the table of series
+/// if the user must choose.
 std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options);
 
-/// One volume that a folder offers, for choosing.
+/// One volume of a folder, for the choice.
 struct SourceCandidate {
-    std::filesystem::path path; // what openSource() takes
+    std::filesystem::path path; // path for openSource()
     int series = 0;             // SourceOptions::series for it
     std::string modality;       // "" unknown
     VolumeInfo info;
 };
-/// Every volume found in a folder (recursively) or file, largest voxel count first; none is not an error.
+/// Every volume of a folder (recursively) or file, largest voxel count first; may be empty.
 std::vector<SourceCandidate> listVolumes(const std::filesystem::path& path);
 
 } // namespace tessera

@@ -35,7 +35,7 @@ std::string cellOfSpacing(const CatalogueRow& row) {
     return text;
 }
 
-/// The end of a long path, which tells more than its beginning.
+/// The end of a long path, which is more informative than its beginning.
 std::string endOf(const std::string& folder) {
     constexpr std::size_t kMostShown = 40;
     return folder.size() <= kMostShown ? folder : "..." + folder.substr(folder.size() - kMostShown + 3);

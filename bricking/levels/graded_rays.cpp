@@ -12,8 +12,8 @@ namespace tessera {
 
 void gradedFactors(const GradientOpacity& perMm, std::span<const std::uint8_t> codes, int level,
                    double valuePerCode, double segmentMm, std::span<double> factors) {
-    // A pitch of the level to either side. Level 0 has samples of every second voxel: what lies between two
-    // is such a difference.
+    // Differences over a pitch of the level to either side. Level 0 has samples of every second voxel, so a
+    // difference spans two of them.
     constexpr std::array<int, kLevelCount> kReach = {0, 1, 2, 2, 4, 4}; // segments
     const double allAxes = std::sqrt(3.0);
     const auto between = [&](std::size_t a, std::size_t b) {

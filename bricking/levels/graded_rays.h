@@ -1,7 +1,6 @@
-// bricking/levels/graded_rays.h: gradient opacity of sampled rays (brick_rays.h). A ray knows the value's
-// change along itself, at every level, as far as that level's gradients reach. Across the ray the change is
-// taken to be as large, as it is in the mean over directions. So predicted errors hold the gradients that
-// coarser levels lose.
+// bricking/levels/graded_rays.h: gradient opacity of sampled rays (brick_rays.h). A ray has the change of the
+// value along itself at every level. The change across the ray is assumed equal, as in the mean over
+// directions. So predicted errors include gradients that coarser levels lose.
 #pragma once
 
 #include "core/scene/gradient_opacity.h"

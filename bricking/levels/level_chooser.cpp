@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-/// What predicting and choosing hold at once, besides the rays: errors, view weights, and their scratch.
+/// Memory of prediction and choice, besides the rays: errors, view weights, and scratch.
 std::size_t predictionBytes(std::size_t bricks) {
     return predictErrorsBytes(bricks) + selectLevelsBytes(bricks) +
            bricks * (4 * sizeof(float) + sizeof(std::uint8_t)); // view weights, visibility and its sums

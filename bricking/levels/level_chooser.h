@@ -1,5 +1,5 @@
-// bricking/levels/level_chooser.h: levels from a store, a transfer function and a camera. Statistics are
-// read, errors predicted and the view weighed, in this order, each again only when its inputs have changed.
+// bricking/levels/level_chooser.h: levels from a store, a transfer function and a camera. Steps are: read
+// statistics, predict errors, weigh the view; each runs again only if its inputs have changed.
 #pragma once
 
 #include "bricking/levels/level_selection.h"
@@ -23,21 +23,20 @@ class LevelChooser {
     /// released.
     static std::size_t bytes(std::size_t shownBricks, std::size_t bricks);
 
-    /// Errors under a function. Must be called first. Reads the rays that it needs and that are
-    /// not there yet.
+    /// Predicts errors under a function. Must be called first. Reads missing rays.
     void setFunction(const Statistics& statistics, const TransferTable& table, Culling culling);
-    /// No other function will come: lets go of the sampled rays.
+    /// Releases the sampled rays; no other function may follow.
     void keepFunction();
-    /// The view; after the function, and again after each.
+    /// Sets the view; after the function, and again after each new function.
     void setCamera(const Camera& camera, const glm::ivec2& imageSize);
-    /// Levels finer than a pixel count too, by so many levels: a pixel that is the mean of many samples shows
-    /// them. Errors are those against the finest that counts. After the view.
+    /// Number of levels finer than a pixel that matter too: a pixel that is the mean of many samples shows
+    /// them. Errors are against the finest of these. After the view.
     void allowSubpixelLevels(int levels);
 
     const std::vector<std::uint8_t>& shows() const { return errors_.shows; } // [z][y][x] over bricks
     const LevelErrors& errors() const { return errors_; }
     const ViewWeights& weights() const { return weights_; }
-    /// What hides what, as the rays of the bricks predict it.
+    /// Visibility of bricks, predicted from their rays.
     std::vector<float> predictedVisibility() const;
 
     /// The functions of level_selection.h.

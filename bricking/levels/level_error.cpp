@@ -1,6 +1,6 @@
-// bricking/levels/level_error.cpp: see level_error.h. What costs time is compositing 1728 samples a brick,
-// one look-up each (but for narrow functions), in tables made for the few lengths that segments have. Vectors
-// are the compilers' own (GCC and Clang), because neither makes good ones of these loops by itself.
+// bricking/levels/level_error.cpp: see level_error.h. Time goes into compositing 1728 samples per brick, with
+// one lookup each (except for narrow functions), in tables for the few lengths of segments. Vectors are
+// compiler extensions (GCC and Clang), because neither vectorises these loops well by itself.
 #include "bricking/levels/level_error.h"
 
 #include "bricking/levels/graded_rays.h"
@@ -28,7 +28,7 @@ constexpr std::size_t kSegmentsPerRay = 72;
 /// Colours of all rays at all levels, as arrays: [level][ray].
 struct Colours {
     alignas(16) std::array<float, kColours> r{}, g{}, b{};
-    std::array<float, kRays> light{}; // let through at level 0
+    std::array<float, kRays> light{}; // transmittance at level 0
 };
 
 using Bits = std::int32_t __attribute__((vector_size(16)));
@@ -138,7 +138,7 @@ void compositeNarrowPart(const BrickRayPart& part, int partIndex, NarrowComposit
     }
 }
 
-/// Composites the rays of one part at all levels, front to back, before black.
+/// Composites the rays of one part at all levels, front to back, on black.
 void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables& tables,
                    const glm::bvec3& border, Colours& out) {
     // Nearest entries of all 256 codes: less work than one conversion per sample.
@@ -157,7 +157,7 @@ void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables&
         std::array<std::uint8_t, kSegmentsPerRay> codes;
         segmentCodes(part.codes.data() + static_cast<std::size_t>(ray * kSamplesPerRay), codes.data());
         const bool fromItsEnd = seenFromItsEnd(partIndex, ray);
-        // Three levels at a time, because each step of a ray waits for the light that the last one left.
+        // Three levels at a time, because each step of a ray depends on the transmittance of the last one.
         for (int level = 0; level < kLevelCount; level += 3) {
             const int segments = kSegments[static_cast<std::size_t>(level)];
             const std::uint8_t* code = codes.data() + level * kSegments[0] + (fromItsEnd ? segments - 1 : 0);
@@ -184,7 +184,7 @@ void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables&
     }
 }
 
-/// hi - lo of the parts of all bricks that show something.
+/// hi - lo of the parts of all visible bricks.
 std::vector<float> rangesOf(const BrickRays& rays, const std::vector<std::uint8_t>& shows) {
     std::vector<float> ranges;
     for (std::size_t brick = 0; brick < shows.size(); ++brick) {
@@ -199,8 +199,8 @@ std::vector<float> rangesOf(const BrickRays& rays, const std::vector<std::uint8_
 } // namespace
 
 std::size_t predictErrorsBytes(std::size_t bricks) {
-    // The errors and, while they are smoothed, the errors as they were; flags; the tables of all lengths, in
-    // whose place narrow functions have their sums, which are smaller.
+    // The errors and, during smoothing, a copy of them; flags; the tables of all lengths, or for narrow
+    // functions their sums, which are smaller.
     return bricks * (3 * sizeof(LevelErrors::errors[0]) + sizeof(float) + 1) + SegmentTables::kMostBytes;
 }
 
@@ -260,7 +260,7 @@ LevelErrors rayErrors(const BrickRays& rays, std::vector<std::uint8_t> shows, co
             std::size_t black = 0;
             while (black < static_cast<std::size_t>(used) && isBlack(black))
                 ++black;
-            if (black == static_cast<std::size_t>(used)) { // what it shows, all its rays missed
+            if (black == static_cast<std::size_t>(used)) { // it is visible, but all its rays missed that
                 for (int level = 1; level < kLevelCount; ++level)
                     out.errors[brick][static_cast<std::size_t>(level)] =
                         out.biases[brick][static_cast<std::size_t>(level)] =

@@ -51,7 +51,7 @@ void addSteps(const std::array<float, kLevelCount>& errors, double weight, int s
     hull[count++] = start;
     for (int level = start - 1; level >= finest; --level) {
         if (!(error(level) < error(hull[count - 1])))
-            continue; // costs more and gains nothing
+            continue; // larger and not better
         while (count >= 2 && slope(hull[count - 1], level) >= slope(hull[count - 2], hull[count - 1]))
             --count;
         hull[count++] = level;
@@ -122,7 +122,7 @@ double weightedError(const Selection& s, const LevelErrors& errors, const ViewWe
     return sum;
 }
 
-/// Slots of pages that are paid for go to the bricks that gain most there, finest level first.
+/// Free slots of allocated pages go to the bricks that gain most, finest level first.
 void fillPages(Selection& s, const LevelErrors& errors, const ViewWeights& weights, Visibility visibility) {
     struct Wish {
         double gain;
@@ -160,8 +160,8 @@ void checkSizes(const Selection& s, const ViewWeights& weights, Visibility visib
     TESSERA_CHECK(visibility.empty() || visibility.size() == s.levels.size());
 }
 
-/// Error of a level against the finest that a pixel can show. Errors are known against level 0; what the two
-/// levels share of it cannot be seen, and differences of independent origin add as squares.
+/// Error of a level against the finest that a pixel can show. Errors are known against level 0. The part
+/// common to both levels is invisible, and independent differences add as squares.
 double shownError(const std::array<float, kLevelCount>& errors, int level, int finest) {
     if (level <= finest)
         return 0;
@@ -170,7 +170,7 @@ double shownError(const std::array<float, kLevelCount>& errors, int level, int f
     return std::sqrt(std::max(a * a - b * b, 0.0));
 }
 
-/// The greedy choice that starts with all visible bricks at one level, or nothing if that does not fit.
+/// The greedy choice that starts with all visible bricks at one level; nullopt if that does not fit.
 std::optional<Selection> selectFrom(int start, Selection s, const LevelErrors& errors,
                                     const ViewWeights& weights, std::size_t pages, Visibility visibility,
                                     int threads) {
@@ -186,7 +186,7 @@ std::optional<Selection> selectFrom(int start, Selection s, const LevelErrors& e
     std::size_t used = pagesOf(s);
     if (used > pages)
         return {};
-    // Each task has its own list; put together in order, they are what one task would have made.
+    // Each task has its own list; concatenated in order, they equal the list of a single task.
     std::vector<std::vector<Step>> parts((count + kBricksPerTask - 1) / kBricksPerTask);
     parallelFor(parts.size(), threads, [&](std::size_t task) {
         const std::size_t end = std::min(count, (task + 1) * kBricksPerTask);
@@ -215,7 +215,7 @@ std::optional<Selection> selectFrom(int start, Selection s, const LevelErrors& e
     return s;
 }
 
-/// A visible brick's mean error and its share of what is seen.
+/// A visible brick's mean error and its share of the picture.
 struct BrickError {
     double error = 0, share = 0;
 };
@@ -256,8 +256,8 @@ std::size_t pagesOf(const Selection& selection) {
 }
 
 std::size_t selectLevelsBytes(std::size_t bricks) {
-    // Steps of every brick, three times over (made, put together, sorted), with room for their vectors to
-    // grow; three selections: as it starts, as it is tried, and the best.
+    // Steps of every brick, three times (made, concatenated, sorted), with spare capacity of vectors; three
+    // selections: start, trial and best.
     return bricks * (3 * 2 * (kLevelCount - 1) * sizeof(Step) + 3 * (sizeof(float) + 1));
 }
 
@@ -266,8 +266,8 @@ Selection selectLevels(const LevelErrors& errors, const ViewWeights& weights, st
     const Selection none = coarsest(errors, means);
     checkSizes(none, weights, visibility);
     Selection best = selectFrom(kCoarsest, none, errors, weights, pages, visibility, threads).value();
-    // With few pages, steps of single bricks get stuck: the first brick of a level must pay for a whole page
-    // while others still hold the page of the level before. All bricks together may get past.
+    // With few pages, steps of single bricks get stuck. The first brick of a level must pay for a whole page
+    // while others still hold the page of the level before. Moving all bricks together may succeed.
     if (pages < kFewPages) {
         double least = weightedError(best, errors, weights, visibility);
         for (int start = kCoarsest - 1; start >= 0; --start) {
@@ -305,8 +305,8 @@ Selection selectForError(const LevelErrors& errors, const ViewWeights& weights, 
     };
     if (!(maxError > 0))
         return within(0);
-    // With this limit every brick by itself meets maxError; the largest one with which all together do is
-    // sought.
+    // With this limit every single brick meets maxError; the search is for the largest limit for which all
+    // together do.
     double low = maxError / std::log(100.0), high = low;
     for (const auto& e : errors.errors)
         high = std::max(high, static_cast<double>(*std::max_element(e.begin(), e.end())));
@@ -357,7 +357,7 @@ PredictedError predictError(const Selection& selection, const LevelErrors& error
         largest = std::max(largest, b.error);
     }
     double low = 0,
-           high = largest * std::log(1 / kTailShare); // where no brick has more than that share above
+           high = largest * std::log(1 / kTailShare); // error above which no brick has more than that share
     for (int n = 0; n < 40; ++n) {
         const double middle = 0.5 * (low + high);
         (shareAbove(middle, bricks) <= kTailShare ? high : low) = middle;

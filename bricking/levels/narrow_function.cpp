@@ -40,7 +40,7 @@ double narrowness(const FunctionSums& sums, double width) {
     const auto entries = static_cast<int>(sums.lastPlace());
     for (int i = 0; i < entries; ++i)
         add(i + 0.5, 1);
-    // Beyond the table the function goes on: a step is not narrow, whatever the table covers of it.
+    // The function continues beyond the table: a step is not narrow, whatever part of it the table covers.
     constexpr int kBeyond = 256;
     const double reach = 4 * width;
     for (int i = 0; i < kBeyond; ++i) {
@@ -80,7 +80,7 @@ void NarrowCompositor::setPart(const BrickRayPart& part) {
 }
 
 glm::dvec4 NarrowCompositor::mean(int from, int to) const {
-    if (from == to) { // one code: all values that it stands for
+    if (from == to) { // one code: all values that it represents
         from = std::max(from - 1, 0);
         to = std::min(to + 1, kPlaces - 1);
     }
@@ -94,7 +94,7 @@ glm::dvec4 NarrowCompositor::composite(std::span<const std::uint8_t> codes, doub
     glm::dvec3 colour(0);
     double through = 1;
     for (std::size_t i = 0; i < codes.size(); ++i) {
-        // From half-way before to the middle, and on to half-way behind.
+        // From halfway before to the middle, and on to halfway behind.
         const int here = 2 * codes[i];
         const int before = i > 0 ? codes[i - 1] + codes[i] : here;
         const int behind = i + 1 < codes.size() ? codes[i] + codes[i + 1] : here;

@@ -1,10 +1,9 @@
 // bricking/levels/narrow_function.h: compositing of sampled rays (brick_rays.h) under narrow transfer
-// functions: features narrower than the change of the value between samples. A look-up at each sample would
-// miss them, and levels would seem to make no difference. Here the value changes linearly from one sample to
-// the next. A segment has the function's mean over the values that it passes, which no feature is too narrow
-// for. This is pre-integration (K. Engel, M. Kraus, T. Ertl, High-Quality Pre-Integrated Volume Rendering,
-// 2001) without attenuation inside the segment. It costs several times the work of a look-up, so only such
-// functions take it.
+// functions: features narrower than the change of the value between samples. Lookups at samples would miss
+// them, and levels would seem to make no difference. Here the value changes linearly between samples. A
+// segment gets the function's mean over the values that it passes, so no feature is too narrow. This is
+// pre-integration (K. Engel, M. Kraus, T. Ertl, High-Quality Pre-Integrated Volume Rendering, 2001) without
+// attenuation inside the segment. It costs several times as much as lookups, so only such functions use it.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"
@@ -19,8 +18,8 @@
 
 namespace tessera {
 
-/// A function's integral over values, counted in places among the table's entries: 0 the first one; beyond
-/// the outermost entries the function goes on as they are.
+/// A function's integral over values, in units of table entries from the first one; constant beyond the
+/// outermost entries.
 class FunctionSums {
   public:
     explicit FunctionSums(const TransferTable& table); // which must outlive it
@@ -41,12 +40,13 @@ class FunctionSums {
     std::vector<glm::dvec4> upTo_;
 };
 
-/// How much of the function's extinction lies elsewhere once the function is averaged over `width` places: 0
-/// for one that changes little over that width, up to 2 for features far narrower. 0 where nothing shows.
+/// Share of the function's extinction that moves when the function is averaged over `width` entries. It is 0
+/// for one that changes little over that width, up to 2 for far narrower features. 0 for an invisible
+/// function.
 double narrowness(const FunctionSums& sums, double width);
 
-/// Whether look-ups at samples are too few: narrowness over 1/64 of the range that a brick's samples have, in
-/// the mean over the bricks that have rays, is above a quarter.
+/// True if lookups at samples are too sparse: the mean narrowness over bricks with rays, at 1/64 of the range
+/// of a brick's samples, is above a quarter.
 /// @param ranges  hi - lo of parts of rays, stored units
 bool isNarrow(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info,
               std::span<const float> ranges);
@@ -57,7 +57,7 @@ class NarrowCompositor {
     /// sums must outlive this.
     NarrowCompositor(const FunctionSums& sums, const TransferTable& table, const VolumeInfo& info);
     void setPart(const BrickRayPart& part);
-    /// Colour before black and, last, transmittance.
+    /// Colour on black, and transmittance as the last component.
     /// @param codes  of the segments' middles, front to back
     /// @param factors  on their extinctions; none: 1
     glm::dvec4 composite(std::span<const std::uint8_t> codes, double segmentMm,

@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kPixelsPerRay = 4; // along each axis: the smallest bricks that matter cover a few pixels
+constexpr int kPixelsPerRay = 4; // along each axis: the smallest relevant bricks cover a few pixels
 constexpr int kMostRays = 512;   // along each axis, so that sums of whole numbers do not overflow
 constexpr double kWhole = 256;   // units of light: whole numbers, so that sums do not depend on their order
 

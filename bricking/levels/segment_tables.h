@@ -1,6 +1,6 @@
-// bricking/levels/segment_tables.h: tables of what a segment of a sampled ray (brick_rays.h) adds under a
-// transfer function, by nearest look-up of its value. Segments have few lengths, and each length
-// has one table.
+// bricking/levels/segment_tables.h: tables of the contribution of a sampled ray's segment (brick_rays.h)
+// under a transfer function, by nearest lookup of its value. There is one table for each of the few lengths
+// of segments.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"
@@ -16,10 +16,9 @@
 
 namespace tessera {
 
-/// Segments that a ray is composited in. Fields of levels 2 to 5 are nearly linear between the few samples
-/// that are kept, so what lies between is interpolated. The function may change faster than the field, and
-/// two levels can only be compared where both are cut alike. Coarse levels with their large errors need that
-/// less.
+/// Number of segments of a composited ray. Fields of levels 2 to 5 are nearly linear between their few
+/// samples, so segments between are interpolated. The function may change faster than the field, and levels
+/// are comparable only with equal segments. Coarse levels with their large errors need that less.
 constexpr std::array<int, kLevelCount> kSegments = {16, 16, 16, 8, 8, 8};
 
 /// Length of a segment of a row, in mm.
@@ -30,12 +29,12 @@ inline double segmentMm(const VolumeInfo& info, int axis, bool border, int level
     return info.spacingMm()[axis] * voxels / kSegments[static_cast<std::size_t>(level)];
 }
 
-/// What a segment of one length does for a value: colour times opacity that it adds, and the share of light
-/// that it lets through. Also four numbers of any kind.
+/// The contribution of a segment of one length: colour times opacity, and transmittance. Also any four
+/// numbers.
 using Added = float __attribute__((vector_size(16)));
 
-/// The function, resampled for nearest look-ups. 4096 entries are an eighth of the finest table step or less
-/// for the usual tables of 256 and 512 entries; larger tables keep their size up to what stays in a cache.
+/// The function, resampled for nearest lookups. For the usual tables of 256 and 512 entries, 4096 entries are
+/// at most an eighth of the table's step. Larger tables keep their size, up to what stays in a cache.
 class SegmentTables {
   public:
     static constexpr std::size_t kMostEntries = 16384;
@@ -66,7 +65,7 @@ class SegmentTables {
     static std::size_t slot(int axis, bool border, int level) {
         return static_cast<std::size_t>((axis * 2 + (border ? 1 : 0)) * kLevelCount + level);
     }
-    /// Place of the table of a length; equal lengths share one.
+    /// Index of the table of a length; equal lengths share one.
     std::size_t tableFor(const TransferTable& table, double lengthMm) {
         for (std::size_t i = 0; i < lengths_.size(); ++i)
             if (std::abs(lengths_[i] - lengthMm) <= 1e-9 * lengthMm)

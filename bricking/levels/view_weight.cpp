@@ -1,6 +1,6 @@
-// bricking/levels/view_weight.cpp: see view_weight.h. Corners are taken to homogeneous pixel coordinates,
-// which are linear in voxels; faces that look at the eye are clipped to the picture there, so no corner is
-// ever divided by a depth that is not positive.
+// bricking/levels/view_weight.cpp: see view_weight.h. Corners become homogeneous pixel coordinates, which are
+// linear in voxels. Faces towards the eye are clipped to the picture there, so no corner is divided by a
+// depth that is not positive.
 #include "bricking/levels/view_weight.h"
 
 #include "core/base/threads.h"
@@ -71,7 +71,7 @@ class Projector {
         return c;
     }
 
-    /// False only where no point of the box can be in the picture: all corners beyond one side of it.
+    /// False only if no point of the box can be in the picture: all corners are beyond one side of it.
     bool mayTouch(const Corners& corners) const {
         std::array<int, 5> beyond{};
         for (const glm::dvec3& c : corners) {
@@ -97,7 +97,7 @@ class Projector {
         if (inside)
             for (std::size_t n = 0; n < pixel.size(); ++n)
                 pixel[n] = glm::dvec2(corners[n]) / corners[n].z;
-        double sum = 0; // faces that look at the eye do not cover one another: the box is convex
+        double sum = 0; // faces towards the eye do not cover one another: the box is convex
         for (int axis = 0; axis < 3; ++axis)
             for (const bool high : {false, true}) {
                 if (!looksAtEye(box, axis, high))
@@ -130,7 +130,7 @@ class Projector {
                 furthest = std::max(furthest, (c.x * c.x + c.y * c.y) / (c.z * c.z));
             away = std::min(away, furthest);
         }
-        // Away from the middle a pixel is narrower across the ray, by the cosine of the angle.
+        // Away from the centre a pixel is narrower across the ray, by the cosine of the angle.
         const double cosine = perspective_ ? 1 / std::sqrt(1 + away * pixelMm_ * pixelMm_) : 1;
         double size = largestEdgeMm_, pixel = depth * pixelMm_ * cosine;
         int level = 0;

@@ -16,18 +16,17 @@ namespace tessera {
 struct ViewWeights {
     glm::ivec3 bricks{0};
     double pixels = 0; // of the picture
-    /// [z][y][x]: pixels that a brick covers, clipped to the picture; 0 where it cannot be seen. A brick
-    /// outside the picture whose samples may blend into one inside has a quarter of what the box half a brick
-    /// larger on every side covers.
+    /// [z][y][x]: pixels that a brick covers, clipped to the picture; 0 if it is outside the picture. A brick
+    /// outside whose samples may blend into one inside has a quarter of the area of the box half a brick
+    /// larger on every side.
     std::vector<float> area;
-    /// [z][y][x]: the finest level that a pixel can show: that whose samples, one along each axis, are not
-    /// larger than a pixel at the brick's nearest point. kLevelCount-1 where area is 0.
+    /// [z][y][x]: the finest level that a pixel can show, by samples not larger than a pixel along each axis
+    /// at the brick's nearest point. kLevelCount-1 where area is 0.
     std::vector<std::uint8_t> finest;
 };
 
 /// Exact for any affine and projection, a camera inside the volume included. Independent of threads.
-/// @param shows  LevelErrors::shows: bricks that show nothing are passed over and have area 0;
-/// empty: all bricks
+/// @param shows  LevelErrors::shows: invisible bricks are skipped and have area 0; empty: all bricks
 ViewWeights viewWeights(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
                         int threads = 0, std::span<const std::uint8_t> shows = {});
 

@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kResidualLevel = 3; // rays are told apart by their distance from this level: cells of 8 voxels
+constexpr int kResidualLevel = 3; // rays are sorted by their distance from this level: cells of 8 voxels
 
 struct Candidate {
     int axis = 0;
@@ -102,7 +102,7 @@ double raySampleAt(int j, int samples, int n) {
     const double middle = (j + 0.5) * n / samples;
     if (samples < kRaySamples[0])
         return middle;
-    // Turn by turn the voxel before and after the middle, so that odd and even voxels both occur.
+    // Alternately the voxel before and after the middle, so that odd and even voxels both occur.
     const double voxel = std::floor(middle + (j % 2 == 0 ? -0.25 : 0.25));
     return std::clamp(voxel, 0.0, n - 1.0) + 0.5;
 }
@@ -152,7 +152,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
     for (std::size_t group = 0; group < kRayGroups; ++group) {
         const std::size_t n = order.size();
         std::size_t first = n * group / kRayGroups, end = n * (group + 1) / kRayGroups;
-        if (first == end) { // fewer candidates than groups: some stand twice
+        if (first == end) { // fewer candidates than groups: some occur twice
             first = std::min(first, n - 1);
             end = first + 1;
         }
@@ -165,7 +165,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
         for (std::size_t half = 0; half < kBrickRayParts; ++half) {
             const std::size_t middle = (end - first) * (2 * half + 1) / (2 * kBrickRayParts);
             const Candidate& ray = candidates[order[first + middle]];
-            // Each part has near and far rays turn by turn, so that it is fair by itself.
+            // Each part has near and far rays alternately, so that it is a fair sample by itself.
             const std::size_t part = (half + group) % kBrickRayParts;
             sampleRay(fields, ray, values[part].data() + group * kSamplesPerRay);
             axes[part] |= static_cast<std::uint32_t>(ray.axis) << (2 * group);

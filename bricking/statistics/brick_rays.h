@@ -1,18 +1,18 @@
 // bricking/statistics/brick_rays.h: sampled rays of every brick, at every level, from which the picture of a
-// brick is predicted (level_error.h). A histogram knows the values of a brick, but not which of them lie
-// behind one another. The picture depends on both, and a ray knows both.
+// brick is predicted (level_error.h). The picture depends on the values of a brick and on their order along
+// rays. A ray has both; a histogram has only values.
 //
-// A brick's 24 rays run along the axes, each a row of voxels. 22 of them stand for all such rays equally.
-// Every second row each way is a candidate. The candidates of all three axes are sorted by their mean value
-// into eleven equal groups, and each group by its distance from level 3 into two halves. The middle ray of
-// each half is taken. The last two rays go through the brick's largest and its smallest voxel and weigh
-// little, so that something small and rare is not taken for nothing. Each of two parts has twelve rays, one
-// of each group and one extreme, so half the memory still holds a fair sample.
+// A brick's 24 rays run along the axes, each a row of voxels. 22 of them represent all such rays equally.
+// Every second row in each direction is a candidate. The candidates of all three axes are sorted by their
+// mean value into eleven equal groups, and each group by its distance from level 3 into two halves. The
+// middle ray of each half is taken. The last two rays go through the brick's largest and smallest voxel and
+// have little weight, so that small rare structures are not missed. Each of two parts has twelve rays, one of
+// each group and one extreme, so one part is still a fair sample in half the memory.
 //
 // Along a ray, levels 0 and 1 are sampled at 16 voxels, level 2 at 8 points, level 3 at 4, levels 4 and 5 at
-// 2. That is as often as the fields of levels 1 to 4 have samples. Fields of levels above 0 are trilinear and
-// use the neighbouring bricks' samples of the same level. A sample is 8 bits of the range of all samples of
-// its part. For equal bytes, more samples along a ray tell more than more rays do.
+// 2. That is the density of samples of levels 1 to 4. Fields of levels above 0 are trilinear and use the
+// neighbouring bricks' samples of the same level. A sample is 8 bits of the range of all samples of its part.
+// For equal bytes, more samples per ray give better predictions than more rays.
 #pragma once
 
 #include "core/base/brick.h"
@@ -50,8 +50,8 @@ BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
 /// hi - lo of a part.
 float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes);
 
-/// Where along a row of n voxels sample j of a level lies, in voxels from the row's start. It is a voxel's
-/// centre where the level has as many samples as level 0, the middle of its part where it has fewer.
+/// Position of sample j of a level along a row of n voxels, in voxels from the row's start. It is a voxel's
+/// centre if the level has as many samples as level 0, else the middle of its part.
 double raySampleAt(int j, int samples, int n);
 
 /// The fields of one brick, for sampling: values of level 0 inside it, and the samples of each coarser level
@@ -63,7 +63,7 @@ struct BrickFields {
     /// Samples of levels 1 .. 5 from (first) on, [z][y][x] of extent: the brick's own and one layer around it
     /// where there is one.
     struct Box {
-        glm::ivec3 first{0}; // of the brick's first sample; -1 where a layer before it is there
+        glm::ivec3 first{0}; // of the brick's first sample; -1 if there is a layer before it
         glm::ivec3 extent{0};
         std::span<const float> samples;
     };
@@ -76,7 +76,7 @@ struct BrickFields {
 /// Chooses and samples the rays of a brick. Depends on nothing but the fields.
 std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields);
 
-/// Rays of the bricks that were asked for, in pages, so that more can be added without moving any.
+/// Rays of the requested bricks, in pages, so that more can be added without moving any.
 struct BrickRays {
     static constexpr std::uint32_t kNoRow = UINT32_MAX;
     static constexpr std::size_t kRowsPerPage = 256; // 294 KiB

@@ -1,5 +1,5 @@
 // bricking/statistics/ray_statistics.h: the sampled rays of bricks (brick_rays.h), read from a store's
-// statistics for the bricks that show something. They take 1176 bytes a brick, half of it for one part.
+// statistics for visible bricks. They take 1176 bytes per brick, half of that with one part.
 #pragma once
 
 #include "bricking/statistics/brick_rays.h"
@@ -11,14 +11,14 @@
 
 namespace tessera {
 
-/// Of no brick yet.
-/// @param parts  1 or kBrickRayParts; with one, half the memory and a rougher prediction
+/// Initially of no brick.
+/// @param parts  1 or kBrickRayParts; one takes half the memory, for a less accurate prediction
 /// Throws InputError when ram cannot hold four bytes a brick.
 BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram);
 
-/// Adds the bricks with wanted[brick] != 0 that are not there yet; those that are stay where they are.
-/// Statistics that are missing, damaged or of another version are no error: rays are then sampled from the
-/// voxels, which takes as long as at import.
+/// Adds the missing bricks with wanted[brick] != 0; present ones do not move. Missing or damaged statistics,
+/// or those of another version, are no error: rays are then sampled from the voxels, which takes as long as
+/// at import.
 /// @param wanted  [z][y][x] over bricks
 /// Throws InputError when ram cannot hold them, or when voxels cannot be read.
 void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,

@@ -1,8 +1,9 @@
 // bricking/statistics/statistics.cpp: see statistics.h and ray_statistics.h. On disk: STORE/stats/cell_min,
 // cell_max (float32 [z][y][x] over cells), brick_min, brick_max (the same over bricks, two layers around
-// included; not in version 4), STORE/stats/rays/0 and 1 (uint8 [z][y][x][byte] over bricks: the parts of
-// brick_rays.h), and in the group's attributes.tessera the version, the range, the whole histogram, the
-// store's content hash, a CRC-32C of each of these arrays and one of every layer of chunks of rays.
+// included; not in version 4). STORE/stats/rays/0 and 1 are uint8 [z][y][x][byte] over bricks: the parts of
+// brick_rays.h. The group's attributes.tessera hold the version, the range, the whole histogram and the
+// store's content hash. They also hold a CRC-32C of each of these arrays and of every layer of chunks of
+// rays.
 #include "bricking/statistics/statistics.h"
 
 #include "bricking/statistics/ray_statistics.h"
@@ -93,7 +94,7 @@ void foldBricks(Statistics& statistics, int threads) {
     });
 }
 
-/// Of statistics without them: what two layers around a brick can hold at most, from all cells that touch it.
+/// For statistics without them: bounds for two layers around a brick, from all cells that touch it.
 void boundWideRanges(Statistics& statistics) {
     statistics.wideMin = statistics.brickMin;
     statistics.wideMax = statistics.brickMax;
@@ -121,7 +122,7 @@ std::span<std::byte> layerOf(std::vector<float>& values, const ArraySpec& spec, 
 
 constexpr const char* kGroupFile = "stats/zarr.json";
 
-/// The document of the statistics' group; its seal, its version and whose it is are checked.
+/// The document of the statistics' group, with checks of its checksum, version and store.
 Json readGroup(const FileHandle& folder, const StoreReader& store) {
     const std::string where = (store.path() / kGroupFile).string();
     const auto text = readText(folder, kGroupFile, store.path(), kMaxGroupBytes);
@@ -135,7 +136,7 @@ Json readGroup(const FileHandle& folder, const StoreReader& store) {
     return group;
 }
 
-/// Reads what the store holds; throws InputError when anything is missing, different or damaged.
+/// Reads the store's statistics; throws InputError if anything is missing, different or damaged.
 /// @param threads  at most so many, each with scratchBytes()
 void readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
     const FileHandle folder = openFolder(store.path());
@@ -189,7 +190,7 @@ void readStatistics(const StoreReader& store, Statistics& statistics, int thread
 
 int histogramBin(double value, double lowest, double highest) {
     if (!(value > lowest) || !(highest > lowest))
-        return 0; // also where a value is not a number
+        return 0; // also for NaN
     return std::min(kHistogramBins - 1,
                     static_cast<int>(std::min(kHistogramBins - 1.0,
                                               (value - lowest) * kHistogramBins / (highest - lowest))));
@@ -292,7 +293,7 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
         readStatistics(store, statistics, static_cast<int>(workers));
         return statistics;
     } catch (const InputError&) {
-        // A cache, never required: whatever was wrong with it, the voxels themselves tell.
+        // An optional cache: after any error the statistics are computed from the voxels.
     }
     std::fill(statistics.histogram.begin(), statistics.histogram.end(), std::uint64_t{0});
     BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
@@ -381,7 +382,7 @@ void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted
         readRays(store, isNew, rays, ram, threads);
         return;
     } catch (const InputError&) {
-        // A cache, never required: as loadStatistics.
+        // An optional cache, as in loadStatistics.
     }
     BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "sampling rays");
     gatherRays(

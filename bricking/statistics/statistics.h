@@ -1,8 +1,7 @@
-// bricking/statistics/statistics.h: statistics of a volume for selection and skipping, which then need no
-// voxels. They are a cache inside the store, made at import and rebuilt when missing. A cell has min/max with
-// a ghost layer of one voxel; a brick has its mean, and min/max with two voxels around. The volume has a
-// histogram. Every brick has sampled rays (brick_rays.h), read only for the bricks that show something
-// (ray_statistics.h).
+// bricking/statistics/statistics.h: statistics of a volume, so that selection and skipping need no voxels.
+// They are a cache in the store, made at import and rebuilt if missing. A cell has min/max with a ghost layer
+// of one voxel; a brick has its mean, and min/max with two voxels around. The volume has a histogram. Every
+// brick has sampled rays (brick_rays.h), read only for visible bricks (ray_statistics.h).
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -32,14 +31,14 @@ struct Statistics {
     std::vector<float> wideMin, wideMax;   // the same with two layers around
     float lowest = 0, highest = 0;         // over the whole volume, level 0
     std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
-    Charge charge;                         // what the vectors above hold on the budget
+    Charge charge;                         // the charge of the vectors above
 
     /// Range of a brick's voxels and of the layers around it.
     /// @param layers  1 or 2
     void brickRange(const BrickId& brick, int layers, float& lo, float& hi) const;
 };
 
-/// Memory that computing the statistics of such a volume takes, its reader included.
+/// Memory for computing the statistics of such a volume, including its reader.
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 
 /// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
@@ -48,8 +47,8 @@ std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, MemoryBudget& ram,
                      int threads, const ShareDone& progress = {});
 
-/// Loads what rendering needs, without rays. Statistics that are missing, inconsistent or of another version
-/// are rebuilt in memory (not written).
+/// Loads statistics without rays. Missing or inconsistent ones, or those of another version, are rebuilt in
+/// memory (not written).
 Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threads);
 
 } // namespace tessera

@@ -13,8 +13,8 @@
 namespace tessera {
 namespace {
 
-// What voxels of one chunk touch along an axis: its own boxes of `extent` voxels, and by their ghost layer
-// the last box of the chunk before (slot 0) and the first of the chunk after (the last slot).
+// The boxes of `extent` voxels that voxels of one chunk affect along an axis. These are its own, and by their
+// ghost layer the last box of the chunk before (slot 0) and the first of the next chunk (the last slot).
 template <int extent, int ghost> struct Slots {
     static constexpr int kCount = kChunkExtent / extent + 2;
     struct Range {
@@ -33,7 +33,7 @@ template <typename Value, typename Slots> struct Boxes {
         hi[Slots::kCount][Slots::kCount][Slots::kCount]; // [z][y][x]
 };
 
-/// Minima and maxima axis by axis, y first and z next because whole rows of x go through the vector unit.
+/// Minima and maxima axis by axis, y first and z next, because whole rows of x are vectorised.
 /// @param valid  voxels inside the volume; rows are kChunkExtent long all the same
 template <typename Value, typename Slots>
 void boxOf(const Value* chunk, const glm::ivec3& valid, Boxes<Value, Slots>& box) {
@@ -119,7 +119,7 @@ void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<cons
     }
 }
 
-/// Value to bin; by table where there are few values, because the division is slow.
+/// Value to bin; by table if there are few values, because the division is slow.
 template <typename Value> class Binner {
   public:
     Binner(double lowest, double highest) : lowest_(lowest), highest_(highest) {

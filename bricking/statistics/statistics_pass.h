@@ -25,14 +25,14 @@ void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& p
 /// Adds every voxel to statistics.histogram; lowest and highest must be known.
 void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
 
-/// Memory that gatherRays takes besides its pool.
+/// Memory of gatherRays without its pool.
 std::size_t rayScratchBytes(const VolumeInfo& info, int threads);
 
 using BrickRaysDone = std::function<void(std::size_t, const std::array<BrickRayPart, kBrickRayParts>&)>;
 
-/// Samples the rays of all bricks that wanted() names, kRayLayers layers of bricks at a time.
-/// @param histogram  when not null: as gatherHistogram, over all bricks, in the same pass
-/// @param brickDone  called from any thread with a brick's place and its rays
+/// Samples the rays of all bricks for which wanted() is true, kRayLayers layers of bricks at a time.
+/// @param histogram  if not null: as gatherHistogram, over all bricks, in the same pass
+/// @param brickDone  called from any thread with a brick's position and its rays
 /// @param groupDone  called in order, after the last brick of each group of layers
 void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
                 int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,

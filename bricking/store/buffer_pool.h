@@ -1,6 +1,6 @@
 // bricking/store/buffer_pool.h: a fixed number of equal scratch buffers, charged once. A thread takes one,
-// waits while all are taken, and gives it back when the lease dies. No thread holds two, so none
-// waits for ever.
+// waits while all are taken, and gives it back when the lease dies. No thread holds two, so there is no
+// deadlock.
 #pragma once
 
 #include "core/base/budget.h"

@@ -1,4 +1,4 @@
-// bricking/store/checked_json.h: access to JSON from files: every refusal says where it is and what was
+// bricking/store/checked_json.h: access to JSON from files: every refusal gives the place and what was
 // expected. Internal to bricking's .cpp files.
 #pragma once
 
@@ -23,7 +23,7 @@ bool flagAt(const Json& document, const std::string& pointer, const std::string&
 
 /// Sets attributes.tessera.checksum to the CRC-32C of the canonical text of all the rest.
 void seal(Json& document);
-/// Throws InputError naming where when the seal is missing or broken.
+/// Throws InputError naming where if the checksum is missing or wrong.
 void checkSeal(const Json& document, const std::string& where);
 /// Throws InputError that names the first key in which found differs from expected.
 void checkEqual(const Json& found, const Json& expected, const std::string& where);

@@ -48,7 +48,7 @@ void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, c
         throw badFile(where, "checksum " + hex(expected), hex(found) + "; the data is damaged");
     std::size_t rawBytes = 0;
     if (blosc_cbuffer_validate(payload.data(), payload.size(), &rawBytes) != 0)
-        throw badFile(where, "a valid blosc buffer", "one whose header lies");
+        throw badFile(where, "a valid blosc buffer", "one with a wrong header");
     if (rawBytes != out.size())
         throw badFile(where, std::to_string(out.size()) + " decoded bytes", std::to_string(rawBytes));
     const int bytes = blosc_decompress_ctx(payload.data(), out.data(), out.size(), 1);

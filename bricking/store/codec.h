@@ -1,5 +1,5 @@
 // bricking/store/codec.h: one chunk to bytes and back: blosc(lz4, level 5, bitshuffle), then CRC-32C.
-// The writer's parameters are fixed; the reader trusts blosc's own header, whose size it checks first.
+// The writer's parameters are fixed; the reader uses blosc's own header, after checking its size.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@ namespace tessera {
 
 constexpr std::size_t kCrcBytes = 4;
 
-/// Largest number of bytes that rawBytes can encode to.
+/// Upper bound on the encoded size of rawBytes.
 std::size_t encodedBound(std::size_t rawBytes);
 
 struct EncodedChunk {
-    std::size_t bytes = 0; // used in the output buffer, CRC included
+    std::size_t bytes = 0; // bytes used in the output buffer, CRC included
     std::uint32_t crc = 0;
 };
 /// Encodes raw (values of valueBytes each, little-endian) into out, at least encodedBound(raw.size()) long.

@@ -9,7 +9,7 @@
 namespace tessera {
 
 /// CRC-32C of bytes; crc32c("123456789") = 0xE3069283.
-/// @param before  the CRC of what precedes bytes, to go on where another call stopped
+/// @param before  the CRC of the preceding bytes, to continue an earlier call
 std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before = 0);
 /// The same on processors without an instruction for it.
 std::uint32_t crc32cByTables(std::span<const std::byte> bytes, std::uint32_t before = 0);

@@ -21,19 +21,19 @@ FileHandle openFolder(const std::filesystem::path& path);
 /// Opens a regular file below folder for reading.
 /// @param relative  names joined by '/', none of them "", "." or ".."
 /// @param shown  the folder's path, for messages
-/// @return nothing when the file or a folder on the way is missing
-/// Throws InputError naming the path for links, for what is not a regular file, and when it cannot be opened.
+/// @return nullopt if the file or a folder of its path is missing
+/// Throws InputError naming the path for links, for anything but a regular file, and if it cannot be opened.
 std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view relative,
                                  const std::filesystem::path& shown);
 
 std::uint64_t fileSize(const FileHandle& file, const std::string& shown);
-/// Fills out from offset. Throws InputError naming the file when it ends too early or cannot be read.
+/// Fills out from offset. Throws InputError naming the file if it ends too early or cannot be read.
 void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> out, const std::string& shown);
-/// The whole file as text; nothing when missing. Throws InputError when it is larger than limitBytes.
+/// The whole file as text; nullopt if missing. Throws InputError if it is larger than limitBytes.
 std::optional<std::string> readText(const FileHandle& folder, std::string_view relative,
                                     const std::filesystem::path& shown, std::uint64_t limitBytes);
 
-/// Opens a file for writing, made if missing, kept if not. Throws Error naming it.
+/// Opens a file for writing; creates it if it is missing. Throws Error naming it.
 FileHandle openForWriting(const std::filesystem::path& path);
 void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::byte> bytes,
              const std::filesystem::path& shown);
@@ -41,10 +41,10 @@ void writeAt(const FileHandle& file, std::uint64_t offset, std::span<const std::
 void writeFile(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFile(const std::filesystem::path& path, std::string_view text);
 
-/// Makes everything written so far to folder's file system durable, names included: one wait, where a store's
-/// hundred files and folders would each cost a journal commit. Throws Error.
+/// Makes everything written so far to folder's file system durable, including names: one wait instead of a
+/// journal commit for each of a store's hundred files and folders. Throws Error.
 void syncAll(const std::filesystem::path& folder);
-/// Makes the list of names in one folder durable: after a rename.
+/// Makes the names in one folder durable, after a rename.
 void syncFolder(const std::filesystem::path& folder);
 
 } // namespace tessera

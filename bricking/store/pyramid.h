@@ -30,8 +30,8 @@ constexpr const char* kPyramidRule =
 void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::byte> in,
                  std::span<std::byte> out, int threads);
 
-/// Takes level 0 in slabs of kChunkExtent slices, z ascending, and gives finished slabs of every level.
-/// A slab starts at a multiple of kChunkExtent, which is even, so no pair of slices is ever split.
+/// Takes level 0 in slabs of kChunkExtent slices, z ascending, and passes on finished slabs of every level. A
+/// slab starts at a multiple of kChunkExtent, which is even, so no pair of slices is ever split.
 class SlabPyramid {
   public:
     struct Slab {
@@ -49,9 +49,9 @@ class SlabPyramid {
 
     /// Slices that the next slab of level 0 has; 0 when all have come.
     int nextSlices() const;
-    /// Where the next slab of level 0 is to be put, [nextSlices()][y][x].
+    /// Buffer for the next slab of level 0, [nextSlices()][y][x].
     std::span<std::byte> next();
-    /// Takes what next() holds; calls the sink for every slab, of any level, that this completes.
+    /// Processes the buffer of next(); calls the sink for every completed slab, of any level.
     void push();
 
   private:

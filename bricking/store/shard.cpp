@@ -57,7 +57,7 @@ std::vector<ShardEntry> decodeIndex(std::span<const std::byte> file, const Shard
         const ShardEntry& entry = entries[at];
         if (entry.absent())
             continue;
-        // Compared without a sum, which a lying offset would make overflow.
+        // Compared without a sum, which could overflow with a wrong offset.
         if (entry.offset > payloadBytes || entry.bytes > payloadBytes - entry.offset)
             throw badFile(where, "index entry " + std::to_string(at) + " inside the file",
                           std::to_string(entry.bytes) + " bytes at offset " + std::to_string(entry.offset) +

@@ -24,7 +24,7 @@ struct ShardLayout {
 
     std::size_t entries() const { return cellCount(chunks); }
     std::size_t indexBytes() const { return 16 * entries() + 4; }
-    /// Shard that holds a chunk, and the chunk's place in that shard's index.
+    /// Shard that holds a chunk, and the chunk's index in it.
     glm::ivec3 shardOf(const ChunkKey& key) const { return glm::ivec3(key.i, key.j, key.k) / chunks; }
     std::size_t entryOf(const ChunkKey& key) const;
 };
@@ -40,11 +40,11 @@ struct ShardEntry {
     bool absent() const { return offset == kAbsentChunk && bytes == kAbsentChunk; }
 };
 
-/// The index as it stands in the file, checksum included.
+/// The index as in the file, checksum included.
 std::vector<std::byte> encodeIndex(std::span<const ShardEntry> entries);
-/// Checks the checksum and every entry's place against the file.
+/// Checks the checksum, and every entry against the file's size.
 /// @param file  layout.indexBytes() last bytes
-/// Throws InputError that begins with where, and names the chunk by its place in the shard.
+/// Throws InputError that begins with where, and names the chunk by its position in the shard.
 std::vector<ShardEntry> decodeIndex(std::span<const std::byte> file, const ShardLayout& layout,
                                     std::uint64_t fileBytes, const std::string& where);
 

@@ -1,5 +1,5 @@
 // bricking/store/shard_table.h: the shards that a reader has open: descriptor and checked index. A fixed
-// number of slots bounds descriptors and memory. The least recently used shard that nobody reads is evicted.
+// number of slots bounds descriptors and memory. The least recently used shard without readers is evicted.
 #pragma once
 
 #include "bricking/store/file_io.h"

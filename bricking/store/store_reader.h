@@ -16,10 +16,10 @@ namespace tessera {
 
 class StoreReader : public ChunkSource {
   public:
-    /// Reads and checks all metadata; no voxels. Shard indices are read on first use and checked. Room for
-    /// them and for decoding is charged to ram at once, at most a quarter of what is free there but at least
-    /// readerFloorBytes(). With less room shards are opened more often. ram must outlive the reader. Throws
-    /// InputError naming the file for anything missing, unreadable or inconsistent.
+    /// Reads and checks all metadata; no voxels. Shard indices are read on first use and checked. Their
+    /// memory and that for decoding is charged to ram at once: at most a quarter of its free bytes, but at
+    /// least readerFloorBytes(). With less memory shards are opened more often. ram must outlive the reader.
+    /// Throws InputError naming the file for anything missing, unreadable or inconsistent.
     StoreReader(const std::filesystem::path& path, MemoryBudget& ram);
     ~StoreReader() override;
     StoreReader(const StoreReader&) = delete;
@@ -29,10 +29,10 @@ class StoreReader : public ChunkSource {
     const VolumeInfo& info() const override;
     /// Decodes one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the array's edge the fill value.
     /// Thread-safe. out.size() == chunkBytes(). A chunk that the store leaves out is all fill.
-    /// Throws InputError naming shard and chunk when a checksum fails or an index lies.
+    /// Throws InputError naming shard and chunk if a checksum or an index is wrong.
     void readChunk(const ChunkKey& key, std::span<std::byte> out) const override;
     /// Identity of the content: hex digest over metadata and shard indices (whose entries hold the chunks'
-    /// places and sizes; the chunks' own CRCs stand in for their bytes).
+    /// offsets and sizes; the chunks' own CRCs represent their bytes).
     std::string contentHash() const;
 
   private:
@@ -40,10 +40,10 @@ class StoreReader : public ChunkSource {
     std::unique_ptr<State> state_;
 };
 
-/// Memory that a reader of such a volume takes at least: one shard's index and one encoded chunk.
+/// Minimum memory of a reader of such a volume: one shard's index and one encoded chunk.
 std::size_t readerFloorBytes(const VolumeInfo& info);
 
-/// True when path looks like a store of ours (a folder whose zarr.json has attributes.tessera).
+/// True if path looks like a store of ours (a folder whose zarr.json has attributes.tessera).
 bool isStore(const std::filesystem::path& path);
 
 } // namespace tessera

@@ -1,6 +1,6 @@
-// bricking/store/store_writer.cpp: see store_writer.h. Slabs of any level are cut into chunks, compressed in
-// parallel a batch at a time, and appended to their shards in a fixed order, so that the same volume gives
-// the same files.
+// bricking/store/store_writer.cpp: see store_writer.h. Slabs of any level are divided into chunks, compressed
+// in parallel a batch at a time, and appended to their shards in a fixed order. So the same volume gives the
+// same files.
 #include "bricking/store/store_writer.h"
 
 #include "bricking/store/codec.h"
@@ -40,7 +40,7 @@ struct LevelState {
     std::vector<GrowingShard> growing; // [y][x]: the row of shards that slabs fill now
 };
 
-/// Where one chunk is prepared.
+/// Buffers for one chunk.
 struct Slot {
     ChunkKey key;
     std::vector<std::byte> raw, encoded;
@@ -124,7 +124,7 @@ struct StoreWriter::State {
 };
 
 namespace {
-/// Everything that must be true before a folder is made.
+/// All checks before a folder is made.
 const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bool force) {
     checkStorable(info, target.string());
     std::error_code ignored;
@@ -143,7 +143,7 @@ StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Mem
                           int threadsWanted, bool replace)
     : target(storeAt), force(replace), info(withPlainTexts(volume)), threads(threadCount(threadsWanted)),
       folder(checkedTarget(target, info, force)) {
-    // The whole need first, so that the message names the floor and not one of its parts.
+    // The total first, so that the message names the minimum and not one of its parts.
     { const Charge floor = ram.charge(floorBytes(info, threads), "importing a volume this wide"); }
     charge = ram.charge(indexBytesOf(info) + slotCount(threads) * slotBytes(info) + chunkBytesOf(info),
                         "compressing chunks");
@@ -321,7 +321,7 @@ void StoreWriter::finish(const VolumeInfo& final) {
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string text = levelDocument(s.info, level);
         const fs::path folder = s.folder.path() / std::to_string(level);
-        fs::create_directories(folder); // a level of nothing but fill has no shard
+        fs::create_directories(folder); // a level of fill alone has no shard
         writeFile(folder / "zarr.json", text);
         s.counters.bytesWritten += text.size();
     }
@@ -340,7 +340,7 @@ void StoreWriter::finish(const VolumeInfo& final) {
 
 void StoreWriter::commit(bool durable) {
     TESSERA_CHECK(state_->finished);
-    checkedTarget(state_->target, state_->info, state_->force); // something may have come there meanwhile
+    checkedTarget(state_->target, state_->info, state_->force); // something may have appeared there meanwhile
     state_->folder.commit(durable, state_->force);
 }
 

@@ -1,5 +1,5 @@
 // bricking/store/store_writer.h: writes a store, slab by slab, into a temporary folder beside the target.
-// Only commit() gives it the final name. A writer that dies uncommitted removes what it wrote.
+// Only commit() gives it the final name. An uncommitted writer removes its folder.
 //
 //     StoreWriter writer(target, info, ram, threads, force);
 //     while (writer.nextSlices() > 0) { fill writer.next(); writer.push(); }
@@ -23,29 +23,28 @@ class StoreWriter {
     /// Charges floorBytes() to ram.
     /// @param threads  that compress; 0: all processors
     /// Throws InputError: the target exists and force is off, or is no store; its parent is missing; the
-    /// budget is below the floor; info cannot be stored. Throws Error when the folder cannot be made.
+    /// budget is below the floor; info cannot be stored. Throws Error if the folder cannot be made.
     StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, MemoryBudget& ram, int threads,
                 bool force);
     ~StoreWriter();
     StoreWriter(const StoreWriter&) = delete;
     StoreWriter& operator=(const StoreWriter&) = delete;
 
-    /// Memory that writing such a volume takes: a slab of 32 slices per level, indices, compression buffers.
+    /// Memory for writing such a volume: a slab of 32 slices per level, indices, compression buffers.
     static std::size_t floorBytes(const VolumeInfo& info, int threads);
 
-    /// Slices that the next slab has: kChunkExtent, fewer at the end, 0 when all have come.
+    /// Slices of the next slab: kChunkExtent, fewer at the end, 0 after the last one.
     int nextSlices() const;
-    /// Where the next slab goes: [nextSlices()][y][x] stored values.
+    /// Buffer for the next slab: [nextSlices()][y][x] stored values.
     std::span<std::byte> next();
-    /// Takes the slab: reduces it to all levels and writes the chunks that this completes. Throws Error when
-    /// the disk refuses, InputError when a float value is not finite.
+    /// Processes the slab: reduces it to all levels and writes the completed chunks. Throws Error if the disk
+    /// fails, InputError if a float value is not finite.
     void push();
     /// After the last slab.
-    /// @param final  info with what only the voxels told (SlabSource::info)
-    /// Gives the memory back.
+    /// @param final  info with values from voxels (SlabSource::info) Gives the memory back.
     void finish(const VolumeInfo& final);
-    /// Renames the temporary folder to the target, replacing a store where force was given.
-    /// @param durable  wait for the disk first, so that not even a power cut leaves the name without the data
+    /// Renames the temporary folder to the target, replacing a store if force was given.
+    /// @param durable  synchronise to disk first, so that a power cut cannot leave the name without the data
     void commit(bool durable = true);
 
     /// The temporary folder.

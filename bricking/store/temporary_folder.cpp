@@ -45,7 +45,7 @@ bool renameToNewName(const fs::path& from, const fs::path& to) {
 void replaceInTwoSteps(const fs::path& from, const fs::path& to) {
     fs::path old = from;
     old += kOld;
-    // Held: whoever recovers leaves it alone as long as this process lives.
+    // Locked: recovery leaves it alone while this process lives.
     const LockTry held = tryLock(to, LockKind::exclusive);
     if (::rename(to.c_str(), old.c_str()) != 0)
         throw cannotRename(to);
@@ -67,7 +67,7 @@ bool isOld(const std::string& name) {
 } // namespace
 
 void publishFolder(const fs::path& from, const fs::path& to, bool replace, bool exchanges) {
-    constexpr int kTries = 100; // others may give and take the name meanwhile
+    constexpr int kTries = 100; // other processes may create and remove the name meanwhile
     for (int i = 0; i < kTries; ++i) {
         if (renameToNewName(from, to))
             return;

@@ -1,6 +1,6 @@
 // bricking/store/zarr_array.h: small dense arrays beside the levels (statistics), as ordinary unsharded Zarr
 // v3. An array is a grid [z][y][x] of elements, each one value or a row of values, with the same codecs as
-// the levels. Every chunk is written, so a missing one is a fault.
+// the levels. Every chunk is written, so a missing one is an error.
 #pragma once
 
 #include "bricking/store/file_io.h"
@@ -27,11 +27,11 @@ struct ArraySpec {
     /// Layers of chunks along z; layer n holds grid slices [n * chunk.z, min((n + 1) * chunk.z, grid.z)).
     int layers() const { return (grid.z + chunk.z - 1) / chunk.z; }
     std::size_t chunkBytes() const;
-    /// Memory that writing or reading takes besides the layer itself.
+    /// Memory for writing or reading, besides the layer itself.
     std::size_t scratchBytes() const;
 };
 
-/// Makes folder and its zarr.json.
+/// Creates the folder and its zarr.json.
 void writeArrayMetadata(const std::filesystem::path& folder, const ArraySpec& spec);
 /// Writes one layer of chunks from its slices, [slices][grid.y][grid.x] elements.
 void writeArrayLayer(const std::filesystem::path& folder, const ArraySpec& spec, int layer,

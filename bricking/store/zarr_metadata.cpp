@@ -156,7 +156,7 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         {"levelRule", kPyramidRule},
         {"levels", levels},
         {"stats", {{"path", "stats"}, {"brick", kBrickExtent}, {"cell", kCellExtent}}}};
-    // Told only where there is something to tell: the same voxels keep the same content hash.
+    // Written only if there is something to say: the same voxels keep the same content hash.
     if (info.lossy)
         json["lossy"] = true;
     if (info.lossy && info.lossyRatio > 0)
@@ -305,7 +305,7 @@ constexpr double kLeastStoredMm = 1e-9, kMostStoredMm = 1e9, kFarthestStoredMm =
 
 void checkStorable(const VolumeInfo& info, const std::string& where) {
     info.validate(where);
-    // Wider than what importers believe: only so that no arithmetic overflows on a store of other hands.
+    // Wider than the bounds of importers: only so that no arithmetic overflows on a foreign store.
     const glm::dvec3 spacing = info.spacingMm();
     for (int axis = 0; axis < 3; ++axis)
         if (!(spacing[axis] >= kLeastStoredMm && spacing[axis] <= kMostStoredMm))
@@ -394,7 +394,7 @@ bool isGroupOfOurs(std::string_view text) {
 }
 
 std::string contentHashOf(const StoreMetadata& metadata) {
-    StoreMetadata content = metadata; // of the same voxels, whatever is remarked on their source
+    StoreMetadata content = metadata; // of the same voxels, whatever the remarks on their source
     content.info.remarks.clear();
     std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
     for (const char c : groupJson(content).dump())

@@ -1,7 +1,7 @@
-// bricking/store/zarr_metadata.h: the JSON documents of a store, made from and checked against one
+// bricking/store/zarr_metadata.h: the JSON documents of a store, generated from and checked against one
 // description. In OME-Zarr 0.5 the group's zarr.json holds attributes.ome (for other readers) and
-// attributes.tessera (complete: affine, rescale, counts). Reading parses attributes.tessera, makes the
-// documents anew from it and demands equality. So every field that others rely on is known to be right.
+// attributes.tessera (complete: affine, rescale, counts). Reading parses attributes.tessera, generates the
+// documents from it again and requires equality. So every field for other readers is known to be correct.
 // Layout: bricking/README.md.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace tessera {
 constexpr int kStoreVersion = 1;
 constexpr std::uint64_t kMaxMetadataBytes = 16u << 20; // 500 000 shards, 500 TB of int16
 
-/// What the metadata knows of one shard, so that a lost or exchanged file is told from an empty one.
+/// The metadata of one shard, which distinguishes a lost or exchanged file from an empty one.
 struct ShardRecord {
     std::uint32_t chunks = 0;     // chunks written; 0: the file does not exist, all is fill
     std::uint32_t indexCrc = 0;   // CRC-32C of the index as stored, without its own checksum
@@ -32,10 +32,10 @@ struct StoreMetadata {
     std::array<std::vector<ShardRecord>, kLevelCount> shards; // per level [z][y][x] of the shard grid
 };
 
-/// Throws InputError naming where when info cannot be stored: validate(), or fillStored does not
-/// fit its type.
+/// Throws InputError naming where if info cannot be stored: validate() fails, or fillStored does not fit its
+/// type.
 void checkStorable(const VolumeInfo& info, const std::string& where);
-/// info with its texts cut to 64 printable ASCII characters, as a store holds them.
+/// info with its texts cut to 64 printable ASCII characters, as in a store.
 VolumeInfo withPlainTexts(VolumeInfo info);
 
 /// zarr.json of the group, with a CRC-32C over itself in attributes.tessera.checksum.
@@ -46,7 +46,7 @@ std::string levelDocument(const VolumeInfo& info, int level);
 /// Throws InputError that begins with where and names the first key that is wrong.
 StoreMetadata parseGroup(std::string_view text, const std::string& where);
 void checkLevel(std::string_view text, const VolumeInfo& info, int level, const std::string& where);
-/// Whether text is JSON that has attributes.tessera; nothing else is checked.
+/// True if text is JSON with attributes.tessera; nothing else is checked.
 bool isGroupOfOurs(std::string_view text);
 /// 16 hex digits over the canonical group document, which holds the CRCs of all shards and chunks.
 std::string contentHashOf(const StoreMetadata& metadata);

@@ -16,7 +16,7 @@ template <typename T> T mixed(const T& a, const T& b, double share) {
     return a + share * (b - a);
 }
 
-/// What points say just below a value and from it on; of as many numbers as N.
+/// The limits of a function at a value, from below and from above; with N components.
 template <std::size_t N> struct Limits { std::array<double, N> below, from; };
 template <std::size_t N> struct Knot {
     double value;
@@ -102,7 +102,7 @@ template <typename List, typename Same> bool alike(const List& a, const List& b,
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same);
 }
 
-/// Between two directions, by the lengths of both too.
+/// Interpolates between two directions, whose lengths count too.
 glm::dvec3 turned(const glm::dvec3& a, const glm::dvec3& b, double share) {
     const glm::dvec3 between = mixed(a, b, share);
     return glm::length(between) > 1e-6 * (glm::length(a) + glm::length(b)) ? between : a;
@@ -110,7 +110,7 @@ glm::dvec3 turned(const glm::dvec3& a, const glm::dvec3& b, double share) {
 
 glm::dvec4 quaternionOf(const Camera& camera) {
     const glm::dmat3 m = patientFromCamera(camera); // columns: right, up, towards
-    // Shepperd: by the largest of the four
+    // Shepperd's method: from the largest of the four
     const std::array<double, 4> squares = {1 + m[0][0] + m[1][1] + m[2][2], 1 + m[0][0] - m[1][1] - m[2][2],
                                            1 - m[0][0] + m[1][1] - m[2][2], 1 - m[0][0] - m[1][1] + m[2][2]};
     const auto most = std::max_element(squares.begin(), squares.end()) - squares.begin();
@@ -126,7 +126,7 @@ glm::dvec4 quaternionOf(const Camera& camera) {
         return {(m[2][0] + m[0][2]) / s, (m[2][1] + m[1][2]) / s, s / 4, (m[0][1] - m[1][0]) / s};
     }
 }
-/// Up and towards of a unit quaternion (x, y, z, w).
+/// The axes up and towards of a unit quaternion (x, y, z, w).
 void axesOf(const glm::dvec4& q, glm::dvec3& up, glm::dvec3& towards) {
     up = {2 * (q.x * q.y - q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z), 2 * (q.y * q.z + q.w * q.x)};
     towards = {2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y)};
@@ -150,7 +150,7 @@ std::vector<std::vector<double>> numbersOf(const std::vector<Camera>& cameras) {
     return out;
 }
 
-/// How far one camera is from another, mm: what turns moves as what is looked at does on the picture.
+/// The distance between two cameras, mm: a rotation counts as the movement of the focal point on the picture.
 double wayBetween(const Camera& a, const Camera& b) {
     const glm::dvec3 da = glm::normalize(a.focalPoint - a.position),
                      db = glm::normalize(b.focalPoint - b.position);
@@ -164,13 +164,13 @@ double wayBetween(const Camera& a, const Camera& b) {
 
 std::vector<double> placesOf(const std::vector<Camera>& cameras) {
     std::vector<double> places = {0};
-    for (std::size_t k = 1; k < cameras.size(); ++k) // equal cameras are still two places
+    for (std::size_t k = 1; k < cameras.size(); ++k) // equal cameras still get distinct places
         places.push_back(places.back() +
                          std::max(wayBetween(cameras[k - 1], cameras[k]), 1e-6 * distanceOf(cameras[k])));
     return places;
 }
 
-/// Point by point; none are points of 1. Of another number or unit: the first's.
+/// Point by point; no points are points of 1. With different counts or units the first function is used.
 GradientOpacity blend(const GradientOpacity& a, const GradientOpacity& b, double share) {
     if (a.isOne() && b.isOne())
         return a;
@@ -285,13 +285,13 @@ Pace::Pace(std::vector<double> times, std::vector<double> values, const std::vec
     const auto rests = [&](std::size_t k) {
         return easings[k] == Easing::smooth || easings[k] == Easing::hold;
     };
-    const auto at = [&](std::size_t key) { // what the neighbours at a keyframe agree on
+    const auto at = [&](std::size_t key) { // the speed at a keyframe, which both segments share
         if ((key > 0 && rests(key - 1)) || (key < segments && rests(key)))
             return 0.0;
         if (key == 0 || key == segments)
             return speed[key == 0 ? 0 : segments - 1];
         for (const std::size_t k : {key - 1, key})
-            if (easings[k] == Easing::linear) // no more than keeps the other one monotone
+            if (easings[k] == Easing::linear) // at most the speed at which the other segment stays monotone
                 return std::min(speed[k], 3 * speed[k == key ? key - 1 : key]);
         // Fritsch and Butland's harmonic mean: monotone
         const double a = speed[key - 1], b = speed[key];
@@ -365,7 +365,7 @@ CameraCurve::CameraCurve(const std::vector<double>& times, const std::vector<Cam
     for (const Camera& camera : cameras_)
         if (camera.projection != cameras_.front().projection)
             throw badFile(where, "cameras of one projection in all keyframes", "both");
-    // How far the camera moves along each segment, for an even pace in it.
+    // The camera's movement along each segment, for constant speed within it.
     constexpr int kParts = 64;
     std::vector<double> way = {0};
     for (std::size_t k = 0; k + 1 < cameras_.size(); ++k) {
@@ -403,7 +403,7 @@ Camera CameraCurve::at(double time) const {
         begins += wayMm_[k].back();
     const double moved = moment.value - begins;
     if (!(moved > 0))
-        return cameras_[moment.key]; // to the bit
+        return cameras_[moment.key]; // exactly the keyframe's camera
     const std::vector<double>& way = wayMm_[moment.key];
     const auto above =
         std::clamp<std::ptrdiff_t>(std::upper_bound(way.begin(), way.end(), moved) - way.begin(), 1,

@@ -17,7 +17,7 @@ TransferFunction blend(const TransferFunction& a, const TransferFunction& b, dou
 Lighting blend(const Lighting& a, const Lighting& b, double share);
 Cuts blend(const Cuts& a, const Cuts& b, double share);
 
-/// When what is between keyframes: a monotone function of time through (times, values), values not falling.
+/// Progress between keyframes: a monotone function of time through (times, values), values not falling.
 class Pace {
   public:
     /// @param times  rising
@@ -27,7 +27,7 @@ class Pace {
         std::size_t key = 0; // the keyframe that went before
         double value = 0;
     };
-    /// Before the first keyframe and after the last: that one.
+    /// Before the first keyframe the value is that of the first, after the last that of the last.
     Moment at(double time) const;
 
   private:
@@ -35,14 +35,14 @@ class Pace {
     std::vector<bool> held_;
 };
 
-/// Vectors of as many numbers as the first one has, through which a curve with continuous curvature goes: the
-/// natural cubic spline.
+/// The natural cubic spline through vectors, which have as many components as the first one: a curve with
+/// continuous curvature.
 class Spline {
   public:
     /// @param places  rising
     /// @param values  one for every place
     Spline(std::vector<double> places, std::vector<std::vector<double>> values);
-    /// Held to the first and the last place.
+    /// Clamped to the first and the last place.
     std::vector<double> at(double place) const;
 
   private:
@@ -50,8 +50,8 @@ class Spline {
     std::vector<std::vector<double>> values_, second_; // second derivatives
 };
 
-/// Cameras through those of keyframes: what they look at, from how far and how they are turned go along
-/// splines, by how far the camera moves. Nobody passes through what he looks at.
+/// Cameras between those of keyframes: focal point, distance and orientation follow splines, parametrised by
+/// the camera's movement. The eye never passes through the focal point.
 class CameraCurve {
   public:
     /// Throws InputError naming where for cameras of both projections.

@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-/// Which two keys a moment lies between, and how far on.
+/// The two keys around a moment, and the share between them.
 struct Between {
     std::size_t key = 0;
     double share = 0;

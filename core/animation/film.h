@@ -30,11 +30,11 @@ class Film {
     Scene scene(std::size_t frame) const { return sceneAt(timeOf(frame)); }
     Scene sceneAt(double time) const;
     Camera cameraAt(double time) const;
-    /// Where a line is flown: along the flight.
+    /// With a flight: along it.
     double placeAt(double time) const;
     const std::optional<FlightCurve>& curve() const { return curve_; }
     const Path& path() const { return path_; }
-    /// Whether anything but the camera changes from one frame to another.
+    /// True if anything but the camera changes between frames.
     bool onlyCameraMoves() const {
         return functions_.keys.empty() && lights_.keys.empty() && cuts_.keys.empty();
     }

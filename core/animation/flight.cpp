@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kNodes = 4; // a span of the spline, where arc length and frame are known
 
-/// Where lines meet, the route has a corner: rounded within the lumen, over about its radius.
+/// The corners of the route, where lines meet, are rounded within the lumen, over about its radius.
 void roundCorners(std::vector<RoutePoint>& points, const std::vector<double>& corners) {
     for (const double corner : corners) {
         const auto at = std::lower_bound(points.begin(), points.end(), corner,
@@ -21,7 +21,7 @@ void roundCorners(std::vector<RoutePoint>& points, const std::vector<double>& co
         if (at == points.begin() || at == points.end())
             continue;
         const double reach = at->radiusMm, spacing = at->alongMm - (at - 1)->alongMm;
-        std::size_t first = 1, last = points.size() - 1; // what moves; ends stay
+        std::size_t first = 1, last = points.size() - 1; // the range that moves; the ends stay
         while (first < points.size() && points[first].alongMm < corner - 2 * reach)
             ++first;
         while (last > first && points[last - 1].alongMm > corner + 2 * reach)
@@ -71,7 +71,7 @@ std::vector<RoutePoint> partOf(const std::vector<RoutePoint>& route, double from
     return part;
 }
 
-/// Any direction at right angles to it, the head's or the front's where that can be.
+/// A direction at right angles to it, towards the head or the front where possible.
 glm::dvec3 firstUp(const glm::dvec3& direction) {
     const glm::dvec3 wished = std::abs(direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, -1, 0);
     return glm::normalize(wished - glm::dot(wished, direction) * direction);
@@ -113,8 +113,8 @@ FlightCurve::FlightCurve(const std::vector<CentreLine>& lines, const Flight& fli
         nodes_[n].arcMm = nodes_[n - 1].arcMm + (b - a) / 6 * speeds;
     }
     lengthMm_ = nodes_.back().arcMm;
-    // Least distance within a reach of either side, then its mean over the same: never more than what is
-    // there, and changing slowly, so that who is held off by it does not jitter.
+    // The minimum distance within a radius along the route, then its mean over the same radius. It never
+    // exceeds the true distance, and changes slowly, so that a camera kept off by it does not jitter.
     constexpr double kReachMm = 4;
     const auto window = [&](const std::vector<double>& values, bool mean) {
         std::vector<double> out(values.size());
@@ -158,7 +158,7 @@ glm::dvec3 FlightCurve::point(double u, int derivative) const {
            6.0;
 }
 
-/// The wall is no nearer than its distance from a point less the way to that point.
+/// The wall is at least as far as its distance from a point minus the distance to that point.
 double FlightCurve::freeAt(double u) const {
     const std::size_t spans = control_.size() - 3;
     const auto i = std::min(static_cast<std::size_t>(std::max(u, 0.0)), spans - 1);

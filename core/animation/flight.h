@@ -1,5 +1,5 @@
 // core/animation/flight.h: a flight: a smooth curve along a route of centre-lines, by arc length, with a
-// frame that turns no more than it must.
+// rotation-minimising frame.
 #pragma once
 
 #include "core/animation/path.h"
@@ -17,17 +17,15 @@ struct Pose {
     double freeMm = 0;
 };
 
-/// A cubic B-spline over the route's points: place and direction have continuous curvature. It passes a sixth
-/// of spacing^2 * curvature inside of each point, which takes the edge off their noise. Places are by arc
-/// length from where the flight begins, in the direction of the flight. All of it follows from
-/// the path alone.
+/// A cubic B-spline over the route's points: place and direction have continuous curvature. It passes each
+/// point on the inner side at a sixth of spacing^2 * curvature, which smooths noise. Places are by arc length
+/// from where the flight begins, in the direction of the flight. All of it follows from the path alone.
 class FlightCurve {
   public:
     /// @param lookAheadMm  one looks at the place on the curve so far ahead; 0: along the tangent
     FlightCurve(const std::vector<CentreLine>& lines, const Flight& flight);
     double lengthMm() const { return lengthMm_; }
-    /// What is told of the wall is a bound that holds: the distance to a wall changes by no more
-    /// than one moves.
+    /// Distances to the wall are lower bounds: the distance changes by at most the distance moved.
     /// @param mm  0 to lengthMm(); held to it
     Pose at(double mm) const;
     /// Unit tangent there.
@@ -53,7 +51,7 @@ class FlightCurve {
 /// The camera of a pose, turned and moved as asked. It is never nearer to the wall than the flight's
 /// clearance; where the lumen is too narrow for that, it stays on the line.
 Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight);
-/// As cameraOf() takes it, to look from the pose's place at another, mm.
+/// The direction for cameraOf() that looks from the pose at another point, mm.
 LookAround lookTowards(const Pose& pose, const glm::dvec3& place);
 
 } // namespace tessera

@@ -1,5 +1,4 @@
-// core/animation/lumen_wall.h: the wall of a hollow organ, shown to a flight as a surface where the lumen
-// ends.
+// core/animation/lumen_wall.h: the wall of a hollow organ as an isosurface, for flights.
 #pragma once
 
 #include "core/animation/path.h"
@@ -7,12 +6,12 @@
 
 namespace tessera {
 
-/// Puts the wall among the scene's surfaces, where none has that value yet, and shows surfaces alone. False,
-/// and the scene as it was, where it has as many as it may.
+/// Adds the wall to the scene's isosurfaces, unless one has that value, and sets mode isosurface. Returns
+/// false, with the scene unchanged, if the scene has the largest number of isosurfaces.
 bool showLumenWall(const Lumen& lumen, Scene& scene);
 
-/// Whether a film along the path shows the wall where nobody said what to show: the lumen is known, and no
-/// keyframe brings a function.
+/// True if a film along the path shows the wall by default: the lumen is known, and no keyframe has a
+/// function.
 bool showsWallByDefault(const Path& path);
 
 } // namespace tessera

@@ -23,8 +23,8 @@ std::string nameOf(const std::string& where, const char* list, std::size_t i) {
     return where + ": $." + list + "[" + std::to_string(i) + "]";
 }
 
-/// A chord is shorter than the way along the line, where it bends: by no more than this where it may be
-/// called evenly spaced. Rounding makes it longer.
+/// Limits of the chord, in spacings, of an evenly spaced line. Bends shorten the chord; rounding lengthens
+/// it.
 constexpr double kShortestChord = 0.5, kLongestChord = 1.001;
 
 void checkLine(const CentreLine& line, const std::string& where) {

@@ -1,4 +1,4 @@
-// core/animation/path_fields.h: the keys of paths, as a table: what is read, written and published of them.
+// core/animation/path_fields.h: the keys of paths as a table, for reader, writer and published schema.
 // Include from .cpp files only.
 #pragma once
 

@@ -46,9 +46,9 @@ const Fields<PathVolume>& pathVolumeFields() {
     static const Fields<PathVolume> fields = [] {
         Fields<PathVolume> f("pathVolume", "The volume that the lines were made in.");
         f.add("contentHash", &PathVolume::contentHash, anyText(),
-              "As tessera info and manifests name a store.")
+              "Content hash of the store, as in tessera info and manifests.")
             .required();
-        f.add("size", &PathVolume::extentVoxels, voxelsKind(), "Voxels.").required();
+        f.add("size", &PathVolume::extentVoxels, voxelsKind(), "Extent, voxels.").required();
         return f;
     }();
     return fields;
@@ -56,32 +56,31 @@ const Fields<PathVolume>& pathVolumeFields() {
 
 const Fields<Lumen>& lumenFields() {
     static const Fields<Lumen> fields = [] {
-        Fields<Lumen> f("lumen", "What was taken to be lumen.");
-        f.add("threshold", &Lumen::threshold, anyNumber(), "Physical units.").required();
-        f.add("side", &Lumen::side, named<Lumen::Side>(), "Of the threshold, where the lumen's values are.")
+        Fields<Lumen> f("lumen", "The values that count as lumen.");
+        f.add("threshold", &Lumen::threshold, anyNumber(), "Threshold of the lumen, physical units.")
+            .required();
+        f.add("side", &Lumen::side, named<Lumen::Side>(),
+              "Side of the threshold on which the lumen's values are.")
             .required();
         f.add("noise", &Lumen::noise, numberIn(0, 1e30),
-              "Standard deviation of the noise that was taken off the values before they were compared with "
-              "the "
-              "threshold, physical units. Without it none was.")
+              "Standard deviation of the noise that was removed before values were compared with the "
+              "threshold, physical units. Without it: none was removed.")
             .writtenIf([](const Lumen& lumen) { return lumen.noise > 0; });
-        f.add(
-            "surface", &Lumen::surface, anyNumber(),
-            "The value at which the volume's own values, noise and all, show the wall as a surface, physical "
-            "units. Without it the threshold.");
+        f.add("surface", &Lumen::surface, anyNumber(),
+              "Isovalue that shows the wall in the volume's own values, with their noise, physical units. "
+              "Without it: the threshold.");
         f.add("branchesTo", &Lumen::branchesTo, anyNumber(),
-              "Thin branches of a tree were followed beyond the threshold, to this value, physical units. "
-              "Without it there were none.");
+              "Value up to which thin branches of a tree were followed beyond the threshold, physical units. "
+              "Without it: no such branches.");
         f.add("branchWall", &Lumen::branchWall, anyNumber(),
-              "How far the values around a thin branch are beyond its own, at least, physical units. Without "
-              "it "
-              "as the lumen's first point tells.");
+              "Least difference between the values around a thin branch and its own, physical units. Without "
+              "it: by the lumen's first point.");
         f.add("leaks", &Lumen::leaks, trueOrFalse(),
-              "The lumen runs out into what is beyond its wall: lines may lie there.")
+              "The lumen leaks through its wall: lines may lie outside it.")
             .unlessDefault();
         f.add("leavesAt", &Lumen::leavesAtMm, numberIn(0, kMostPathMm),
-              "Of a lumen that leaks: where the first line leaves what is lumen at a threshold that does not "
-              "leak, mm along it.");
+              "Where the first line of a leaking lumen leaves the lumen of a threshold that does not leak, "
+              "mm along the line.");
         f.add("unsure", &Lumen::unsure, trueOrFalse(),
               "The threshold hardly differs from the noise of the values in the lumen.")
             .unlessDefault();
@@ -92,33 +91,32 @@ const Fields<Lumen>& lumenFields() {
 
 const Fields<CentreLine>& lineFields() {
     static const Fields<CentreLine> fields = [] {
-        Fields<CentreLine> f("line", "One branch: places evenly along it.");
-        f.add("name", &CentreLine::name, anyText(), "For people.").unlessDefault();
+        Fields<CentreLine> f("line", "One branch, as evenly spaced points.");
+        f.add("name", &CentreLine::name, anyText(), "A name for people.").unlessDefault();
         f.add("spacing", &CentreLine::spacingMm, numberIn(1e-3, 1e4),
-              "From a point to the next along the line. Straight lines between them are at least half as "
-              "long, "
-              "and no longer.")
+              "Distance between points along the line, mm. The straight distance is at least half of it, and "
+              "at most all of it.")
             .required();
         f.add("points", &CentreLine::points,
               listOf(numbersWithin<glm::dvec3>(-kMostPathMm, kMostPathMm, "[x, y, z] in mm", &glm::dvec3::x,
                                                &glm::dvec3::y, &glm::dvec3::z))
                   .described({{"minItems", CentreLine::kFewestPoints}}),
-              "Places, mm.")
+              "Points, mm.")
             .required();
         f.add("radius", &CentreLine::radiusMm,
               listOf(numberIn(0, kMostPathMm)).described({{"minItems", CentreLine::kFewestPoints}}),
-              "Distance to the wall, mm, one for every point: to where values cross the threshold; where "
-              "that was "
-              "tightened because the lumen leaks, on to half way between the lumen's value and the wall's.")
+              "Distance of each point to the wall, mm, where values cross the threshold. If the threshold "
+              "was tightened because of a leak: to half way between the values of lumen and wall.")
             .required();
         const Kind<int> count = wholeIn(0, kMostIndex);
-        f.add({"count", "Of points.", [=](const JsonValue& value, const CentreLine&) { count.read(value); },
+        f.add({"count", "Number of points.",
+               [=](const JsonValue& value, const CentreLine&) { count.read(value); },
                [](const CentreLine& line) { return nlohmann::json(line.points.size()); }, count.schema})
             .required();
         f.add("parent", &CentreLine::parent, lineNumber(),
-              "The number of the line that it leaves, from 0, an earlier one. Without it: a root.");
+              "Number of the parent line, from 0, an earlier one. Without it: a root.");
         f.add("leavesAt", &CentreLine::leavesAtMm, numberIn(0, kMostPathMm),
-              "Where it leaves its parent, along that from its first point; with parent only.")
+              "Distance along the parent at which the line leaves it, mm; with parent only.")
             .writtenIf([](const CentreLine& line) { return line.parent.has_value(); });
         f.rule([](const JsonValue& whole, const CentreLine& line) {
             const int said = whole.at("count").integer(0, kMostIndex);
@@ -152,13 +150,12 @@ Kind<std::vector<CentreLine>> linesKind() {
 
 const Fields<LookAround>& lookFields() {
     static const Fields<LookAround> fields = [] {
-        Fields<LookAround> f(
-            "look", "Where a line is flown: where one looks to, and how far beside the line one is.");
-        f.add("yaw", &LookAround::yawDegrees, numberIn(-360, 360), "Degrees to the right.");
-        f.add("pitch", &LookAround::pitchDegrees, numberIn(-89, 89), "Degrees up.");
+        Fields<LookAround> f("look", "Direction and offset of the camera on a flown line.");
+        f.add("yaw", &LookAround::yawDegrees, numberIn(-360, 360), "To the right, degrees.");
+        f.add("pitch", &LookAround::pitchDegrees, numberIn(-89, 89), "Up, degrees.");
         f.add("offset", &LookAround::offsetMm,
               numbersWithin<glm::dvec2>(-1e4, 1e4, "[right, up] in mm", &glm::dvec2::x, &glm::dvec2::y),
-              "[right, up]; held within the wall.");
+              "[right, up], mm; held within the wall.");
         return f;
     }();
     return fields;
@@ -166,17 +163,17 @@ const Fields<LookAround>& lookFields() {
 
 const Fields<Keyframe>& keyframeFields() {
     static const Fields<Keyframe> fields = [] {
-        Fields<Keyframe> f("keyframe",
-                           "What is said at a moment. Of what a keyframe says nothing, its neighbours "
-                           "decide; of what none does, the scene.");
+        Fields<Keyframe> f("keyframe", "Settings at a moment. What a keyframe leaves out is interpolated "
+                                       "from its neighbours; what all leave out is the scene's.");
         f.add("time", &Keyframe::timeS, numberIn(0, kMostSeconds),
-              "Seconds from the film's beginning. Each keyframe has a time or a place.");
+              "Time from the film's beginning, s. Each keyframe has a time or a place.");
         f.add("place", &Keyframe::placeMm, numberIn(0, kMostPathMm),
-              "Along the route that is flown, from its first point.");
+              "Distance along the flown route from its first point, mm.");
         f.add("easing", &Keyframe::easing, named<Easing>(),
-              "How this goes over into the next. through: on without a halt; smooth: beginning and ending at "
-              "rest; linear: at one speed; hold: not before the next.");
-        f.add("camera", &Keyframe::camera, objectOf(freeCameraFields()), "Where no line is flown.");
+              "Transition to the next keyframe. through: without a halt; smooth: from rest to rest; linear: "
+              "at one speed; hold: a jump at the next.");
+        f.add("camera", &Keyframe::camera, objectOf(freeCameraFields()),
+              "Camera; only where no line is flown.");
         f.add("look", &Keyframe::look, objectOf(lookFields()));
         f.add("transferFunction", &Keyframe::transferFunction, transferKind(),
               "The name of a preset, or the points.");
@@ -189,19 +186,21 @@ const Fields<Keyframe>& keyframeFields() {
 
 const Fields<Flight>& flightFields() {
     static const Fields<Flight> fields = [] {
-        Fields<Flight> f("flight", "How the lines are flown.");
+        Fields<Flight> f("flight", "Flight along the lines.");
         f.add("route", &Flight::route, listOf(lineNumber()).described({{"minItems", 1}}),
-              "Numbers of lines, each a child of the one before: where branches are taken.");
-        f.add("backwards", &Flight::backwards, trueOrFalse(), "From the route's end to its beginning.");
-        f.add("from", &Flight::fromMm, numberIn(0, kMostPathMm), "Along the route, from its first point.");
-        f.add("to", &Flight::toMm, numberIn(0, kMostPathMm), "Without it: the route's end.");
-        f.add("speed", &Flight::speedMmPerS, numberIn(0.01, 1e5), "mm/s.");
+              "Lines to fly along, by number, each a child of the one before.");
+        f.add("backwards", &Flight::backwards, trueOrFalse(), "Fly from the route's end to its beginning.");
+        f.add("from", &Flight::fromMm, numberIn(0, kMostPathMm),
+              "Start along the route, from its first point, mm.");
+        f.add("to", &Flight::toMm, numberIn(0, kMostPathMm),
+              "End along the route, mm. Without it: the route's end.");
+        f.add("speed", &Flight::speedMmPerS, numberIn(0.01, 1e5), "Speed, mm/s.");
         f.add("viewAngle", &Flight::viewAngle, numberIn(1, Path::kMostViewAngle),
-              "Full vertical angle, degrees.");
+              "Full vertical angle of view, degrees.");
         f.add("lookAhead", &Flight::lookAheadMm, numberIn(0, 1e4),
-              "How far ahead on the line the place is that one looks at.");
+              "Distance along the line to the point that the camera looks at, mm.");
         f.add("clearance", &Flight::clearanceMm, numberIn(0, 1e4),
-              "From the wall, where the lumen is wide enough.");
+              "Least distance to the wall, mm, where the lumen is wide enough.");
         return f;
     }();
     return fields;
@@ -221,13 +220,13 @@ const Fields<Path>& pathFields() {
             .required();
         f.add("volume", &Path::volume, objectOf(pathVolumeFields()));
         f.add("lumen", &Path::lumen, objectOf(lumenFields()));
-        f.add("lines", &Path::lines, linesKind(), "Centre-lines.").unlessDefault();
+        f.add("lines", &Path::lines, linesKind(), "Centre-lines of branches.").unlessDefault();
         f.add("keyframes", &Path::keyframes,
               listOf(objectOf(keyframeFields()), Path::kMostKeyframes, "keyframes"),
-              "In the order of their moments.")
+              "Keyframes in order of time or place.")
             .unlessDefault();
         f.add("flight", &Path::flight, objectOf(flightFields()));
-        f.add("framesPerSecond", &Path::framesPerSecond, numberIn(0.1, 1000), "Of the film.");
+        f.add("framesPerSecond", &Path::framesPerSecond, numberIn(0.1, 1000), "Frame rate of the film.");
         return f;
     }();
     return fields;
@@ -249,7 +248,7 @@ std::string pathJson(const Path& path) {
 }
 
 namespace {
-/// What the scene's schema defines is referred to there.
+/// Definitions of the scene's schema are references to it.
 Schema withReferences(const Schema& schema, const Schema& elsewhere) {
     const std::string prefix = "#/$defs/";
     Schema out = schema;
@@ -271,12 +270,11 @@ Schema pathSchema() {
     for (const auto& [name, unused] : ofScenes.items())
         parts.erase(name);
     return withReferences(
-        documentSchema(
-            "Tessera path, version 1",
-            "Ways through a volume: centre-lines of hollow organs, keyframes, and how a line is flown. "
-            "Lengths are millimetres in DICOM patient space (LPS). There are lines or keyframes, or both; "
-            "what is flown is a line.",
-            std::move(root), std::move(parts)),
+        documentSchema("Tessera path, version 1",
+                       "Paths through a volume: centre-lines of hollow organs, keyframes, and flight "
+                       "parameters. Lengths are millimetres in DICOM patient space (LPS). A path has lines "
+                       "or keyframes, or both; a flight follows a line.",
+                       std::move(root), std::move(parts)),
         ofScenes);
 }
 

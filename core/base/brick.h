@@ -1,7 +1,7 @@
-// core/base/brick.h: addresses of bricks, chunks and slots. One type per address space keeps a brick's place
-// in the volume, a chunk's place in a level's array and a slot in the atlas apart. All levels of a volume
-// share these rules. A 2x2x2 average pyramid is the flat multiresolution: brick b at level l is a sub-box of
-// the array of level l.
+// core/base/brick.h: addresses of bricks, chunks and slots. One type per address space distinguishes a
+// brick's position in the volume, a chunk's position in a level's array, and a slot in the atlas. All levels
+// of a volume share these rules. A 2x2x2 average pyramid is the flat multiresolution: brick b at level l is a
+// sub-box of the array of level l.
 #pragma once
 
 #include <compare>
@@ -20,13 +20,13 @@ constexpr int kCellExtent = 8; // level-0 voxels; the unit of empty-space skippi
 constexpr int kCellsPerBrick = kBrickExtent / kCellExtent;
 constexpr int kChunkExtent = 32; // samples of one stored chunk, at every level
 
-/// Where in the volume: bricks have constant extent, so one grid position serves every level.
+/// Position in the volume. Bricks have constant extent, so one grid position serves every level.
 struct BrickId {
     int i = 0, j = 0, k = 0;
     friend constexpr auto operator<=>(const BrickId&, const BrickId&) = default;
 };
 
-/// Where in the store: chunk (i,j,k) of the array of one level (0 finest).
+/// Position in the store: chunk (i,j,k) of the array of one level (0 finest).
 struct ChunkKey {
     int level = 0;
     int i = 0, j = 0, k = 0;

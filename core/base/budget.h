@@ -1,5 +1,5 @@
 // core/base/budget.h: MemoryBudget, the memory budget. Every allocation of bricks, tables, statistics,
-// staging and images is charged to a budget before it is made. So a budget is a promise and not a hope.
+// staging and images is charged to a budget before it is made. So a budget is a hard limit.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ class MemoryBudget {
     /// Charges bytes; the returned Charge gives them back when it dies.
     /// Throws InputError, naming what, the need, the limit and the option, when the budget cannot hold it.
     [[nodiscard]] Charge charge(std::size_t bytes, std::string_view what);
-    /// As charge(), but nothing instead of an exception: for callers that can evict or make do with less.
+    /// As charge(), but returns nullopt instead of throwing: for callers that can evict, or work with less.
     [[nodiscard]] std::optional<Charge> tryCharge(std::size_t bytes);
 
     std::size_t limitBytes() const { return limitBytes_; }
@@ -65,8 +65,7 @@ class Charge {
 /// Parses "512MiB", "2 GiB", "1.5G", "65536"; binary units only.
 /// Throws InputError naming option for anything else, zero and negative included.
 std::size_t parseBytes(std::string_view text, std::string_view option);
-/// "512 MiB", "1.50 GiB", "812 B"; rounded up, so that a need that a message states is enough when
-/// it is given.
+/// "512 MiB", "1.50 GiB", "812 B"; rounded up, so that a budget of the stated size suffices.
 std::string formatBytes(std::size_t bytes);
 
 } // namespace tessera

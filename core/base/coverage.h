@@ -1,5 +1,5 @@
-// core/base/coverage.h: the coverage of a hollow organ's wall by the cameras of a flight, and the patches
-// that none has seen. bricking/analysis/lumen/wall_coverage.h measures it.
+// core/base/coverage.h: the coverage of a hollow organ's wall by the cameras of a flight, and the unseen
+// patches. bricking/analysis/lumen/wall_coverage.h measures it.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +9,24 @@
 
 namespace tessera {
 
-/// Wall that no camera has seen, joined over edges of voxels' faces.
+/// A patch of unseen wall, connected over edges of voxel faces.
 struct UnseenPatch {
-    glm::dvec3 middleMm{0}; ///< a place of it on the wall, patient space: the nearest to its centre of area
+    glm::dvec3 middleMm{0}; ///< its point on the wall that is nearest to its centre of area, patient space
     double areaMm2 = 0;
     double alongMm = 0;          ///< mean along the route, by area, from the route's first point
-    double fromMm = 0, toMm = 0; ///< the part of the route that it lies beside
+    double fromMm = 0, toMm = 0; ///< the part of the route beside it
 };
 
 struct WallCoverage {
     double wallMm2 = 0, seenMm2 = 0;
     std::uint64_t faces = 0;          ///< of voxels, that the wall is made of
-    std::size_t lines = 1, flown = 1; ///< that the path has, and that the flight goes along
-    std::uint64_t blind = 0;          ///< cameras whose eye is not in the lumen: on bridges
+    std::size_t lines = 1, flown = 1; ///< of the path, and of the flight
+    std::uint64_t blind = 0;          ///< cameras outside the lumen: on bridges
     std::vector<UnseenPatch> patches; ///< largest first
     double share() const { return wallMm2 > 0 ? seenMm2 / wallMm2 : 0; }
 };
 
-/// One sentence, which says so where not all lines were flown.
+/// One sentence; it says if not all lines were flown.
 /// @param smallestMm2  below which patches are not listed
 std::string coverageText(const WallCoverage& coverage, double smallestMm2);
 

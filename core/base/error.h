@@ -1,6 +1,6 @@
 // core/base/error.h: the three error tiers. A bug stops the program with both values printed (TESSERA_CHECK).
 // A bad file, a bad option or too small a budget throws InputError (exit 2). Anything else throws Error (exit
-// 1). What a caller may expect in the ordinary course is a value, never an exception.
+// 1). Ordinary outcomes are values, never exceptions.
 #pragma once
 
 #include <stdexcept>
@@ -21,7 +21,7 @@ class InputError : public Error {
     using Error::Error;
 };
 
-/// InputError about a file, in the house form: "PATH: expected EXPECTED, found FOUND"; path made printable().
+/// InputError about a file, in one form: "PATH: expected EXPECTED, found FOUND"; path made printable().
 class BadFile : public InputError {
   public:
     BadFile(const std::string& path, std::string expected, std::string found);

@@ -14,8 +14,8 @@ class FileHandle {
     FileHandle& operator=(FileHandle&& other) noexcept;
     ~FileHandle();
     int descriptor() const { return descriptor_; }
-    /// Closes a file that was written: some file systems tell only here that a write failed.
-    /// Throws Error naming shown.
+    /// Closes a file that was written: some file systems report a failed write only here. Throws Error naming
+    /// shown.
     void close(const std::string& shown);
 
   private:

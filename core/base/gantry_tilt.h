@@ -1,5 +1,5 @@
-// core/base/gantry_tilt.h: the lean of a volume's slices against the direction they are stacked in, from its
-// affine. A CT's tilted gantry leaves it there as a shear.
+// core/base/gantry_tilt.h: the tilt of a volume's slices against their stacking direction, from its affine. A
+// CT's tilted gantry appears there as a shear.
 #pragma once
 
 #include "core/base/volume.h"
@@ -11,7 +11,7 @@ namespace tessera {
 /// other way. Positive is a gantry whose top leans away from the table (patient on the back, head first).
 /// @param stackAxis  the axis along which slices follow each other
 double gantryTiltDegrees(const glm::dmat4& patientFromVoxel, int stackAxis = 2);
-/// Of a volume, whose originalOrder says which axis counted the slices of its source.
+/// Of a volume; its originalOrder gives the slice axis of its source.
 double gantryTiltDegrees(const VolumeInfo& info);
 
 } // namespace tessera

@@ -37,12 +37,13 @@ Registry& registry() {
 void onSignal(int signal) {
     int none = 0;
     if (!caught.compare_exchange_strong(none, signal))
-        ::_exit(128 + signal); // asked twice
+        ::_exit(128 + signal); // second signal
     const char byte = 0;
     [[maybe_unused]] const ssize_t written = ::write(wake, &byte, 1);
 }
 
-/// Removes a path that its owner may still be writing to: under another name, so that nothing more gets in.
+/// Removes a path that its owner may still be writing to. It is renamed first, so that no further files get
+/// into it.
 void removeUnderWriter(const fs::path& path) {
     std::error_code ignored;
     fs::path aside = path;
@@ -58,7 +59,7 @@ void watch(int pipeEnd) {
         ;
     std::this_thread::sleep_for(kPatience);
     Registry& all = registry();
-    const std::lock_guard lock(all.mutex); // kept: nothing is registered any more
+    const std::lock_guard lock(all.mutex); // never released: no further path is registered
     for (const auto& [number, path] : all.paths)
         removeUnderWriter(path);
     ::_exit(128 + caught.load());
@@ -82,7 +83,7 @@ void catchInterrupts() {
     // A program that nohup started goes on when its terminal goes.
     if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
         ::sigaction(SIGHUP, &action, nullptr);
-    std::signal(SIGXFSZ, SIG_IGN); // a file over a limit is a failed write, told as one
+    std::signal(SIGXFSZ, SIG_IGN); // a file over a size limit is reported as a failed write
 }
 
 void checkInterrupted() {

@@ -1,6 +1,6 @@
-// core/base/json_fields.h: objects of our JSON files as tables, a row a key: its place in the object, the
-// kind of its value and one sentence. Reading, writing and the published schema follow from the rows.
-// Include from .cpp files only.
+// core/base/json_fields.h: objects of our JSON files as tables with a row per key: its member, the kind of
+// its value and one sentence. Reading, writing and the published schema follow from the rows. Include from
+// .cpp files only.
 #pragma once
 
 #include "core/base/json_reader.h"
@@ -19,16 +19,16 @@ namespace tessera {
 /// JSON Schema (2020-12), its keys in the order that people read them.
 using Schema = nlohmann::ordered_json;
 
-/// How a value of type T stands in a file.
+/// The representation of a value of type T in a file.
 template <typename T> struct Kind {
     using Type = T;
-    /// Throws InputError naming the place for what is no such value.
+    /// Throws InputError naming the place for any other value.
     std::function<T(const JsonValue&)> read;
     std::function<nlohmann::json(const T&)> write;
     /// @param parts  definitions that it refers to are added
     std::function<Schema(Schema& parts)> schema;
 
-    /// The same, and what `check` refuses is refused.
+    /// The same, with a further check, which may refuse.
     Kind checked(std::function<void(const T&, const JsonValue&)> check) const {
         Kind kind = *this;
         kind.read = [before = read, check = std::move(check)](const JsonValue& value) {
@@ -38,7 +38,7 @@ template <typename T> struct Kind {
         };
         return kind;
     }
-    /// The same with more in its schema.
+    /// The same, with more entries in its schema.
     Kind described(const Schema& more) const {
         Kind kind = *this;
         kind.schema = [before = schema, more](Schema& parts) {
@@ -66,7 +66,7 @@ template <typename Enum> Kind<Enum> named() {
             [](const Enum& value) { return nlohmann::json(nameOf(value)); }, text.schema};
 }
 
-/// A list of as many numbers as there are places: pointers to members, or what gives references.
+/// A list of as many numbers as there are places: pointers to members, or functions that return references.
 template <typename T, typename... Place> Kind<T> numbersAt(Place... places) {
     return {[=](const JsonValue& value) {
                 const std::vector<double> numbers = value.numbers(sizeof...(Place));
@@ -83,7 +83,7 @@ template <typename T, typename... Place> Kind<T> numbersAt(Place... places) {
                               {"maxItems", sizeof...(Place)}};
             }};
 }
-/// The same within bounds, refused as what is `expected`: "[x, y, z], mm".
+/// The same within bounds. `expected`, such as "[x, y, z], mm", is for the message.
 template <typename T, typename... Place>
 Kind<T> numbersWithin(double lowest, double highest, const std::string& expected, Place... places) {
     Kind<T> kind = numbersAt<T>(places...);
@@ -100,7 +100,7 @@ Kind<T> numbersWithin(double lowest, double highest, const std::string& expected
     return kind.described({{"items", one.schema(parts)}});
 }
 
-/// A list that is refused where it is longer or shorter, before any of it is read.
+/// A list of limited length, which is checked before any item is read.
 /// @param expected  "at most 8 isosurfaces"
 template <typename T>
 Kind<std::vector<T>> listOf(const Kind<T>& kind, std::size_t least, std::size_t most,
@@ -149,17 +149,17 @@ template <typename T> struct Field {
     std::function<bool(const T&)> isWritten = {};
     std::function<void(const T&, const JsonValue& whole)> isAllowed = {};
 
-    /// The key must be there.
+    /// The key is required.
     Field& required() {
         isRequired = true;
         return *this;
     }
-    /// Files leave it out where it is what no word of it means.
+    /// Files leave the key out if it has the default value.
     Field& unlessDefault() {
         onlyUnlikeDefault = true;
         return *this;
     }
-    /// Without it something else is meant: nothing is published as its default.
+    /// A missing key has another meaning than the member's default: no default is published.
     Field& withoutDefault() {
         saysDefault = false;
         return *this;
@@ -168,7 +168,7 @@ template <typename T> struct Field {
         isWritten = std::move(condition);
         return *this;
     }
-    /// Throws InputError where what was read before, of rows above, has no such key.
+    /// Throws InputError if the values of earlier rows do not allow the key.
     Field& allowedBy(std::function<void(const T&, const JsonValue& whole)> check) {
         isAllowed = std::move(check);
         return *this;
@@ -179,12 +179,12 @@ template <typename T> struct Field {
 template <typename T> class Fields {
   public:
     /// @param name  in the schema: "shading"
-    /// @param start  what an object without keys means
+    /// @param start  the object without any key
     explicit Fields(std::string name, std::string about = {}, T start = {})
         : name_(std::move(name)), about_(std::move(about)), start_(std::move(start)) {}
 
-    /// @param place  pointer to a member, or what gives a reference to it; a member that is optional is
-    /// written where it has a value
+    /// @param place  pointer to a member, or a function that returns a reference to it; an optional member is
+    /// written if it has a value
     template <typename Place, typename Value>
     Field<T>& add(const std::string& key, Place place, const Kind<Value>& kind, std::string about = {}) {
         using Member = std::remove_cvref_t<std::invoke_result_t<Place, T&>>;
@@ -206,7 +206,7 @@ template <typename T> class Fields {
         rows_.push_back(std::move(field));
         return rows_.back();
     }
-    /// Keys of an object that stand in the same value as its neighbours'.
+    /// A key whose value is an object with keys of this struct: nested in the file, not in memory.
     Field<T>& part(const std::string& key, const Fields<T>& fields) {
         Field<T> field{key, {}};
         field.read = [fields](const JsonValue& value, T& object) { fields.readInto(value, object); };
@@ -214,9 +214,9 @@ template <typename T> class Fields {
         field.schema = [fields](Schema& parts) { return fields.reference(parts); };
         return add(std::move(field));
     }
-    /// What no single key can say. Throws InputError.
+    /// A check across keys. Throws InputError.
     void rule(std::function<void(const JsonValue& whole, T& object)> rule) { rule_ = std::move(rule); }
-    /// What else the schema says of the object.
+    /// Further entries of the object's schema.
     void describe(const Schema& more) { more_ = more; }
 
     const std::string& name() const { return name_; }
@@ -228,8 +228,8 @@ template <typename T> class Fields {
         return keys;
     }
 
-    /// Throws InputError naming the place for an unknown key, with the nearest known one, a missing one, and
-    /// values that are refused.
+    /// Throws InputError naming the place for an unknown key, with the nearest known one, a missing key, or a
+    /// refused value.
     T read(const JsonValue& whole) const {
         T object = start_;
         readInto(whole, object);
@@ -287,7 +287,7 @@ template <typename T> class Fields {
     /// {"$ref": "#/$defs/shading"}; what it refers to is among the parts.
     Schema reference(Schema& parts) const {
         if (!parts.contains(name_)) {
-            parts[name_] = {}; // in the order that they are met
+            parts[name_] = {}; // in order of appearance
             parts[name_] = schema(parts);
         }
         return {{"$ref", "#/$defs/" + name_}};
@@ -305,7 +305,7 @@ template <typename T> class Fields {
     std::function<void(const JsonValue&, T&)> rule_;
 };
 
-/// An object of a table, which must outlive it.
+/// An object by a table, which must outlive it.
 template <typename T> Kind<T> objectOf(const Fields<T>& fields) {
     return {[&fields](const JsonValue& value) { return fields.read(value); },
             [&fields](const T& value) { return fields.write(value); },

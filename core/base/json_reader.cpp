@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What a value is, short enough for a line.
+/// A short description of a value.
 std::string describe(const json& value) {
     constexpr std::size_t kMaxShown = 40;
     if (value.is_object())
@@ -31,8 +31,9 @@ std::string describe(const json& value) {
     return text;
 }
 
-/// Follows the parser through objects and lists, to see what the finished document no longer shows. In a walk
-/// of its own: a document that is built under watch looks at all of a list again at each object in it.
+/// Follows the parser through objects and lists, to find faults that the finished document no longer shows.
+/// It is a separate pass, because a callback while building the document would visit a whole list again at
+/// each object in it.
 class Watch : public nlohmann::json_sax<json> {
   public:
     explicit Watch(const std::string& where) : where_(where) {}
@@ -54,7 +55,7 @@ class Watch : public nlohmann::json_sax<json> {
     bool string(std::string&) override { return true; }
     bool binary(json::binary_t&) override { return true; }
     bool parse_error(std::size_t, const std::string&, const json::exception& error) override {
-        // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."; the tag helps nobody
+        // "[json.exception.parse_error.101] parse error at line 3, column 5: ..." without the tag
         std::string message = error.what();
         if (const auto tag = message.find("] "); tag != std::string::npos)
             message = message.substr(tag + 2);

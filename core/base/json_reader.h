@@ -21,23 +21,24 @@ std::string readTextFile(const std::string& path);
 
 class JsonItems;
 
-/// A value inside a document, together with its path ("$.camera.position[2]"). The document must outlive it.
+/// A value in a document, with its path ("$.camera.position[2]"). The document must outlive it.
 class JsonValue {
   public:
     JsonValue(const nlohmann::json& document, std::string where)
         : JsonValue(document, std::move(where), "$") {}
-    /// What a person typed behind an option: messages name that alone, and names may have further words.
+    /// A value that a user typed after an option: messages name only the option, and aliases of names are
+    /// accepted.
     static JsonValue typed(const nlohmann::json& document, std::string option) {
         return {document, std::move(option), ""};
     }
 
-    /// All of these throw InputError when the value is not what they ask for.
-    /// It is an object and has no other keys than these.
+    /// All of these throw InputError if the value is of another kind. Checks that it is an object with no
+    /// other keys than these.
     void requireKeys(const std::vector<std::string>& known) const;
     bool has(const std::string& key) const;
     JsonValue at(const std::string& key) const;
     JsonItems items() const;
-    /// The same of a list that is refused where it is longer, before any of it is read.
+    /// The same of a list of limited length, which is checked before any item is read.
     /// @param what  "isosurfaces", for the message
     JsonItems items(std::size_t most, const std::string& what) const;
     /// A list of exactly count numbers, any of them finite.
@@ -58,7 +59,7 @@ class JsonValue {
     std::string place() const { return isTyped() ? where_ : where_ + ": " + path_; }
     [[noreturn]] void refuse(const std::string& expected) const;
 
-    /// Sets target where the key is there; else it stays.
+    /// Sets target if the key is there.
     void read(const std::string& key, double lowest, double highest, double& target) const;
     void read(const std::string& key, bool& target) const;
 
@@ -71,7 +72,7 @@ class JsonValue {
     std::string where_, path_;
 };
 
-/// A list's values, each made when it is asked for: a hostile list is as long as its file is large.
+/// The values of a list, made on demand: a hostile list may be as long as its file is large.
 class JsonItems {
   public:
     JsonItems(JsonValue list, std::size_t size) : list_(std::move(list)), size_(size) {}

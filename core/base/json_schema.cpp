@@ -61,7 +61,7 @@ std::string numberKind(const Schema& schema, const std::string& plural) {
     return schema.contains("minimum") ? what + " from " + lineOf(schema["minimum"]) : what;
 }
 
-/// What may stand there, for people: "0 to 1", "`axial`, `coronal`".
+/// The allowed values, for people: "0 to 1", "`axial`, `coronal`".
 std::string valueText(const Schema& given, const Schema& document) {
     const Schema& schema = resolved(given, document);
     for (const char* choice : {"oneOf", "anyOf"})

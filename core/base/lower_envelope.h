@@ -10,8 +10,8 @@ namespace tessera {
 
 class LowerEnvelope {
   public:
-    /// In place: f[i] = min over j of (i - j)^2 step^2 + f[j]. Infinite values are no places; a line of
-    /// nothing else stays as it is.
+    /// In place: f[i] = min over j of (i - j)^2 step^2 + f[j]. Infinite values are no points; a line of only
+    /// these stays unchanged.
     /// @param step  between two values, mm; f is in mm^2
     void transform(std::vector<double>& f, double step);
 

@@ -1,4 +1,4 @@
-// core/base/names.h: an enum's values and their names, in one table: what files, options and messages say.
+// core/base/names.h: an enum's values and their names in files, options and messages, in one table.
 #pragma once
 
 #include "core/base/nearest_name.h"
@@ -14,7 +14,7 @@ namespace tessera {
 template <typename Enum> class NameTable {
   public:
     using Rows = std::initializer_list<std::pair<Enum, const char*>>;
-    /// @param others  further words that are understood where a person types them
+    /// @param others  aliases, accepted where a user types them
     NameTable(Rows rows, Rows others = {}) {
         for (const auto& [value, name] : rows) {
             values_.push_back(value);
@@ -35,7 +35,7 @@ template <typename Enum> class NameTable {
     Enum named(const std::string& name, const std::string& where) const {
         return values_[indexOfName(name, names_, where)];
     }
-    /// Takes the other words too.
+    /// Accepts aliases too.
     Enum parse(const std::string& text, const std::string& where) const {
         for (const auto& [value, word] : others_)
             if (word == text)
@@ -49,9 +49,9 @@ template <typename Enum> class NameTable {
     std::vector<std::pair<Enum, std::string>> others_;
 };
 
-/// The table of an enum; specialised where its names are.
+/// The table of an enum; specialised beside its names.
 template <typename Enum> const NameTable<Enum>& namesOf();
-/// Takes the further words too. Throws InputError naming where and the nearest name.
+/// Accepts aliases too. Throws InputError naming where and the nearest name.
 template <typename Enum> Enum parseName(const std::string& text, const std::string& where) {
     return namesOf<Enum>().parse(text, where);
 }

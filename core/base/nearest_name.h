@@ -13,8 +13,7 @@ namespace tessera {
 std::size_t editDistance(std::string_view a, std::string_view b);
 /// The known name with the smallest editDistance (the first of equals); "" when known is empty.
 std::string nearestName(std::string_view word, const std::vector<std::string>& known);
-/// The place of text in names. Throws InputError naming where, and the nearest name, for one that
-/// is not there.
+/// The index of text in names. Throws InputError naming where, and the nearest name, if it is missing.
 std::size_t indexOfName(const std::string& text, const std::vector<std::string>& names,
                         const std::string& where);
 /// "a, b, c": for messages that list what is known.

@@ -103,8 +103,8 @@ void OutputFile::writeAt(std::uint64_t offset, std::span<const std::byte> bytes)
 void OutputFile::finish() {
     struct stat before {};
     if (::stat(target_.c_str(), &before) == 0)
-        static_cast<void>(::fchmod(file_.descriptor(), before.st_mode & 0777)); // as far as that may be
-    // Some file systems have nothing to wait for (EINVAL).
+        static_cast<void>(::fchmod(file_.descriptor(), before.st_mode & 0777)); // a failure is ignored
+    // Some file systems do not support it (EINVAL).
     if (::fsync(file_.descriptor()) != 0 && errno != EINVAL && errno != ENOTSUP)
         throw cannotWrite(shown_.string(), errno);
     // A second descriptor is closed first and checked: the lock stays until the file has its name.
@@ -124,11 +124,11 @@ void writeOutputFile(const fs::path& path, std::string_view text) {
 
 void finishStandardOutput() {
     errno = 0;
-    const bool streamed = std::cout.flush().good(); // what the parser of options prints
+    const bool streamed = std::cout.flush().good(); // output of the option parser
     const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
     if (!streamed || failed)
         throw cannotWrite("standard output", errno ? errno : EIO);
-    // Closing tells of failed writes on some file systems; one that nobody opened is no failure.
+    // Closing reports failed writes on some file systems. A descriptor that was not open is no failure.
     if (const int copy = ::dup(STDOUT_FILENO); copy >= 0)
         FileHandle(copy).close("standard output");
 }

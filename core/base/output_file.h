@@ -1,5 +1,6 @@
-// core/base/output_file.h: writes every single file that is a result (picture, page, table, scene). It is
-// written under another name beside the target, every step is checked, and it is renamed when it is whole.
+// core/base/output_file.h: writes every result that is a single file (picture, page, table, scene). The file
+// is written under a temporary name beside the target, with every step checked, and renamed when it is
+// complete.
 #pragma once
 
 #include "core/base/file_handle.h"
@@ -14,31 +15,31 @@
 
 namespace tessera {
 
-/// Where a result of that name lies: links are followed, also one to what does not exist yet.
-/// Throws InputError naming path for links that go round in circles.
+/// The path of a result after following links, also a link to a missing file. Throws InputError naming path
+/// for circular links.
 std::filesystem::path outputTarget(const std::filesystem::path& path);
 
 /// Throws InputError naming path when no file can be written there: a folder, a device, a pipe or a socket
 /// has the name. Likewise where the file is read-only, or its folder is missing or may not be written in.
 void checkOutputFile(const std::filesystem::path& path);
 
-/// A file on its way. What was there before stays until finish(), and for good if that is never reached.
+/// An unfinished file. The earlier file stays until finish(), and for good if that is never called.
 class OutputFile {
   public:
-    /// Makes ".NAME.tessera-PID-N" beside the file and removes those that dead processes left there.
-    /// Throws InputError as checkOutputFile() does, Error when it cannot be made.
+    /// Makes ".NAME.tessera-PID-N" beside the file and removes those of dead processes. Throws InputError as
+    /// checkOutputFile() does, Error when it cannot be made.
     explicit OutputFile(const std::filesystem::path& path);
-    /// Removes what is unfinished.
+    /// Removes the unfinished file.
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
-    /// Of the unfinished file, for programs that write by name; they must write into it, not replace it.
+    /// Path of the unfinished file, for programs that write by name; they must write into it, not replace it.
     const std::filesystem::path& path() const { return path_; }
-    /// Throws Error naming the file that it is to be.
+    /// Throws Error naming the target.
     void writeAt(std::uint64_t offset, std::span<const std::byte> bytes);
-    /// Waits until the disk has it, closes and renames; the old file's permissions stay.
-    /// Throws Error naming the file that it is to be, which is then as it was.
+    /// Synchronises to disk, closes and renames; the old file's permissions stay. Throws Error naming the
+    /// target, which is then unchanged.
     void finish();
 
   private:
@@ -48,11 +49,10 @@ class OutputFile {
     bool renamed_ = false;
 };
 
-/// A whole file. Throws as OutputFile does.
+/// Writes a whole file. Throws as OutputFile does.
 void writeOutputFile(const std::filesystem::path& path, std::string_view text);
 
-/// Waits until standard output has taken what was printed. Throws Error when it has not: a full disk, a
-/// closed descriptor.
+/// Flushes standard output. Throws Error if that fails: a full disk, a closed descriptor.
 void finishStandardOutput();
 
 } // namespace tessera

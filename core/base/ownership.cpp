@@ -25,7 +25,8 @@ Error cannotMake(const fs::path& path) {
     return Error(printable(path.string()) + ": cannot be made: " + std::strerror(errno));
 }
 
-/// Whether path still names what is open: a name may have gone, or stand for another file, before the lock.
+/// True if path still names the open file: before the lock a name may have been removed, or given to another
+/// file.
 bool isStill(const FileHandle& file, const fs::path& path) {
     struct stat open {
     }, named{};
@@ -33,8 +34,8 @@ bool isStill(const FileHandle& file, const fs::path& path) {
            open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
-/// Takes the lock of a thing just made.
-/// @return false when somebody who takes it for a leftover was faster
+/// Locks a file or folder that was just made.
+/// @return false if another process took it for a leftover and locked it first
 bool own(const FileHandle& file, const fs::path& path) {
     if (file.descriptor() < 0)
         return false;
@@ -50,13 +51,13 @@ bool isNumber(std::string_view text) {
 } // namespace
 
 LockTry tryLock(const fs::path& path, LockKind kind, bool make) {
-    constexpr int kTries = 100; // the name may change hands between opening and locking
+    constexpr int kTries = 100; // the name may get another file between opening and locking
     for (int i = 0; i < kTries; ++i) {
         LockTry result;
         const int flags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
         result.file = FileHandle(make ? ::open(path.c_str(), O_RDWR | O_CREAT | flags, 0600)
                                       : ::open(path.c_str(), O_RDONLY | flags));
-        if (make && result.file.descriptor() < 0) // there already, where nothing may be made
+        if (make && result.file.descriptor() < 0) // may exist in a folder where nothing can be made
             result.file = FileHandle(::open(path.c_str(), O_RDONLY | flags));
         if (result.file.descriptor() < 0)
             return {};
@@ -136,7 +137,7 @@ void eachLeftover(const fs::path& folder, const std::function<bool(const std::st
                   const std::function<void(const fs::path&)>& found) {
     if (!locksProve(folder))
         return;
-    std::vector<fs::path> entries; // listed before anything changes
+    std::vector<fs::path> entries; // listed before any change
     std::error_code ignored;
     for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
          entry.increment(ignored))

@@ -37,7 +37,7 @@ Character firstCharacter(std::string_view text) {
 bool isControl(std::uint32_t code) {
     return code < 0x20 || (code >= 0x7F && code < 0xA0);
 }
-/// What changes where the text after it is seen.
+/// Characters that change the position of the following text.
 bool movesText(std::uint32_t code) {
     return code == 0x061C || code == 0x200E || code == 0x200F || (code >= 0x2028 && code <= 0x202E) ||
            (code >= 0x2066 && code <= 0x2069);

@@ -1,5 +1,5 @@
-// core/base/printable_text.h: makes text from outside (file names, header tags, arguments) fit to be printed.
-// A terminal obeys control characters, and a file name may hold any.
+// core/base/printable_text.h: makes external text (file names, header tags, arguments) safe to print. A
+// terminal obeys control characters, and a file name may hold any.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace tessera {
 
-/// One line that a terminal shows and does not obey. UTF-8 stays. C0, DEL and C1 controls become "\x1b", as
-/// do bytes that are no UTF-8. Line and paragraph separators and the marks that turn the direction of writing
-/// become "\u202e".
+/// One line without control characters. UTF-8 stays. C0, DEL and C1 controls become escapes like "\x1b", as
+/// do bytes that are not UTF-8. Line and paragraph separators and marks of writing direction become escapes
+/// like "\u202e".
 std::string printable(std::string_view text);
 /// The same for text of several lines: line feeds stay.
 std::string printableLines(std::string_view text);

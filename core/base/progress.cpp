@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::chrono::milliseconds kRedraw{100};
 constexpr std::chrono::seconds kPlainLine{10};
-constexpr double kSecondsToJudge = 0.5; // before that much has gone by nothing is said of what is left
+constexpr double kSecondsToJudge = 0.5; // no estimate of the remaining time before
 
-/// A line that is wider than the terminal would wrap, and could not be taken away again.
+/// A line that is wider than the terminal would wrap and could not be erased.
 std::size_t terminalWidth() {
     winsize size{};
     return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
@@ -50,14 +50,14 @@ void Progress::stage(const std::string& what) {
     share_ = 0;
     began_ = Clock::now();
     if (terminal_)
-        draw(began_); // at once: nobody looks at a silent program
+        draw(began_); // at once, so that the program is not silent
 }
 
 void Progress::update(double share) {
     if (!terminal_ && !lines_ && !asked_)
         return;
     const std::lock_guard lock(mutex_);
-    share_ = std::clamp(share, share_, 1.0); // threads may come late
+    share_ = std::clamp(share, share_, 1.0); // threads may report out of order
     if (!terminal_ && !lines_)
         return;
     const auto now = Clock::now();
@@ -82,7 +82,7 @@ void Progress::say(const std::string& line) {
     const bool again = drawn_;
     clear();
     std::fprintf(stderr, "%s\n", printableLines(line).c_str());
-    std::fflush(stderr); // a log that somebody watches
+    std::fflush(stderr); // for a log that is being watched
     if (again)
         draw(Clock::now());
 }

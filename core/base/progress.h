@@ -1,6 +1,6 @@
-// core/base/progress.h: the progress of a long job: one line on stderr that redraws itself, with the stage,
-// its share and the time left. This is on a terminal only. Elsewhere a plain line comes each ten seconds if
-// more is asked for, so logs stay readable.
+// core/base/progress.h: the progress of a long job. On a terminal one line on stderr redraws itself, with the
+// stage, its share and the time left. Elsewhere, with -v, a plain line comes every ten seconds, so logs stay
+// readable.
 #pragma once
 
 #include <chrono>
@@ -15,38 +15,38 @@ enum class Verbosity { quiet, normal, verbose };
 /// Gets the share of a stage that is done, in [0,1], from any thread; may be empty.
 using ShareDone = std::function<void(double)>;
 
-/// All calls from any thread; none is slow, so that loops may call for every turn.
+/// All functions may be called from any thread, and are fast enough for every iteration of a loop.
 class Progress {
   public:
-    /// Says nothing at all.
+    /// Prints nothing.
     Progress() : Progress(Verbosity::quiet) {}
-    /// @param asked  somebody reads now(), whatever is written
+    /// @param asked  now() will be read, even if nothing is printed
     explicit Progress(Verbosity verbosity, bool asked = false);
-    /// Takes the line away.
+    /// Removes the line.
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
     struct Stage {
-        std::string what; // empty: none has begun
-        double share = 0; // that is done; 0: not known
+        std::string what; // empty: no stage has begun
+        double share = 0; // share that is done; 0: unknown
     };
     Stage now() const;
 
-    /// Whether somebody sees the line: worth some effort of its own.
+    /// True if the line is visible, so that effort for it is worthwhile.
     bool watched() const { return terminal_; }
-    /// Another stage begins.
+    /// Begins another stage.
     /// @param what  present participle and object: "importing abdomen"
     void stage(const std::string& what);
     /// @param share  of the stage that is done
     void update(double share);
-    /// update(), to hand on.
+    /// update(), as a function to pass on.
     ShareDone shares() {
         return [this](double share) { update(share); };
     }
-    /// The last stage is done: the line goes, until another begins.
+    /// Ends the last stage: removes the line until another stage begins.
     void end();
-    /// A line that stays, above the one that redraws itself; unless quiet.
+    /// Prints a permanent line above the progress line; unless quiet.
     void say(const std::string& line);
 
   private:

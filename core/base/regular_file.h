@@ -1,5 +1,5 @@
-// core/base/regular_file.h: refuses pipes and devices before they are opened: reading one may wait for ever
-// or have no end.
+// core/base/regular_file.h: refuses pipes and devices before they are opened: reading one may block or never
+// end.
 #pragma once
 
 #include "core/base/error.h"
@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-/// Whether something is there and is a pipe, a socket or a device. Links are followed.
+/// True if path is a pipe, a socket or a device. Links are followed.
 inline bool isPipeOrDevice(const std::filesystem::path& path) {
     std::error_code ignored;
     const std::filesystem::file_status status = std::filesystem::status(path, ignored);

@@ -10,11 +10,11 @@
 
 namespace tessera {
 
-/// A fresh folder among the system's temporary ones, of this object alone and for this user alone; removed
-/// with all it holds. Folders of processes that died are removed when another one is made.
+/// A new folder in the system's temporary folder, for this object and this user only; removed with its
+/// content. Folders of dead processes are removed when another one is made.
 class ScratchFolder {
   public:
-    /// Throws Error naming the place where no folder can be made.
+    /// Throws Error naming the path if no folder can be made.
     ScratchFolder();
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;

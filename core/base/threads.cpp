@@ -15,8 +15,8 @@
 namespace tessera {
 namespace {
 
-/// A thread that waits for work between two loops: a picture in small parts runs some ten thousand loops, and
-/// threads that are made for each cost more than what they do.
+/// A thread that waits for work between two loops. A picture in small parts runs some ten thousand loops, and
+/// new threads for each would cost more than the work.
 class Worker {
   public:
     Worker() {
@@ -49,7 +49,8 @@ class Worker {
     const std::function<void()>* work_ = nullptr; // null: it waits
 };
 
-/// Those that wait. Never destroyed: they wait until the process ends. A child of fork() has none of them.
+/// The waiting threads. They are never destroyed, and wait until the process ends. A child of fork() has none
+/// of them.
 class Workers {
   public:
     static Workers& all() {
@@ -93,7 +94,7 @@ void runBeside(std::size_t others, const std::function<void()>& work) {
             taken.push_back(Workers::all().take());
             taken.back()->start(work);
         }
-    } catch (const std::exception&) { // no more threads are to be had: those that are there do it
+    } catch (const std::exception&) { // no more threads are available: the existing ones do the work
     }
     work();
     for (Worker* const worker : taken) {

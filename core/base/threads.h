@@ -9,11 +9,11 @@
 
 namespace tessera {
 
-/// Threads used when a caller says 0: the machine's processors.
+/// Threads for a count of 0: the machine's processors.
 int defaultThreads();
 
 /// Calls body(index) for every index in [0,count), on up to `threads` threads (0: all processors). Throws
-/// Interrupted between two of them after Ctrl-C, Cancelled where the caller's work is called off.
+/// Interrupted between two calls after Ctrl-C, Cancelled if the caller's work is cancelled.
 /// @param progress  gets the share that is done
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body,
                  const ShareDone& progress = {});

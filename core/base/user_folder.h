@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// ${XDG_CONFIG_HOME}/tessera, or ~/.config/tessera; empty where neither variable names a folder. It
-/// need not exist.
+/// ${XDG_CONFIG_HOME}/tessera, or ~/.config/tessera; empty if neither variable names a folder. It need not
+/// exist.
 std::filesystem::path userConfigFolder();
 
 } // namespace tessera

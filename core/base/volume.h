@@ -16,7 +16,7 @@ namespace tessera {
 
 inline constexpr const char* kSuvUnit = "SUVbw"; // g/ml, by body weight
 
-/// The types a store holds; importers convert others without loss (i8 to i16) or say that they lose.
+/// The types that a store holds; importers convert others without loss (i8 to i16) or report the loss.
 enum class ValueType : std::uint8_t { u8, i16, u16, f32 };
 
 std::size_t bytesPerValue(ValueType type);
@@ -47,14 +47,14 @@ inline double storedValue(ValueType type, const std::byte* at) {
     });
 }
 
-/// Which source axis each axis of the volume came from, before the lossless move to the nearest LPS order.
+/// The source axis of each axis of the volume, before the lossless reordering to the nearest LPS order.
 struct AxisOrder {
     std::array<int, 3> sourceAxis = {0, 1, 2};
     std::array<bool, 3> flipped = {false, false, false};
     bool operator==(const AxisOrder&) const = default;
 };
 
-/// The whitelist: all that is ever copied from a clinical header besides geometry. No identifier is in it.
+/// The whitelist of values that are copied from a clinical header, besides geometry. It has no identifiers.
 struct Acquisition {
     std::string modality;        // "CT", "MR", "" unknown
     std::string kernel;          // convolution kernel, "" unknown
@@ -71,20 +71,20 @@ struct VolumeInfo {
     std::string unit;               // "HU", or "" where the physical unit is unknown
     double fillStored = 0;          // padding or air, as stored; chunks of nothing else are not written
     glm::dmat4 patientFromVoxel{1}; // affine; may be oblique, sheared, left-handed
-    /// Whether the source says how the patient lies; else patientFromVoxel is a convention, and left
+    /// True if the source states the patient's orientation; else patientFromVoxel is a convention, and left
     /// may be right.
     bool orientationKnown = true;
     AxisOrder originalOrder;
     Acquisition acquisition;
-    bool lossy = false;                // some of the source was compressed with loss
+    bool lossy = false;                // some of the source had lossy compression
     double lossyRatio = 0;             // of that compression, as the source's header says; 0 unknown
     std::uint64_t nonFiniteVoxels = 0; // NaN and infinite values: absent, and stored as absentStored
     double absentStored = 0;           // the lowest physical value of the data, where a voxel is absent
     std::uint64_t clampedVoxels =
         0;                  // values clamped into the stored type, or a lossy stream's into its range
     double suvPerValue = 0; // of a PET: SUV by body weight = this * physical value; 0 unknown
-    /// Oddities of the source that were accepted, a line each. They quote no name of a file and no text of a
-    /// header but numbers and code words.
+    /// Irregularities of the source that were accepted, one per line. They quote no file name, and of a
+    /// header only numbers and code words.
     std::vector<std::string> remarks;
 
     /// Lengths of the columns of patientFromVoxel, millimetres per voxel.

@@ -1,5 +1,5 @@
-// core/base/work.h: the machine-independent cost of a picture, for gates and reports that must not depend
-// on a clock.
+// core/base/work.h: the machine-independent cost of a picture, for tests and reports that must not depend on
+// time.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 namespace tessera {
 
 struct Work {
-    std::uint64_t iterations = 0; // loop turns of rays: segments taken and leaps over empty space
+    std::uint64_t iterations = 0; // loop iterations of rays: segments taken and leaps over empty space
     std::uint64_t segments = 0;   // strides sampled
-    std::uint64_t samples = 0;    // evaluations of the field, gradients' included
+    std::uint64_t samples = 0;    // evaluations of the field, including those of gradients
     std::uint64_t fetches = 0;    // texel fetches and filtered fetches of voxels
     std::uint64_t blended = 0;    // evaluations that took samples of more than one brick (mixed levels)
     std::uint64_t dispatches = 0;

@@ -14,10 +14,10 @@ double linearFromSrgb(double srgb);
 /// CIE 1976 L*u*v*, white point D65 (x 0.3127, y 0.3290); input linear Rec. 709 in [0,1]. Black gives 0.
 glm::dvec3 luvFromLinear(const glm::dvec3& rgb);
 
-/// Linear light of "#rrggbb" (sRGB) or of a name of CSS ("red", "grey"), in capitals or not; none
-/// of another word.
+/// Linear light of "#rrggbb" (sRGB) or of a name of CSS ("red", "grey"), in any case; nullopt for another
+/// word.
 std::optional<glm::vec3> findColour(const std::string& text);
-/// The name that is nearest to a word that is none.
+/// The name nearest to an unknown word.
 std::string nearestColour(const std::string& text);
 
 } // namespace tessera

@@ -31,10 +31,10 @@ Image overBackground(const Image& image, const glm::vec3& background);
 /// A coarse grid over a picture: every stride-th pixel of every stride-th row, from the middle of the first
 /// stride on. A side that is shorter than a stride has one pixel. Its size in pixels; stride >= 1.
 glm::ivec2 thinnedSize(const glm::ivec2& size, int stride);
-/// The picture's pixel that one of the grid is.
+/// The pixel of the picture at a point of the grid.
 /// @param at  of the grid, below thinnedSize()
 glm::ivec2 thinnedPixel(const glm::ivec2& at, const glm::ivec2& size, int stride);
-/// The picture's pixels on that grid, as they are: nothing is averaged.
+/// The picture's pixels on that grid, not averaged.
 Image thinned(const Image& image, int stride);
 /// True when no pixel has alpha above 1/510: nothing an 8-bit picture could show.
 bool isBlank(const Image& image);

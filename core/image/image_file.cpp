@@ -23,7 +23,7 @@ bool isOpaque(const Image& image) {
     return std::all_of(image.pixels.begin(), image.pixels.end(), [](const glm::vec4& p) { return p.a >= 1; });
 }
 
-/// Linear premultiplied to encoded, unassociated integers 0..max. What is not a number becomes 0.
+/// Linear premultiplied to encoded, unassociated integers 0..max. NaN becomes 0.
 template <typename Integer> PictureFile<Integer> encode(const Image& image, const std::string& manifest) {
     constexpr double kMax = static_cast<double>(static_cast<Integer>(~Integer{0}));
     const auto quantise = [](double x) {
@@ -115,7 +115,7 @@ void writeImage(const std::filesystem::path& path, const Image& image, const std
         out.check(); // names the system's reason
         throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
     }
-    out.check(); // what a library did not tell
+    out.check(); // errors that the library did not report
     file.finish();
 }
 

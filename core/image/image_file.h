@@ -13,7 +13,7 @@ namespace tessera {
 /// Throws InputError naming path when its extension is not one that writeImage() knows.
 void checkImagePath(const std::filesystem::path& path);
 
-/// Writes an OutputFile (output_file.h): a picture of that name stays until the new one is whole, on disk.
+/// Writes an OutputFile (output_file.h): an earlier picture stays until the new one is complete on disk.
 /// @param manifest  JSON text stored as ImageDescription
 /// Alpha: EXR stores premultiplied linear values; PNG and TIFF store unassociated alpha (3 channels if
 /// opaque). Throws Error naming path when it cannot be written.

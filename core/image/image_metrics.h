@@ -20,8 +20,8 @@ struct ImageDifference {
 ImageDifference compare(const Image& image, const Image& truth);
 
 /// Errors of a picture, for reports of error against run time. Means and percentiles are over the pixels
-/// where the truth's alpha is above 0, so no background flatters them. compare() takes alpha above 1/255,
-/// because its numbers are about what can be seen. maxAbs also finds what is lit where the truth is empty.
+/// where the truth's alpha is above 0, so background does not lower them. For compare() alpha must be above
+/// 1/255, because it is about visible pixels. The maximum maxAbs includes pixels where the truth is empty.
 struct ImageError {
     std::size_t maskedPixels = 0; // where the truth's alpha is above 0
     std::size_t nanCount = 0; // components, of all pixels, that are not finite; they count as an error of 1

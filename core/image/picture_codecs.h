@@ -1,5 +1,5 @@
-// core/image/picture_codecs.h: picture files by the formats' own libraries, for image_file.cpp: the numbers
-// as the file holds them. No library's exception or jump leaves these functions.
+// core/image/picture_codecs.h: picture files by the formats' own libraries, for image_file.cpp: numbers as
+// stored. No library's exception or longjmp leaves these functions.
 #pragma once
 
 #include "core/base/output_file.h"
@@ -14,9 +14,9 @@
 
 namespace tessera {
 
-constexpr int kMostPicturePixels = 16384; // an axis; a header that says more is a lie to us
+constexpr int kMostPicturePixels = 16384; // per axis; larger headers are refused
 
-/// A library or a file has a problem, in its own words.
+/// A problem of a library or a file, in its own words.
 class PictureProblem : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
@@ -34,12 +34,12 @@ template <typename Sample> struct PictureFile {
     }
 };
 
-/// What a picture's library writes through: it may forget to say that a write failed, this does not.
+/// The output of a picture's library: it reports failed writes, which the library may not.
 class CheckedOutput {
   public:
     explicit CheckedOutput(OutputFile& file) : file_(file) {}
-    /// At the position, which moves on. False where that failed, and ever after: throws nothing, since a
-    /// library in C calls it.
+    /// Writes at the position and advances it. Returns false if that failed, and ever after: throws nothing,
+    /// because a C library calls it.
     bool write(const void* bytes, std::size_t count) noexcept;
     std::uint64_t position = 0;
     std::uint64_t size() const { return size_; }
@@ -58,7 +58,7 @@ enum class PictureParts { header, all };
 void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture);
 void writeTiff(CheckedOutput& out, const PictureFile<std::uint16_t>& picture);
 void writeExr(CheckedOutput& out, const Image& image, const std::string& description);
-/// Whole numbers become shares of the largest.
+/// Integers become shares of the largest.
 PictureFile<float> readPng(const std::string& path, PictureParts parts);
 PictureFile<float> readTiff(const std::string& path, PictureParts parts);
 PictureFile<float> readExr(const std::string& path, PictureParts parts);

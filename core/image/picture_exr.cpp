@@ -15,7 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
-constexpr const char* kExrDescription = "comments"; // EXR's word for it
+constexpr const char* kExrDescription = "comments"; // EXR's name of the attribute
 
 class Stream final : public Imf::OStream {
   public:
@@ -40,13 +40,13 @@ Imf::Slice sliceOf(const float* pixels, std::size_t channels, std::size_t c, con
 }
 
 PictureFile<float> read(const std::string& path, PictureParts parts) {
-    // Before the file is opened: that alone takes memory for every line that the header claims.
+    // Before opening, which already takes memory for every line in the header.
     Imf::Header::setMaxImageSize(kMostPicturePixels, kMostPicturePixels);
     Imf::InputFile file(path.c_str(), 0);
     const Imf::Header& header = file.header();
     const Imath::Box2i window = header.dataWindow();
     PictureFile<float> picture;
-    const auto extent = [](int low, int high) { // of hostile numbers
+    const auto extent = [](int low, int high) { // safe for any numbers in a header
         return static_cast<int>(
             std::clamp<std::int64_t>(std::int64_t{high} - low + 1, 0, kMostPicturePixels + 1));
     };
@@ -67,7 +67,7 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
         return picture;
     const auto channels = static_cast<std::size_t>(picture.channels);
     picture.samples.reserve(picture.rowSamples() * static_cast<std::size_t>(picture.size.y));
-    constexpr int kRows = 64; // at once: a header that lies takes no memory for rows that never come
+    constexpr int kRows = 64; // at a time, so that a false header takes no memory for missing rows
     std::vector<float> rows;
     for (int y = 0; y < picture.size.y; y += kRows) {
         const int count = std::min(kRows, picture.size.y - y);

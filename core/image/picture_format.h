@@ -1,5 +1,4 @@
-// core/image/picture_format.h: the format of a picture, by its file name. It needs no library that writes
-// one.
+// core/image/picture_format.h: the format of a picture, by its file name. It needs no picture library.
 #pragma once
 
 #include <filesystem>

@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-/// Keeps the library's words and jumps back.
+/// Keeps the library's message and jumps back.
 [[noreturn]] void onError(png_structp png, png_const_charp words) {
     static_cast<std::string*>(png_get_error_ptr(png))->assign(words);
     png_longjmp(png, 1);
@@ -63,8 +63,8 @@ class Png {
     std::string words_;
 };
 
-constexpr const char* kPngDescription = "Description"; // PNG's word for it
-constexpr png_alloc_size_t kMostTextBytes = 16u << 20; // a manifest is some thousands
+constexpr const char* kPngDescription = "Description"; // PNG's keyword
+constexpr png_alloc_size_t kMostTextBytes = 16u << 20; // a manifest has some thousands
 
 } // namespace
 
@@ -88,7 +88,7 @@ void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture) {
                      PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
         png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_ABSOLUTE);
         png_set_text(png, info, both, 2);
-        png_set_filter(png, 0, PNG_FILTER_NONE); // the others take longer than they save
+        png_set_filter(png, 0, PNG_FILTER_NONE); // the other filters cost more time than they save
         png_write_info(png, info);
         for (std::size_t row = 0; row < picture.samples.size(); row += picture.rowSamples())
             png_write_row(png, &picture.samples[row]);
@@ -110,7 +110,7 @@ PictureFile<float> readPng(const std::string& path, PictureParts parts) {
     file.calls([&] {
         png_set_user_limits(png, kMostPicturePixels, kMostPicturePixels);
         png_set_chunk_malloc_max(png, kMostTextBytes);
-        png_set_benign_errors(png, 0); // else what is too long is a warning, and taken
+        png_set_benign_errors(png, 0); // otherwise too long a text is only a warning
         png_init_io(png, stream.get());
         png_read_info(png, info);
         png_set_expand(png); // palettes, transparent colours, less than 8 bits

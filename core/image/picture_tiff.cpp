@@ -10,14 +10,14 @@
 namespace tessera {
 namespace {
 
-/// The first of the library's complaints, which is the nearest to the cause.
+/// Keeps the library's first error, which is the nearest to the cause.
 int onError(TIFF*, void* words, const char*, const char* format, va_list values) {
     char text[512];
     std::vsnprintf(text, sizeof text, format, values);
     auto& kept = *static_cast<std::string*>(words);
     if (kept.empty())
         kept = text;
-    return 1; // said: nothing goes to stderr
+    return 1; // handled: the library prints nothing
 }
 int onWarning(TIFF*, void*, const char*, const char*, va_list) {
     return 1;
@@ -46,7 +46,7 @@ toff_t onSize(thandle_t handle) {
 using Options = std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)>;
 using Tiff = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-/// @param words  gets what the library complains of; has to outlive what is opened
+/// @param words  gets the library's error; must outlive the opened file
 Options optionsFor(std::string& words) {
     Options options(TIFFOpenOptionsAlloc(), TIFFOpenOptionsFree);
     if (options) {
@@ -126,7 +126,8 @@ PictureFile<float> readTiff(const std::string& path, PictureParts parts) {
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLEFORMAT, &format);
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_PLANARCONFIG, &planes);
     TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &meaning);
-    constexpr std::uint32_t kMost = kMostPicturePixels + 1; // what is more is as bad, and fits an int
+    constexpr std::uint32_t kMost =
+        kMostPicturePixels + 1; // larger sizes are refused as well, and this fits an int
     PictureFile<float> picture{{std::min(width, kMost), std::min(height, kMost)}, channels};
     checkPicture(picture.size, picture.channels);
     if (const char* text = nullptr; TIFFGetField(tiff.get(), TIFFTAG_IMAGEDESCRIPTION, &text) == 1)

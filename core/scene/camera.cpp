@@ -105,7 +105,7 @@ ViewAxes viewAxes(const ViewAngles& angles) {
 
 namespace {
 constexpr double kViewAngle = 30; // degrees, of cameras that are fitted
-constexpr double kMargin = 1.03;  // of the picture's half, around what it holds
+constexpr double kMargin = 1.03;  // half of the picture relative to the half that the fitted object takes
 } // namespace
 
 ViewFit::ViewFit(const ViewAxes& axes, Projection projection, const glm::ivec2& imageSize)
@@ -119,7 +119,8 @@ ViewFit::ViewFit(const ViewAxes& axes, Projection projection, const glm::ivec2& 
 }
 
 // A point at (u, v, s) is inside a picture whose eye is at (u0, v0, d) where |u - u0| <= tangent * (d - s),
-// so where u + tangent s <= u0 + tangent d and -u + tangent s <= -u0 + tangent d: the left sides know no eye.
+// that is where u + tangent s <= u0 + tangent d and -u + tangent s <= -u0 + tangent d. The left sides do not
+// depend on the eye.
 std::array<double, 4> ViewFit::reachOf(const glm::dvec3& centre, const glm::dvec3& half) const {
     const glm::dvec2 depth = tangent_ * (centre.z + half.z);
     return {centre.x + half.x + depth.x, -centre.x + half.x + depth.x, centre.y + half.y + depth.y,
@@ -150,7 +151,7 @@ Camera ViewFit::camera() const {
     camera.focalPoint =
         axes_.right * middle.x + axes_.up * middle.y + axes_.towards * (0.5 * (nearest_ + farthest_));
     const bool perspective = projection_ == Projection::perspective;
-    if (!perspective) // a parallel view has no distance: the eye is where all is before it
+    if (!perspective) // a parallel view has no distance: the eye is in front of everything
         camera.parallelScale = kMargin * std::max(half.x / aspect_, half.y);
     const double eye = perspective ? std::max(half.x / tangent_.x, half.y / tangent_.y)
                                    : nearest_ + 4 * camera.parallelScale;

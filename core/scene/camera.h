@@ -29,8 +29,8 @@ struct Camera {
     bool operator==(const Camera&) const = default;
 };
 
-/// Where the viewer is, seen from the patient, degrees. turn: about the axis from feet to head, 0 in front of
-/// the patient, 90 at the patient's left, 180 behind. rise: from there up towards the head, [-90,90].
+/// The viewer's direction from the patient, degrees. Angle turn is about the axis from feet to head: 0 in
+/// front, 90 at the patient's left, 180 behind. Angle rise is up towards the head, [-90,90].
 struct ViewAngles {
     double turn = 0, rise = 0;
     bool operator==(const ViewAngles&) const = default;
@@ -42,13 +42,13 @@ struct ViewAxes {
     glm::dvec3 right{0}, up{0}, towards{0};
 };
 ViewAxes viewAxes(View view);
-/// Superior is up, or what remains of it: from straight above what lies behind the patient's axis. Exact at
-/// multiples of 90 degrees, so that 90,0 is `left`.
+/// Superior is up, or its projection; at a rise of 90, the direction opposite to the turn. Exact at multiples
+/// of 90 degrees, so that 90,0 is `left`.
 ViewAxes viewAxes(const ViewAngles& angles);
 
-/// Finds the camera of a side whose picture holds all that it is given, as large as can be but for a margin
-/// of 3 %. Where things lie decides by what the planes through the picture's edges must hold, so that it
-/// needs no second look. Boxes are along the axes of the view: right, up, towards; mm.
+/// Finds the camera of a side whose picture holds all given boxes, as large as possible with a margin of 3 %.
+/// Only the planes through the picture's edges count, so one pass over the boxes suffices. Boxes are along
+/// the axes of the view: right, up, towards; mm.
 class ViewFit {
   public:
     ViewFit(const ViewAxes& axes, Projection projection, const glm::ivec2& imageSize);
@@ -57,16 +57,16 @@ class ViewFit {
     const ViewAxes& axes() const { return axes_; }
     /// @param half  half the size of the box, positive
     void add(const glm::dvec3& centre, const glm::dvec3& half);
-    /// Whether the picture holds the box already.
+    /// True if the picture holds the box already.
     bool holds(const glm::dvec3& centre, const glm::dvec3& half) const;
     bool empty() const { return !(nearest_ >= farthest_); }
-    /// Looks at the middle of what was given, at its middle depth; it must not be empty.
+    /// Looks at the middle of the boxes, at their middle depth; there must be one.
     Camera camera() const;
 
-    /// How far what was given reaches, as reachOf() tells it.
+    /// The reach of all boxes, as by reachOf().
     const std::array<double, 4>& reach() const { return reach_; }
-    /// How far a box reaches to the picture's right, left, upper and lower edge: what the plane through the
-    /// edge must hold, in mm from the plane through the origin.
+    /// The reach of a box towards the picture's right, left, upper and lower edge: the distance of the plane
+    /// through the edge from the parallel plane through the origin, mm.
     std::array<double, 4> reachOf(const glm::dvec3& centre, const glm::dvec3& half) const;
 
   private:
@@ -78,8 +78,8 @@ class ViewFit {
     double nearest_, farthest_; // along towards
 };
 
-/// Looks at the whole volume from a side of the patient, or from elsewhere. The volume's box fits
-/// the picture tightly.
+/// Looks at the whole volume from a side of the patient, or by angles. The volume's box fits the picture
+/// tightly.
 Camera fitCamera(const VolumeInfo& info, const ViewAxes& axes, Projection projection,
                  const glm::ivec2& imageSize);
 inline Camera fitCamera(const VolumeInfo& info, View view, Projection projection,
@@ -97,11 +97,11 @@ struct PatientRay {
     double minT = 0;
 };
 
-/// The camera ready for use: rays pass through a plane near the volume, so that float coordinates stay small
-/// even for a camera 1e6 mm away. Pixel (0,0) is the top left one; its centre is (0.5,0.5).
-/// base(pixel)      = centre + ndc.x * right + ndc.y * up,  ndc in [-1,1], y up
-/// direction(pixel) = normalize(toCentre + ndc.x * right + ndc.y * up)  (perspective), forward (parallel)
-/// minT(pixel)      = -|toCentre + ndc.x * right + ndc.y * up| (perspective: the eye), -infinity (parallel)
+/// The camera prepared for rays: they pass through a plane near the volume, so that float coordinates stay
+/// small even for a camera 1e6 mm away. Pixel (0,0) is the top left one; its centre is (0.5,0.5). base(pixel)
+/// = centre + ndc.x * right + ndc.y * up, ndc in [-1,1], y up direction(pixel) = normalize(toCentre + ndc.x *
+/// right + ndc.y * up) (perspective), forward (parallel) minT(pixel) = -|toCentre + ndc.x * right + ndc.y *
+/// up| (perspective: the eye), -infinity (parallel)
 struct RayPlane {
     glm::dvec3 centre{0}, right{0}, up{0}; // mm; right and up reach from the centre to the image's edge
     glm::dvec3 toCentre{0};                // perspective: centre - position
@@ -109,7 +109,7 @@ struct RayPlane {
     bool perspective = true;
 };
 RayPlane rayPlane(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize);
-/// The arbiter's ray, in double. pixel may have a fraction.
+/// The exact ray, in double. pixel may have a fraction.
 PatientRay pixelRay(const RayPlane& plane, const glm::dvec2& pixel, const glm::ivec2& imageSize);
 
 } // namespace tessera

@@ -9,25 +9,24 @@ namespace {
 Field<FittedView> sideField() {
     const Kind<ViewAngles> angles = numbersAt<ViewAngles>(&ViewAngles::turn, &ViewAngles::rise);
     const Kind<View> side = named<View>();
-    return {
-        "view",
-        "The side of the patient that faces the viewer, or degrees about the patient's axis (0 anterior, 90 "
-        "left) and up towards the head.",
-        [=](const JsonValue& value, FittedView& view) {
-            if (value.isList()) {
-                const ViewAngles read = angles.read(value);
-                view.angles = checkedAngles(read.turn, read.rise, value.place());
-            } else {
-                view.view = side.read(value);
-            }
-            view.named = true;
-        },
-        [=](const FittedView& view) {
-            return view.angles ? angles.write(*view.angles) : side.write(view.view);
-        },
-        [=](Schema& parts) {
-            return Schema{{"anyOf", {side.schema(parts), angles.schema(parts)}}};
-        }};
+    return {"view",
+            "Side of the patient that faces the viewer, or two angles in degrees: about the patient's axis "
+            "(0 anterior, 90 left), and up towards the head.",
+            [=](const JsonValue& value, FittedView& view) {
+                if (value.isList()) {
+                    const ViewAngles read = angles.read(value);
+                    view.angles = checkedAngles(read.turn, read.rise, value.place());
+                } else {
+                    view.view = side.read(value);
+                }
+                view.named = true;
+            },
+            [=](const FittedView& view) {
+                return view.angles ? angles.write(*view.angles) : side.write(view.view);
+            },
+            [=](Schema& parts) {
+                return Schema{{"anyOf", {side.schema(parts), angles.schema(parts)}}};
+            }};
 }
 
 const Fields<FittedView>& fittedFields() {
@@ -36,14 +35,13 @@ const Fields<FittedView>& fittedFields() {
         f.describe({{"anyOf", {{{"required", {"view"}}}, {{"required", {"mmPerPixel"}}}}}});
         f.add(sideField()).withoutDefault();
         f.add("mmPerPixel", &FittedView::mmPerPixel, numberIn(kLeastMmPerPixel, kMostMmPerPixel),
-              "Edge of a pixel of a parallel picture, mm. Without \"view\": of a slice that is looked at "
-              "along "
-              "its normal.")
+              "Edge of a pixel of a parallel projection, mm. Without \"view\": of a slice seen along its "
+              "normal.")
             .writtenIf([](const FittedView& view) { return view.mmPerPixel > 0; });
         f.add("fit", &FittedView::fit, named<Fit>(),
-              "What fills the picture: all that the transfer function and the isosurfaces show, the volume's "
-              "whole box, or what is shown of what cuts keep.");
-        f.add("parallelProjection", &FittedView::projection, projectionKind(), "Else perspective.");
+              "The region to which the camera is fitted: everything visible under the transfer function and "
+              "the isosurfaces, the volume's box, or the visible part within the cuts.");
+        f.add("parallelProjection", &FittedView::projection, projectionKind(), "false: perspective.");
         return f;
     }();
     return fields;
@@ -78,13 +76,14 @@ CameraChoice readCamera(const JsonValue& value) {
 
 const Fields<Camera>& freeCameraFields() {
     static const Fields<Camera> fields = [] {
-        Fields<Camera> f("freeCamera", "A camera in patient space, as VTK has it.");
-        f.add("position", &Camera::position, vectorKind(), "Of the eye, mm.").required();
-        f.add("focalPoint", &Camera::focalPoint, vectorKind(), "What it looks at, mm.").required();
-        f.add("viewUp", &Camera::viewUp, vectorKind(), "What is up in the picture.");
+        Fields<Camera> f("freeCamera", "A camera in patient space, with VTK's parameters.");
+        f.add("position", &Camera::position, vectorKind(), "Position of the eye, mm.").required();
+        f.add("focalPoint", &Camera::focalPoint, vectorKind(), "Point that the camera looks at, mm.")
+            .required();
+        f.add("viewUp", &Camera::viewUp, vectorKind(), "Direction that points up in the picture.");
         f.add("viewAngle", &Camera::viewAngle, anyNumber(),
               "Full vertical angle in degrees, above 0 and below 180; perspective only.");
-        f.add("parallelProjection", &Camera::projection, projectionKind(), "Else perspective.");
+        f.add("parallelProjection", &Camera::projection, projectionKind(), "false: perspective.");
         f.add("parallelScale", &Camera::parallelScale, anyNumber(),
               "Half the height of the view in mm, above 0; parallel projection only.");
         f.rule([](const JsonValue& whole, const Camera& camera) { camera.validate(whole.place()); });

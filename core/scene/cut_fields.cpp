@@ -20,12 +20,12 @@ namespace {
 const Fields<CropBox>& cropBoxFields() {
     static const Fields<CropBox> fields = [] {
         Fields<CropBox> f("cropBox");
-        f.add("low", &CropBox::low, vectorKind(), "Lower ends along the axes.").required();
-        f.add("high", &CropBox::high, vectorKind(), "Upper ends.").required();
+        f.add("low", &CropBox::low, vectorKind(), "Lower corner.").required();
+        f.add("high", &CropBox::high, vectorKind(), "Upper corner.").required();
         f.add("space", &CropBox::space, named<CropBox::Space>(),
-              "The patient's axes (mm), or the volume's (voxels, from 0).")
+              "Space of the corners: the patient's (mm), or the volume's (voxels, from 0).")
             .unlessDefault();
-        f.add("keep", &CropBox::keep, named<Keep>(), "What of the volume stays.");
+        f.add("keep", &CropBox::keep, named<Keep>(), "Part of the volume that is drawn.");
         f.rule([](const JsonValue& whole, const CropBox& box) { checkBox(box, whole.place()); });
         return f;
     }();
@@ -35,9 +35,9 @@ const Fields<CropBox>& cropBoxFields() {
 const Fields<CutPlane>& cutPlaneFields() {
     static const Fields<CutPlane> fields = [] {
         Fields<CutPlane> f("cutPlane");
-        f.add("point", &CutPlane::point, vectorKind(), "On the plane, mm.").required();
-        f.add("normal", &CutPlane::normal, vectorKind(), "Points to the inside.").required();
-        f.add("keep", &CutPlane::keep, named<Keep>(), "What of the volume stays.");
+        f.add("point", &CutPlane::point, vectorKind(), "A point on the plane, mm.").required();
+        f.add("normal", &CutPlane::normal, vectorKind(), "Normal, towards the inside.").required();
+        f.add("keep", &CutPlane::keep, named<Keep>(), "Part of the volume that is drawn.");
         f.rule([](const JsonValue& whole, const CutPlane& plane) { checkPlane(plane, whole.place()); });
         return f;
     }();
@@ -46,17 +46,18 @@ const Fields<CutPlane>& cutPlaneFields() {
 
 const Fields<Scissors>& scissorsFields() {
     static const Fields<Scissors> fields = [] {
-        Fields<Scissors> f("scissors", "All that a camera sees through an outline that was drawn on its "
-                                       "picture, however far away.");
-        f.add("camera", &Scissors::camera, objectOf(freeCameraFields()), "Of that picture.").required();
+        Fields<Scissors> f(
+            "scissors",
+            "Everything that a camera sees through an outline drawn on its picture, at any distance.");
+        f.add("camera", &Scissors::camera, objectOf(freeCameraFields()), "Camera of the picture.").required();
         f.add("aspect", &Scissors::aspect, anyNumber().described({{"exclusiveMinimum", 0}}),
-              "Width / height of that picture.");
+              "Width / height of the camera's picture.");
         f.add("outline", &Scissors::outline,
               listOf(numbersAt<glm::dvec2>(&glm::dvec2::x, &glm::dvec2::y), Cuts::kMostPoints, "points")
                   .described({{"minItems", 3}}),
               "A polygon; x to the right, y down, from 0 to 1 over the picture.")
             .required();
-        f.add("keep", &Scissors::keep, named<Keep>(), "What of the volume stays.");
+        f.add("keep", &Scissors::keep, named<Keep>(), "Part of the volume that is drawn.");
         f.rule([](const JsonValue& whole, const Scissors& cut) { checkScissors(cut, whole.place()); });
         return f;
     }();
@@ -71,15 +72,14 @@ template <typename Cut> Kind<std::vector<Cut>> cutsOf(const Fields<Cut>& fields,
 
 const Fields<Cuts>& cutsFields() {
     static const Fields<Cuts> fields = [] {
-        Fields<Cuts> f("cuts",
-                       "What of the volume is cut away; what is drawn is what every cut keeps. Surfaces' "
-                       "gradients and light of voxels are those of the uncut volume.");
+        Fields<Cuts> f("cuts", "Cuts through the volume; the part that every cut keeps is drawn. Gradients "
+                               "and light per voxel are those of the uncut volume.");
         f.add("boxes", &Cuts::boxes, cutsOf(cropBoxFields(), "boxes"),
-              "Along the patient's or the volume's axes.")
+              "Boxes along the patient's or the volume's axes.")
             .unlessDefault();
-        f.add("planes", &Cuts::planes, cutsOf(cutPlaneFields(), "planes"), "To one side of each.")
-            .unlessDefault();
-        f.add("scissors", &Cuts::scissors, cutsOf(scissorsFields(), "scissors"), "Outlines on pictures.")
+        f.add("planes", &Cuts::planes, cutsOf(cutPlaneFields(), "planes"), "Half-spaces.").unlessDefault();
+        f.add("scissors", &Cuts::scissors, cutsOf(scissorsFields(), "scissors"),
+              "Outlines on the pictures of cameras.")
             .unlessDefault();
         return f;
     }();
@@ -90,15 +90,13 @@ const Fields<Measurement>& measurementFields() {
     static const Fields<Measurement> fields = [] {
         constexpr double kMostMm = 1e7;
         Fields<Measurement> f("measurement");
-        f.add("kind", &Measurement::kind, named<MeasurementKind>(), "What is measured between the points.")
-            .required();
+        f.add("kind", &Measurement::kind, named<MeasurementKind>(), "Kind of measurement.").required();
         f.add("points", &Measurement::points,
               listOf(numbersWithin<glm::dvec3>(-kMostMm, kMostMm, "[x, y, z]", &glm::dvec3::x, &glm::dvec3::y,
                                                &glm::dvec3::z),
                      2, 3, "2 or 3 points"),
-              "mm, patient space (LPS). Distance: both ends. Angle: an end, the corner, the other end. "
-              "Circle: "
-              "three places on it.")
+              "Points in patient space (LPS), mm. Distance: both ends. Angle: an end, the corner, the other "
+              "end. Circle: three points on it.")
             .required()
             .allowedBy([](const Measurement& m, const JsonValue& whole) {
                 const JsonValue points = whole.at("points");

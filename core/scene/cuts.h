@@ -1,5 +1,5 @@
 // core/scene/cuts.h: cuts of a volume before it is drawn: boxes, planes, and prisms drawn as outlines on a
-// picture. Several cuts combine: the drawn part is what each of them keeps.
+// picture. Several cuts combine: only what each of them keeps is drawn.
 #pragma once
 
 #include "core/scene/camera.h"
@@ -30,22 +30,22 @@ struct CutPlane {
     bool operator==(const CutPlane&) const = default;
 };
 
-/// All that a camera sees through an outline, however far away: a prism (parallel) or a pyramid (perspective)
-/// in view space. Behind the eye of a perspective camera nothing is inside.
+/// Everything that a camera sees through an outline, at any distance: a prism (parallel) or a pyramid
+/// (perspective) in view space. Points behind the eye of a perspective camera are outside.
 struct Scissors {
     Camera camera;
     double aspect = 1; // width / height of the picture that the outline was drawn on
     /// A polygon, closed; inside by the even-odd rule. x to the right, y down, from 0 to 1 over the picture;
-    /// points may lie beside it.
+    /// points may lie outside it.
     std::vector<glm::dvec2> outline;
     Keep keep = Keep::inside;
     bool operator==(const Scissors&) const = default;
 };
 
 /// These throw InputError naming where for numbers that are not finite or beyond bounds
-/// (core/base/magnitude.h). They refuse a box whose low is not below its high, a normal of length 0, a camera
-/// that is none, and an aspect that is not positive. They refuse outlines of fewer than 3 points or more than
-/// Cuts::kMostPoints.
+/// (core/base/magnitude.h). They refuse a box whose low is not below its high, a normal of length 0, an
+/// invalid camera, and an aspect that is not positive. They refuse outlines of fewer than 3 points or more
+/// than Cuts::kMostPoints.
 void checkBox(const CropBox& box, const std::string& where);
 void checkPlane(const CutPlane& plane, const std::string& where);
 void checkScissors(const Scissors& scissors, const std::string& where);

@@ -17,16 +17,16 @@ struct GradientPoint {
 /// itself takes the right one.
 class GradientOpacity {
   public:
-    /// What lengths are told by: a millimetre, or the mean of a volume's three spacings, as VTK tells them
+    /// The unit of lengths: per millimetre, or per mean of a volume's three spacings, as in VTK
     /// (vtkVolumeShaderComposer.h, computeGradient()).
     enum class Per { mm, voxel };
     static constexpr std::size_t kMostPoints = 16;
 
     /// 1 everywhere.
     GradientOpacity() = default;
-    /// Points in any order; sorted stably. Factors are clamped to [0,1]. Points that are all 1 are none.
-    /// Throws InputError naming where for lengths and factors that are not finite, lengths below 0, and more
-    /// than kMostPoints.
+    /// Points in any order; sorted stably. Factors are clamped to [0,1]. If all factors are 1, there are no
+    /// points. Throws InputError naming where for lengths and factors that are not finite, lengths below 0,
+    /// and more than kMostPoints.
     static GradientOpacity fromPoints(std::vector<GradientPoint> points, Per per = Per::mm,
                                       const std::string& where = "gradient opacity");
 

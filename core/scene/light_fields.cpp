@@ -28,9 +28,9 @@ template <> const NameTable<OcclusionMethod>& namesOf() {
 namespace {
 
 constexpr double kMostMm = 1e7, kMostIntensity = 1e6, kMostSoftness = 60;
-/// At the light itself; less would be more light than numbers hold.
+/// At the light itself; a lower attenuation would overflow.
 constexpr double kLeastAttenuation = 1e-6, kMostAttenuation = 1e6;
-/// As many as subdivided platonic solids have corners or faces.
+/// Numbers of corners or faces of subdivided platonic solids.
 constexpr std::array kRays = {4, 8, 16, 20, 32, 64, 80, 128, 320, 512};
 constexpr double kAboveZero = 1e-6;
 
@@ -55,25 +55,24 @@ const Fields<Light>& lightFields() {
     static const Fields<Light> fields = [] {
         Fields<Light> f("light");
         f.add("kind", &Light::kind, named<LightKind>(),
-              "head: at the eye, along every ray; directional: from far away; point: from a place.")
+              "head: at the eye, along every ray; directional: infinitely far away; point: at a position.")
             .required();
-        f.add(
-             "frame", &Light::frame, named<LightFrame>(),
-             "Directional and point lights only: what direction and position are fixed to. camera (default): "
-             "x to the picture's right, y up, z towards the viewer, positions from the eye (parallel "
-             "projection: from the camera's position); patient: LPS.")
+        f.add("frame", &Light::frame, named<LightFrame>(),
+              "Directional and point lights only: frame of direction and position; patient: LPS. camera "
+              "(default): x to the picture's right, y up, z towards the viewer. Its origin is the eye, in "
+              "parallel projection the camera's position.")
             .allowedBy([](const Light& light, const JsonValue& whole) {
                 if (light.kind == LightKind::head)
                     throw badFile(whole.place(), "no \"frame\": a head light is at the eye", "one");
             })
             .writtenIf([](const Light& light) { return light.kind != LightKind::head; });
         f.add("direction", &Light::direction, within(-kMostMm, kMostMm, "[x, y, z]"),
-              "Directional lights only: towards the light, any length (default: [0, 0, 1]); [0, 0, 0] lights "
-              "nothing but the volume itself.")
+              "Directional lights only: towards the light, of any length (default: [0, 0, 1]). [0, 0, 0] "
+              "lights only what is shaded as a volume.")
             .allowedBy(onlyOf("direction", LightKind::directional, "a directional"))
             .writtenIf(isOf(LightKind::directional));
         f.add("position", &Light::position, within(-kMostMm, kMostMm, "[x, y, z], mm"),
-              "Point lights only: mm (default: [0, 0, 0]).")
+              "Point lights only: position, mm (default: [0, 0, 0]).")
             .allowedBy(onlyOf("position", LightKind::point, "a point"))
             .writtenIf(isOf(LightKind::point));
         f.add("attenuation", &Light::attenuation,
@@ -85,11 +84,12 @@ const Fields<Light>& lightFields() {
               "(default: [1, 0, 0]).")
             .allowedBy(onlyOf("attenuation", LightKind::point, "a point"))
             .writtenIf(isOf(LightKind::point));
-        f.add("intensity", &Light::intensity, numberIn(0, kMostIntensity), "0: the light is left out.");
-        f.add("colour", &Light::colour, colourKind(), "Linear light.");
-        f.add("shadow", &Light::shadow, trueOrFalse(), "It casts a shadow.");
+        f.add("intensity", &Light::intensity, numberIn(0, kMostIntensity),
+              "Brightness; 0: the light is left out.");
+        f.add("colour", &Light::colour, colourKind(), "Colour, linear light.");
+        f.add("shadow", &Light::shadow, trueOrFalse(), "The light casts shadows.");
         f.add("softness", &Light::softness, numberIn(0, kMostSoftness),
-              "The light's diameter as seen from what it lights, degrees.");
+              "Apparent diameter of the light, degrees.");
         return f;
     }();
     return fields;
@@ -98,12 +98,11 @@ const Fields<Light>& lightFields() {
 const Fields<Occlusion>& occlusionFields() {
     static const Fields<Occlusion> fields = [] {
         Fields<Occlusion> f("occlusion",
-                            "Ambient occlusion: how much of the light from all sides reaches a place.");
-        f.add(
-            "method", &Occlusion::method, named<OcclusionMethod>(),
-            "What of a ray's way counts. local: each part by the light that is left there; positional: what "
-            "is left at its end; rejecting: the same, where only what grows denser along the ray takes "
-            "light.");
+                            "Ambient occlusion: the share of ambient light that reaches a point.");
+        f.add("method", &Occlusion::method, named<OcclusionMethod>(),
+              "Weight of an occlusion ray. local: each part counts by the light that is left there. "
+              "positional: the light left at its end. rejecting: as positional, but only tissue that grows "
+              "denser along the ray takes light.");
         f.add("rays", &Occlusion::rays,
               wholeIn(kRays.front(), kRays.back())
                   .checked([](int rays, const JsonValue& value) {
@@ -111,14 +110,15 @@ const Fields<Occlusion>& occlusionFields() {
                           value.refuse("one of 4, 8, 16, 20, 32, 64, 80, 128, 320, 512");
                   })
                   .described({{"enum", kRays}}),
-              "Directions that are looked into.");
-        f.add("radius", &Occlusion::radiusMm, numberIn(kAboveZero, 1e4), "How far rays look, mm.");
-        f.add("offset", &Occlusion::offsetMm, numberIn(0, 1e3), "Where they begin, mm.");
+              "Number of occlusion rays.");
+        f.add("radius", &Occlusion::radiusMm, numberIn(kAboveZero, 1e4), "Length of the rays, mm.");
+        f.add("offset", &Occlusion::offsetMm, numberIn(0, 1e3), "Distance at which rays begin, mm.");
         f.add("bias", &Occlusion::bias, numberIn(0, 1),
-              "Ambient light is (bias + what is open)^gamma of all: more bias, less dark.");
-        f.add("gamma", &Occlusion::gamma, numberIn(kAboveZero, 8), "More gamma, deeper folds.");
+              "Share of ambient light = (bias + unoccluded share)^gamma: more bias, less dark.");
+        f.add("gamma", &Occlusion::gamma, numberIn(kAboveZero, 8),
+              "Exponent of that share: more gamma, darker folds.");
         f.add("emission", &Occlusion::emission, numberIn(0, 100),
-              "How strongly materials with an emission light what is around them; 0: not at all. With method "
+              "Factor on the light that emissive materials cast on their surroundings; 0: none. With method "
               "local only.");
         return f;
     }();
@@ -128,13 +128,13 @@ const Fields<Occlusion>& occlusionFields() {
 const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
     static const Fields<SurfaceOcclusion> fields = [] {
         Fields<SurfaceOcclusion> f("surfaceOcclusion",
-                                   "Ambient occlusion of isosurfaces, from what rays of a still meet first. "
-                                   "Where isosurfaces are all that shows; takes the place of occlusion.");
+                                   "Ambient occlusion of isosurfaces, at the first hits of a still's rays. "
+                                   "Only where isosurfaces alone are visible; it replaces occlusion.");
         f.add("rays", &SurfaceOcclusion::rays, wholeIn(1, SurfaceOcclusion::kMostRays),
-              "Directions that every place looks into.");
-        f.add("radius", &SurfaceOcclusion::radiusMm, numberIn(1e-3, 1e4), "How far they look, mm.");
+              "Number of rays of each surface point.");
+        f.add("radius", &SurfaceOcclusion::radiusMm, numberIn(1e-3, 1e4), "Their length, mm.");
         f.add("filter", &SurfaceOcclusion::filter, trueOrFalse(),
-              "Places side by side share what they found, along edges and not across.");
+              "Results of neighbouring points are averaged, along edges and not across.");
         return f;
     }();
     return fields;
@@ -144,21 +144,20 @@ const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
 
 const Fields<Shading>& shadingFields() {
     static const Fields<Shading> fields = [] {
-        Fields<Shading> f("shading", "How what is shown answers to light.");
-        f.add("shade", &Shading::on, trueOrFalse(), "false: colours as the transfer function has them.");
-        f.add("ambient", &Shading::ambient, numberIn(0, 1), "Light from all sides.");
-        f.add("diffuse", &Shading::diffuse, numberIn(0, 1), "Light that is scattered.");
-        f.add("specular", &Shading::specular, numberIn(0, 1), "Highlights.");
+        Fields<Shading> f("shading", "Material response to light, and the gradient operator.");
+        f.add("shade", &Shading::on, trueOrFalse(), "false: colours of the transfer function, unlit.");
+        f.add("ambient", &Shading::ambient, numberIn(0, 1), "Share of ambient light.");
+        f.add("diffuse", &Shading::diffuse, numberIn(0, 1), "Share of diffuse light.");
+        f.add("specular", &Shading::specular, numberIn(0, 1), "Share of specular light.");
         f.add("specularPower", &Shading::specularPower, numberIn(0, 1024),
-              "The higher, the smaller they are.");
+              "Exponent of the highlights: the higher, the smaller they are.");
         f.add(
             "gradient", &Shading::gradient, named<Gradient>(),
-            "How the field's gradient is taken: differences to one side, over a pitch to both, smoothed, the "
-            "derivative of trilinear interpolation, over half a pitch to both sides, or that of the cubic "
-            "B-spline.");
+            "Gradient operator: differences forward, central over a pitch or half a pitch to both sides, or "
+            "of Sobel; or the derivative of trilinear interpolation (analytic) or of the cubic B-spline.");
         f.add("model", &Shading::model, named<ShadingModel>(),
-              "What highlights follow: the mirrored light, or the direction halfway between light and viewer "
-              "(wider at the same power).")
+              "Highlights by the mirrored light direction, or by the direction halfway between light and "
+              "viewer (wider at the same power).")
             .unlessDefault();
         f.add("gradientWeight", &Shading::gradientWeight,
               numbersAt<GradientWeight>(&GradientWeight::low, &GradientWeight::high)
@@ -167,8 +166,8 @@ const Fields<Shading>& shadingFields() {
                           value.refuse("[low, high], 0 or more, ascending");
                       checkValue(weight.high, "[low, high]", value.place());
                   }),
-              "[low, high], physical units per mm: gradients up to low make no surface, light is that of a "
-              "volume there; from high on they do. Without it every gradient does.");
+              "[low, high], physical units per mm: gradients up to low are shaded as a volume, from high on "
+              "as a surface. Without it every gradient is a surface.");
         return f;
     }();
     return fields;
@@ -176,7 +175,7 @@ const Fields<Shading>& shadingFields() {
 
 const Fields<Lighting>& lightingFields() {
     static const Fields<Lighting> fields = [] {
-        Fields<Lighting> f("lighting", "Where light comes from, and what of it gets where.");
+        Fields<Lighting> f("lighting", "Lights, shadows and occlusion.");
         const std::string most = std::to_string(Lighting::kMaxLights);
         f.add("lights", &Lighting::lights,
               listOf(objectOf(lightFields()), 1, Lighting::kMaxLights,
@@ -186,7 +185,7 @@ const Fields<Lighting>& lightingFields() {
         f.add("occlusion", &Lighting::occlusion, objectOf(occlusionFields()));
         f.add("surfaceOcclusion", &Lighting::surfaceOcclusion, objectOf(surfaceOcclusionFields()));
         f.add("finestLevel", &Lighting::finestLevel, wholeIn(0, 3),
-              "Of the light that is kept of voxels: 0: of every sample; 1: one for 2^3 voxels, interpolated; "
+              "Resolution of light per voxel: 0: every sample; 1: one value per 2^3 voxels, interpolated; "
               "and so on.")
             .unlessDefault();
         f.rule([](const JsonValue& whole, const Lighting& lighting) {

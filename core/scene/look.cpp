@@ -31,7 +31,7 @@ void applyLook(const std::string& name, Scene& scene) {
     const JsonValue root(document, where);
     root.requireKeys({"tesseraLook", "description", "shading", "lighting"});
     root.at("tesseraLook").integer(1, 1);
-    Shading shading; // what a look says nothing of is as it is by default
+    Shading shading; // defaults for keys that a preset does not name
     if (root.has("shading"))
         shading = shadingFields().read(root.at("shading"));
     shading.on = scene.shading.on;

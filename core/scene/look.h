@@ -1,5 +1,5 @@
 // core/scene/look.h: lighting presets, in core/scene/looks/*.json: lights, occlusion and material response by
-// name. A lighting preset is a look in code and options.
+// name. In code and files a lighting preset is called a look.
 #pragma once
 
 #include "core/scene/scene.h"
@@ -9,10 +9,10 @@
 
 namespace tessera {
 
-/// "plain", "studio", "soft", "dramatic", "endoscope", "soft-1". NAME-1 is what NAME was before it changed.
+/// "plain", "studio", "soft", "dramatic", "endoscope", "soft-1". NAME-1 is an earlier version of NAME.
 const std::vector<std::string>& lookNames();
-/// Takes a look's light, and of its shading what it says; gradient and whether to shade stay the scene's.
-/// Throws InputError, listing the names and the nearest one, for an unknown name.
+/// Applies a lighting preset's light and the shading that it names; the gradient operator and `shade` stay
+/// the scene's. Throws InputError, listing the names and the nearest one, for an unknown name.
 void applyLook(const std::string& name, Scene& scene);
 
 } // namespace tessera

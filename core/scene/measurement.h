@@ -21,14 +21,14 @@ struct Measurement {
     bool operator==(const Measurement&) const = default;
 };
 
-/// Points that a measurement of the kind has when it is whole.
+/// Number of points of a complete measurement of the kind.
 std::size_t pointsOf(MeasurementKind kind);
 template <> const NameTable<MeasurementKind>& namesOf<MeasurementKind>();
 constexpr std::size_t kMaxMeasurements = 1000; // of a scene
 /// Distance: mm. Angle: degrees, [0,180]. Circle: its radius, mm; infinite where the three lie on a line.
 /// NaN where points are missing, or an angle's corner is one of its ends.
 double valueOf(const Measurement& measurement);
-/// The middle of a circle through three places, mm; the middle of the outer two where they lie on a line.
+/// The centre of a circle through three points, mm; the middle of the outer two if they lie on a line.
 glm::dvec3 circleCentre(const Measurement& circle);
 /// For people: "12.3 mm", "45.0 deg", "radius 12.3 mm, area 475 mm2".
 std::string describe(const Measurement& measurement);

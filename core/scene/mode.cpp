@@ -25,8 +25,8 @@ const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
     return windows;
 }
 
-/// The highest value that a window should show: where a thousandth of the voxels takes more than half of the
-/// range, what the others reach.
+/// The highest value that a window should show. If a thousandth of the voxels takes more than half of the
+/// range, it is the maximum of the other voxels.
 double mostOf(const ValueSummary& values) {
     constexpr double kFew = 1e-3, kMuch = 0.5;
     const double voxels = std::accumulate(values.histogram.begin(), values.histogram.end(), 0.0);

@@ -1,5 +1,5 @@
-// core/scene/mode.h: the modes of a picture: composited values along rays, one of them, their mean, the
-// isosurfaces alone, or values of a plane. The window turns one value into grey (docs/sampling.md, "Modes").
+// core/scene/mode.h: the modes of a picture: compositing, one value or the mean of a ray, the isosurfaces
+// alone, or the values of a plane. The window turns one value into grey (docs/sampling.md, "Modes").
 #pragma once
 
 #include "core/base/names.h"
@@ -15,7 +15,7 @@ namespace tessera {
 
 enum class Mode { composite, maximum, minimum, average, isosurface, slice };
 
-/// The value that a ray keeps of those along it: all of them, composited, or one.
+/// The reduction of the values along a ray: compositing, or one value.
 enum class Reduction { composite, maximum, minimum, average };
 
 /// DICOM's linear window (PS3.3 C.11.2.1.3.2, LINEAR_EXACT): grey rises from 0 at centre - width/2 to 1 at
@@ -26,12 +26,12 @@ struct GreyWindow {
     double high() const { return centre + width / 2; }
     bool operator==(const GreyWindow&) const = default;
 };
-/// By name, or spelled out. "auto" is abdomen where values are in HU, else all values of the volume. The
-/// highest thousandth is left out where it takes more than half of their range (a bladder in a PET).
+/// By name, or as numbers. "auto" is abdomen where values are in HU, else all values of the volume. The
+/// highest thousandth is left out if it spans more than half of their range (a bladder in a PET).
 using WindowChoice = std::variant<std::string, GreyWindow>;
 
-/// What a single value looks like: a grey of the window, the transfer function's colour, or a grey that falls
-/// from white to black, as nuclear medicine has it.
+/// The colour of a single value: a grey of the window, the transfer function's colour, or a grey from white
+/// to black, as in nuclear medicine.
 enum class ValueColour { window, transferFunction, inverse };
 
 enum class Orientation { axial, coronal, sagittal, oblique };
@@ -39,8 +39,8 @@ enum class Orientation { axial, coronal, sagittal, oblique };
 /// A plane in patient space (LPS, mm), or a slab around it.
 struct SlicePlane {
     Orientation orientation = Orientation::axial;
-    /// Along the axis that it crosses: z of axial, y of coronal, x of sagittal planes. None:
-    /// the volume's middle.
+    /// Position along the plane's axis: z of axial, y of coronal, x of sagittal planes. None: the volume's
+    /// middle.
     std::optional<double> positionMm = {};
     glm::dvec3 point{0}, normal{0, 0, 1};     // oblique; any length but 0
     double thicknessMm = 0;                   // 0: the plane alone, one sample a ray
@@ -48,10 +48,10 @@ struct SlicePlane {
     bool operator==(const SlicePlane&) const = default;
 };
 
-/// The plane of a slice and how it is looked at: from where its normal points to. Radiology's custom: axial
-/// from the feet, coronal from the front (both with the patient's right at the picture's left), sagittal from
-/// the patient's left (the front at the picture's left). Up is superior, or anterior where the normal is
-/// nearer to that than 1 degree.
+/// The plane of a slice and its view, from the side of its normal. By radiology's convention axial slices are
+/// seen from the feet and coronal ones from the front, both with the patient's right at the picture's left.
+/// Sagittal ones are seen from the patient's left, with the front at the picture's left. Up is superior, or
+/// anterior where the normal is nearer to that than 1 degree.
 struct SlicePose {
     glm::dvec3 point{0}, normal{0, 0, 1};   // mm; unit
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0}; // of the picture, unit
@@ -59,7 +59,7 @@ struct SlicePose {
 /// @param middle  of the volume, mm
 SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle);
 
-/// The window that a choice means on such values. Throws InputError for a name that there is none of.
+/// The window of a choice on such values. Throws InputError for an unknown name.
 GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values);
 
 template <> const NameTable<Mode>& namesOf<Mode>();
@@ -78,15 +78,16 @@ inline const std::vector<std::string>& orientationNames() {
 inline const std::vector<std::string>& valueColourNames() {
     return namesOf<ValueColour>().all();
 }
-/// "auto" and those of CT; all in HU. Their numbers are usual ones (Radiopaedia, "Windowing (CT)").
+/// "auto" and those of CT; all in HU. The numbers are customary ones (Radiopaedia, "Windowing (CT)").
 const std::vector<std::string>& windowNames();
 
 /// These throw InputError naming where.
 /// A name, or "CENTRE,WIDTH".
 WindowChoice parseWindow(const std::string& text, const std::string& where);
-/// Centre and width that are finite, width above 0, both ends values that a voxel can hold.
+/// Checks that centre and width are finite, width above 0, and both ends within the range of a voxel.
 GreyWindow checkedWindow(double centre, double width, const std::string& where);
-/// A thickness of at least 0, a normal that is one, and numbers within bounds (core/base/magnitude.h).
+/// Checks that the thickness is at least 0, the normal not 0, and numbers within bounds
+/// (core/base/magnitude.h).
 void checkSlice(const SlicePlane& slice, const std::string& where);
 
 } // namespace tessera

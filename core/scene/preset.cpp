@@ -51,7 +51,7 @@ double quantile(const ValueSummary& values, std::size_t first, double fraction) 
     return values.highest;
 }
 
-/// Where an object's values begin, their median, and where all but the brightest end.
+/// The least value of an object, its median, and its largest value without the brightest.
 struct ObjectValues {
     double start, middle, top;
 };
@@ -92,7 +92,7 @@ TransferFunction autoFunction(const ValueSummary& values) {
 std::string presetDescription(const std::string& name) {
     const auto found = presets::embeddedFiles().find(name + ".json");
     return found == presets::embeddedFiles().end()
-               ? "By the volume's values: what lies above the background, dark red to ivory."
+               ? "Adapts to the volume's values: those above the background, dark red to ivory."
                : parsePreset(std::string(found->second), name, "preset " + name).description;
 }
 

@@ -9,19 +9,18 @@
 
 namespace tessera {
 
-/// Names, alphabetical: "auto" and those of core/scene/presets/*.json. NAME-1 is what NAME was before it
-/// changed.
+/// Names, alphabetical: "auto" and those of core/scene/presets/*.json. NAME-1 is an earlier version of NAME.
 std::vector<std::string> presetNames();
 
-/// A sentence or two on one of them.
+/// A description of one of them.
 std::string presetDescription(const std::string& name);
 
 struct Preset; // core/scene/preset_file.h
-/// One of them with all that it says of light, mode and window. "auto" has no function here, as it depends on
-/// values. Throws InputError, listing the names and the nearest one, for an unknown name.
+/// One of them with its light, mode and window. "auto" has no function here, because it depends on values.
+/// Throws InputError, listing the names and the nearest one, for an unknown name.
 Preset builtInPreset(const std::string& name);
 
-/// What is known of a volume's values, for presets that adapt ("auto").
+/// Statistics of a volume's values, for adaptive presets ("auto").
 struct ValueSummary {
     double lowest = 0, highest = 0; // physical units
     bool isHu = true;
@@ -30,23 +29,22 @@ struct ValueSummary {
     std::vector<double> histogram;
 };
 
-/// Whether values without a unit look like HU: some are air, between -1100 and -900, and at least three
-/// quarters lie between -1100 and 3100. What scanners write outside their circle may lie below. By the
-/// histogram's bins, so never certain.
+/// True if values without a unit look like HU: some are air, between -1100 and -900, and at least three
+/// quarters lie between -1100 and 3100. Padding outside the scanner's circle may lie below. It is decided by
+/// the histogram's bins, so never certain.
 bool looksLikeHu(const ValueSummary& values);
 
-/// Of the values above the background, which is the largest peak of the histogram's lower half: the least,
-/// and the 98th percentile. Without a histogram the range's upper four fifths. Never empty.
+/// The least value and the 98th percentile of values above the background, which is the largest peak of the
+/// histogram's lower half. Without a histogram the upper four fifths of the range. Never empty.
 glm::dvec2 objectRange(const ValueSummary& values);
-/// A preset whose function is over shares as one over a volume's values; others as they are.
+/// Converts a preset over shares of a range to one over a volume's values; others are unchanged.
 Preset forValues(Preset preset, const ValueSummary& values);
 
-/// Throws InputError, listing the names and the nearest one, for an unknown name.
-/// "auto": from the histogram; transparent below the background peak's upper end, ramps over the quantiles of
-/// the rest, dark red to ivory. A volume of one value is transparent.
-/// A CT preset on other data is refused with a message that names "auto".
-/// "auto" suits any data, and so do presets over shares (forValues); the
-/// others suit values in HU, and values that look like them (looksLikeHu).
+/// Throws InputError, listing the names and the nearest one, for an unknown name. Preset "auto" follows the
+/// histogram: transparent below the background peak's upper end, ramps over the quantiles of the rest, dark
+/// red to ivory. A volume of one value is transparent. A CT preset on other data is refused with a message
+/// that names "auto". Any data suits "auto" and presets over shares (forValues). The others need values in
+/// HU, or values that look like HU (looksLikeHu).
 TransferFunction presetFunction(const std::string& name, const ValueSummary& values);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
-// core/scene/preset_file.cpp: see preset_file.h. A look's keys are read and written as a scene's: by way of a
-// scene.
+// core/scene/preset_file.cpp: see preset_file.h. A preset's keys are read and written like a scene's: by way
+// of a scene.
 #include "core/scene/preset_file.h"
 
 #include "core/base/error.h"
@@ -19,7 +19,7 @@ using nlohmann::json;
 const std::vector<std::string> kUnits = {"", "HU", "share of range",
                                          "share of object"}; // in the order of PresetUnit
 
-/// A scene of nothing but defaults and a look.
+/// A scene of defaults and a preset's keys.
 Scene sceneOf(const json& look, const std::string& where) {
     json document = look;
     document["tesseraScene"] = Scene::kVersion;
@@ -79,7 +79,7 @@ Preset presetOf(const Scene& scene, const std::string& name) {
     preset.name = name;
     preset.unit = scene.volumes.front().unit == "HU" ? PresetUnit::hu : PresetUnit::any;
     preset.function = *function;
-    // What scenes do not write because it is the default is said here: it replaces what another scene has.
+    // Defaults are written here, unlike in scenes, because they replace values of another scene.
     const json whole = json::parse(sceneJson(scene));
     json look = {{"mode", nameOf(scene.mode)},
                  {"valueColour", nameOf(scene.valueColour)},
@@ -116,7 +116,7 @@ void applyPreset(const Preset& preset, Scene& scene) {
 
 void applyBuiltInPreset(const std::string& name, const TransferChoice& function, Scene& scene) {
     Preset preset = builtInPreset(name);
-    preset.unit = PresetUnit::any; // its function is given
+    preset.unit = PresetUnit::any; // the function is explicit
     const auto putAway = [&](const char* key, auto Scene::*member) {
         const Scene plain;
         if (scene.*member == plain.*member)
@@ -139,7 +139,7 @@ void applyBuiltInPreset(const std::string& name, const TransferChoice& function,
 }
 
 std::vector<std::string> lookSaysOf(const Preset& preset) {
-    // Both spelled out as presetOf() does, so that a default that is written is no difference.
+    // Both are written in full as by presetOf(), so that a written default is no difference.
     const auto spelled = [](Scene scene) {
         scene.volumes.front().transferFunction = TransferFunction();
         return json::parse(presetOf(scene, "").look);

@@ -18,7 +18,7 @@ constexpr double kLargestShare = 0.25; // of the picture's width
 constexpr double kMmPerMetre = 1000, kMetresFrom = 10000;
 constexpr int kGlyphWidth = 5, kGlyphHeight = 7, kPitch = kGlyphWidth + 1;
 
-/// What the text can hold; a row a byte, its lowest five bits from left to right.
+/// The glyphs; one byte per row, its lowest five bits from left to right.
 struct Glyph {
     char letter;
     std::array<std::uint8_t, kGlyphHeight> rows;

@@ -1,4 +1,4 @@
-// core/scene/scene.cpp: see scene.h. What a scene's parts mean together. Its names are in scene_names.cpp,
+// core/scene/scene.cpp: see scene.h. Rules across the parts of a scene. Its names are in scene_names.cpp,
 // JSON in scene_reader.cpp and scene_writer.cpp.
 #include "core/scene/scene.h"
 

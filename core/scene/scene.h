@@ -21,85 +21,85 @@
 
 namespace tessera {
 
-/// The gradient of the field (docs/sampling.md, "Value"), in this order. Differences: to one side, over a
-/// pitch to both, smoothed as Sobel's. The derivative of trilinear interpolation itself. Differences over
-/// half a pitch to both sides. The derivative of the cubic B-spline.
+/// The gradient operator (docs/sampling.md, "Value"). In order: differences to one side, over a pitch to both
+/// sides, and of Sobel. Then the derivative of trilinear interpolation, differences over half a pitch to both
+/// sides, and the derivative of the cubic B-spline.
 enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic };
 
-/// What highlights follow: the mirrored light, or the direction halfway between light and viewer.
+/// Highlights by the mirrored light direction, or by the direction halfway between light and viewer.
 enum class ShadingModel { phong, blinnPhong };
 
-/// Gradient lengths between volume and surface lighting, in physical units per mm. Light is that of a volume
-/// up to the lower one, that of a surface from the higher on.
+/// Gradient lengths between volume and surface lighting, in physical units per mm. Shading is that of a
+/// volume up to the lower one, that of a surface from the higher on.
 struct GradientWeight {
     double low = 0, high = 0;
     bool operator==(const GradientWeight&) const = default;
 };
 
 /// With a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
-/// the specular part white. Off: colour as the transfer function gives it.
+/// the specular part white. Off: the transfer function's colour.
 struct Shading {
     bool on = true;
     double ambient = 0.2, diffuse = 0.8, specular = 0.25, specularPower = 20;
     Gradient gradient = Gradient::central;
     ShadingModel model = ShadingModel::phong;
-    std::optional<GradientWeight> gradientWeight = {}; // none: every gradient makes a surface
+    std::optional<GradientWeight> gradientWeight = {}; // none: every gradient is a surface
     bool operator==(const Shading&) const = default;
 };
 
-/// The largest component that a lit colour can have, of colours in [0,1]; 1 at least, because a colour stays
-/// as it is where the field has no gradient. Ending rays at transmittance t leaves out at most t times this.
+/// Upper bound on the components of a lit colour, for colours in [0,1]; at least 1, because colours are unlit
+/// where the field has no gradient. Ending rays at transmittance t leaves out at most t times this.
 double brightest(const Shading& shading, const Lighting& lighting = {},
                  const std::vector<Material>& materials = {});
 
-/// A surface of one value, drawn where rays cross it, in one pass with the volume. Lit as the volume is.
+/// A surface of one value, drawn where rays cross it, in one pass with the volume. Lit like the volume.
 struct Isosurface {
     double value = 0;       // physical units
     glm::dvec3 colour{1.0}; // linear light, [0,1], not premultiplied
-    double opacity = 1;     // [0,1], of the surface itself: whatever the angle and the step
+    double opacity = 1;     // [0,1], of the surface itself, at any angle and step
     bool operator==(const Isosurface&) const = default;
 };
 
 enum class Fetch { hardware, exact };
 
-/// How samples of neighbouring bricks are blended (docs/sampling.md, "Value"; course notes 2.10.2): nearest
-/// brick only, over the smaller half sample, over each side's own, or over the larger.
+/// Blending of samples of neighbouring bricks (docs/sampling.md, "Value"; course notes 2.10.2): nearest brick
+/// only, over the smaller half sample, over each side's own, or over the larger.
 enum class EdgeFunction { nearest, minimum, split, maximum };
-/// How densely a ray samples bricks of coarse levels (course notes 2.11.1): every segment; as the finest
-/// brick that can have weight there; as the brick at hand.
+/// Density of samples in coarse bricks (course notes 2.11.1): every segment; as in the finest brick that can
+/// have weight there; as in the current brick.
 enum class Sampling { full, limited, naive };
 
-/// What a segment of a ray adds (docs/sampling.md, "Integrators").
+/// Integration of a ray's segment (docs/sampling.md, "Integrators").
 enum class Integrator { automatic, midpoint, linear, preintegrated, preintegrated2d };
 
-/// What of a picture a pixel shows the mean of (docs/sampling.md, "Pixels").
+/// The filter of a pixel (docs/sampling.md, "Pixels").
 enum class PixelFilter { box, gaussian };
 
 struct PixelSampling {
     static constexpr int kAutomatic = 0, kMost = 256;
-    /// Rays through each pixel. 1: through its middle, of which nothing else here tells. kAutomatic: more
+    /// Rays through each pixel. 1: through its centre; filter and seed then have no effect. kAutomatic: more
     /// where pixels need them.
     int samples = 1;
     PixelFilter filter = PixelFilter::box; // box: the pixel's own area
-    std::uint32_t seed = 0;                // of where in a pixel they go
-    /// Whether anybody asked for as many samples; else the program takes what suits the engine.
+    std::uint32_t seed = 0;                // of the positions in a pixel
+    /// True if samples were requested; else the program chooses by engine.
     bool named = false;
 };
 
 struct Quality {
     double stepVoxels = 0.5; // q of docs/sampling.md: a segment, in level-0 voxels, [1/64,16]
-    /// Pictures by the march take the longest step, in halves from 2, whose estimated error is within 1/255
-    /// (rms over what shows) instead; scene files that name no step ask for it.
+    /// Instead the longest step, in halves from 2, whose estimated error is within 1/255 (rms over visible
+    /// pixels). Set for scene files that name no step.
     bool automaticStep = false;
-    Integrator integrator = Integrator::automatic; // automatic: as the transfer function's sharpness asks
+    Integrator integrator = Integrator::automatic; // automatic: by the transfer function's sharpness
     Fetch fetch = Fetch::hardware; // exact: texel fetches and float arithmetic, for equality tests
     double terminationTransmittance = 1.0 / 510; // a ray stops below it; 0: off
     bool skipping = true;                        // empty-space skipping; never changes the picture
     EdgeFunction edgeFunction =
         EdgeFunction::split; // the least error on scans: docs/measurements/level-of-detail.md
     Sampling sampling = Sampling::limited;
-    /// Predicted error that the picture may have (CIE L*u*v*, 99th percentile over pixels), in as many passes
-    /// as the budget needs; 0: the finest level that a pixel can show. None: the best that one pass can hold.
+    /// Bound of the predicted error (CIE L*u*v*, 99th percentile over pixels), in as many passes as the
+    /// budget needs. 0: the finest level that a pixel can show. None: the best picture of one pass.
     std::optional<double> maxError;
     PixelSampling pixels;
 };
@@ -110,25 +110,25 @@ using TransferChoice = std::variant<std::string, TransferFunction>;
 struct SceneVolume {
     std::filesystem::path path; // store or source; absolute once a scene is loaded
     TransferChoice transferFunction = std::string("bone-1");
-    std::string unit = {};    // "HU": the values are in HU, whatever the volume says; "": as the volume says
-    SourceChoice source = {}; // of source files; a store has nothing to choose
+    std::string unit = {};    // "HU": overrides the volume's unit; "": the volume's unit
+    SourceChoice source = {}; // of source files
 };
 
-/// What a camera by side holds: all that the transfer function and the isosurfaces show, the volume's box, or
-/// what is shown of what cuts keep.
+/// The target of a fitted camera: all that the transfer function and the isosurfaces show, the volume's box,
+/// or what is shown within the cuts.
 enum class Fit { shown, volume, kept };
 
-/// A camera by side (fitted once the volume is known), or spelled out.
+/// A camera by side, which is fitted once the volume is known.
 struct FittedView {
     View view = View::anterior;
     Projection projection = Projection::perspective;
     Fit fit = Fit::shown;
-    /// Whether anybody asked for a side; else a slice is looked at along its normal, in parallel.
+    /// True if a side was requested; else a slice is seen along its normal, in parallel projection.
     bool named = false;
-    /// From anywhere, in place of the side and of angles: what windows ask for. Not in files.
+    /// Any direction in place of the side and of angles, for windows. Not in files.
     std::optional<ViewAxes> axes = {};
     std::optional<ViewAngles> angles = {}; // in place of `view`
-    double mmPerPixel = 0;                 // of a parallel picture; 0: as it fits
+    double mmPerPixel = 0;                 // of a parallel picture; 0: fitted
 };
 ViewAxes axesOf(const FittedView& view);
 /// Half the height of a parallel picture whose pixels have this edge, mm.
@@ -146,7 +146,7 @@ struct Scene {
     Lighting lighting;
     std::vector<Isosurface> surfaces; // at most kMaxSurfaces
     Mode mode = Mode::composite;
-    WindowChoice window = std::string("auto"); // of modes that show single values, as what follows
+    WindowChoice window = std::string("auto"); // of modes that show single values, as is the next member
     ValueColour valueColour = ValueColour::window;
     SlicePlane slice; // of mode slice
     Cuts cuts;
@@ -159,27 +159,25 @@ struct Scene {
     static constexpr int kMaxImageExtent = 16384; // pixels an axis: 4 GiB of float pixels
 };
 
-/// What rays of the scene keep of the values along them: a slice that is a plane one value, as `maximum`.
+/// The reduction of the scene's rays: a plane has one value per ray, as `maximum`.
 Reduction reductionOf(const Scene& scene);
-/// The scene without what its mode does not draw: single values have no light, no isosurfaces and no
-/// integrator. What engines are given.
-/// Throws InputError for a mode that has nothing to draw.
+/// The scene without what its mode does not draw, as engines get it: single values have no light, isosurfaces
+/// or integrator. Throws InputError for a mode that has nothing to draw.
 Scene asDrawn(const Scene& scene);
 
-/// True when path is a JSON file that is meant as a scene: it has the key "tesseraScene", "volumes" or
-/// "camera". True also where it is no JSON at all, so that loadScene() can say what is wrong with it. False
-/// for folders and other files.
+/// True if path is a JSON file with the key "tesseraScene", "volumes" or "camera". True also for invalid
+/// JSON, so that loadScene() reports the fault. False for folders and other files.
 bool isSceneFile(const std::filesystem::path& path);
 /// Parses a scene file. Relative paths are taken from the file's folder.
 /// Throws InputError naming the file and the JSON path for: no JSON, wrong version, unknown key (with the
-/// nearest known one), wrong type, value out of range. It refuses more or fewer volumes than one.
+/// nearest known one), wrong type, value out of range. A scene must have exactly one volume.
 Scene loadScene(const std::filesystem::path& file);
 Scene parseScene(const std::string& text, const std::filesystem::path& folder, const std::string& where);
 /// The scene as JSON text that parseScene reads back to the same scene; ASCII, one line. A transfer function
 /// must hold opacities: one made from extinctions is for tests and has no JSON.
 std::string sceneJson(const Scene& scene);
 
-/// Names as scenes and options spell them (core/base/names.h).
+/// Names in scenes and options (core/base/names.h).
 template <> const NameTable<View>& namesOf<View>();
 template <> const NameTable<Projection>& namesOf<Projection>();
 template <> const NameTable<Fit>& namesOf<Fit>();
@@ -218,14 +216,13 @@ inline const std::vector<std::string>& pixelFilterNames() {
 inline const std::vector<std::string>& shadingModelNames() {
     return namesOf<ShadingModel>().all();
 }
-/// Throws InputError naming where for angles that are out of range: a turn beyond 360 degrees either way, a
-/// rise beyond 90.
+/// Throws InputError naming where for a turn beyond 360 degrees either way, or a rise beyond 90.
 ViewAngles checkedAngles(double turn, double rise, const std::string& where);
 
-/// Colour as findColour() knows it, or none of "transparent". Throws InputError naming where.
+/// A colour by findColour(); nullopt for "transparent". Throws InputError naming where.
 std::optional<glm::vec3> parseBackground(const std::string& text, const std::string& where);
 /// The same without "transparent".
-/// @param others  what else may be said there: "transparent, "
+/// @param others  further words for the message: "transparent, "
 glm::vec3 parseColour(const std::string& text, const std::string& where, const std::string& others = "");
 
 } // namespace tessera

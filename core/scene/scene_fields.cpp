@@ -23,11 +23,11 @@ const Fields<SceneVolume>& volumeFields() {
                           value.refuse("the path of a store or source");
                   })
                   .described({{"minLength", 1}}),
-              "A store, or source files; relative to the scene's file.")
+              "Path of a store or of source files, relative to the scene's file.")
             .required();
-        f.add("unit", &SceneVolume::unit, oneOf({"", "HU"}),
-              "The values are in HU though the volume does not say so (NIfTI cannot); empty: as the volume "
-              "says.");
+        f.add(
+            "unit", &SceneVolume::unit, oneOf({"", "HU"}),
+            "Unit of the values where the volume does not state it (NIfTI cannot); empty: the volume's own.");
         // Written only where something was chosen: a store has nothing to choose.
         const auto source = [&](const char* key, int SourceChoice::*member, const char* about) {
             f.add(
@@ -39,18 +39,18 @@ const Fields<SceneVolume>& volumeFields() {
                  key, [=](auto& v) -> auto& { return v.source.*member; }, trueOrFalse(), about)
                 .unlessDefault();
         };
-        source("series", &SourceChoice::series, "Of source files: number of the DICOM series, as listed.");
+        source("series", &SourceChoice::series, "Source files: number of the DICOM series, as listed.");
         source("phase", &SourceChoice::phase,
-               "Of source files: number of the phase, where a series has several pictures at each place.");
+               "Source files: number of the phase, where a series has several images at each position.");
         choice("largest", &SourceChoice::largest,
-               "Of source files: of a folder with several volumes the largest CT.");
+               "Source files: the largest CT of a folder with several volumes.");
         choice("resampleZ", &SourceChoice::resampleZ,
-               "Of source files: uneven slices are interpolated to even spacing.");
+               "Source files: uneven slices are interpolated to even spacing.");
         choice("allowMissing", &SourceChoice::allowMissing,
-               "Of source files: files that could be slices and cannot be read are left out.");
-        f.add("transferFunction", &SceneVolume::transferFunction, transferKind(),
-              "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others) or the points "
-              "themselves.");
+               "Source files: files that could be slices and cannot be read are left out.");
+        f.add(
+            "transferFunction", &SceneVolume::transferFunction, transferKind(),
+            "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others), or the points.");
         return f;
     }();
     return fields;
@@ -62,10 +62,10 @@ const Fields<Isosurface>& surfaceFields() {
         f.add("value", &Isosurface::value, anyNumber().checked([](double value, const JsonValue& where) {
              checkValue(value, "a value", where.place());
          }),
-              "Physical units.")
+              "In physical units.")
             .required();
-        f.add("opacity", &Isosurface::opacity, numberIn(0, 1), "Of the surface itself.");
-        f.add("rgb", &Isosurface::colour, colourKind(), "Linear light.");
+        f.add("opacity", &Isosurface::opacity, numberIn(0, 1), "Opacity of the surface.");
+        f.add("rgb", &Isosurface::colour, colourKind(), "Colour, linear light.");
         return f;
     }();
     return fields;
@@ -74,9 +74,9 @@ const Fields<Isosurface>& surfaceFields() {
 const Fields<SlicePlane>& sliceFields() {
     static const Fields<SlicePlane> fields = [] {
         Fields<SlicePlane> f(
-            "slice", "A plane, or a slab around it. Without a camera it is looked at along its normal, in "
-                     "parallel: axial from the feet, coronal from the front, sagittal from the patient's "
-                     "left.");
+            "slice",
+            "A plane, or a slab around it. Without a camera it is seen along its normal, in parallel "
+            "projection: axial from the feet, coronal from the front, sagittal from the patient's left.");
         const auto isOblique = [](const SlicePlane& s) { return s.orientation == Orientation::oblique; };
         const auto ofOblique = [=](const std::string& key, bool oblique) {
             return [=](const SlicePlane& slice, const JsonValue& whole) {
@@ -86,11 +86,10 @@ const Fields<SlicePlane>& sliceFields() {
                                   "\"" + key + "\"");
             };
         };
-        f.add("plane", &SlicePlane::orientation, named<Orientation>(), "Its axis, or oblique.");
+        f.add("plane", &SlicePlane::orientation, named<Orientation>(), "Orientation of the plane.");
         f.add("position", &SlicePlane::positionMm, anyNumber(),
-              "Millimetres along the axis that the plane crosses: z (axial), y (coronal), x (sagittal); "
-              "without "
-              "it the volume's middle.")
+              "Position along the plane's axis, mm: z (axial), y (coronal), x (sagittal). Without it: the "
+              "volume's middle.")
             .allowedBy(ofOblique("position", false))
             .writtenIf(std::not_fn(isOblique));
         f.add("point", &SlicePlane::point, vectorKind(), "A point of an oblique plane.")
@@ -100,14 +99,15 @@ const Fields<SlicePlane>& sliceFields() {
             .allowedBy(ofOblique("normal", true))
             .writtenIf(isOblique);
         f.add("thickness", &SlicePlane::thicknessMm, anyNumber().described({{"minimum", 0}}),
-              "Millimetres; 0: the plane alone.")
+              "Thickness of the slab, mm; 0: a plane.")
             .unlessDefault();
-        f.add("reduction", &SlicePlane::reduction, named<Reduction>(), "Of a slab (default: average).")
+        f.add("reduction", &SlicePlane::reduction, named<Reduction>(),
+              "Reduction over a slab (default: average).")
             .writtenIf([](const SlicePlane& slice) { return slice.thicknessMm > 0; });
         f.rule([=](const JsonValue& whole, const SlicePlane& slice) {
             for (const char* key : {"point", "normal"})
                 if (isOblique(slice) && !whole.has(key))
-                    whole.at(key); // which says that it is missing
+                    whole.at(key); // throws that it is missing
             checkSlice(slice, whole.place());
         });
         return f;
@@ -126,42 +126,37 @@ const Fields<Quality>& qualityFields() {
         Fields<Quality> f("quality", {}, qualityOfNoWord());
         // 1/64 voxel: finer ones come near to what float positions along a ray can tell apart
         Field<Quality>& step = f.add("stepVoxels", &Quality::stepVoxels, numberIn(1.0 / 64, 16),
-                                     "Distance between samples along a ray at the finest level, in voxels. "
-                                     "Without it: the longest "
-                                     "of 2, 1, 1/2, ... 1/16 whose estimated error is within 1/255. maxError "
-                                     "chooses a step itself.")
+                                     "Distance between samples along a ray at the finest level, voxels. "
+                                     "Without it: the longest of 2, 1, 1/2, ... 1/16 whose estimated error "
+                                     "is within 1/255. With maxError the step is chosen for that error.")
                                    .writtenIf([](const Quality& q) { return !q.automaticStep; });
         step.read = [read = step.read](const JsonValue& value, Quality& quality) {
             read(value, quality);
             quality.automaticStep = false;
         };
         f.add("integrator", &Quality::integrator, named<Integrator>(),
-              "What a segment of a ray adds; auto: as the sharpness of the transfer function asks.");
+              "Integration of a ray's segment; auto: by the sharpness of the transfer function.");
         f.add("fetch", &Quality::fetch, named<Fetch>(),
-              "hardware: filtered texture; exact: float arithmetic.");
-        f.add(
-            "edgeFunction", &Quality::edgeFunction, named<EdgeFunction>(),
-            "How bricks of different levels are blended: not at all, over the smaller half sample, over each "
-            "side's own, over the larger.");
+              "hardware: filtered texture fetches; exact: float arithmetic.");
+        f.add("edgeFunction", &Quality::edgeFunction, named<EdgeFunction>(),
+              "Blending between bricks of different levels: none, over the smaller half sample, over each "
+              "side's own, over the larger.");
         f.add("sampling", &Quality::sampling, named<Sampling>(),
-              "Steps in bricks of coarse levels: all of them; as the finest brick that can have weight there "
-              "needs; as the brick at hand needs.");
-        f.add(
-            "maxError", &Quality::maxError, numberIn(0, 1000),
-            "Predicted error (CIE L*u*v*, 99th percentile over pixels) to stay below, in as many passes as "
-            "the "
-            "budget needs; 0: the finest level that a pixel can show. Without it: the best picture that one "
-            "pass can hold.");
+              "Sampling in coarse bricks. full: at the finest step; limited: as fine as the finest brick "
+              "with weight there needs; naive: as fine as the current brick needs.");
+        f.add("maxError", &Quality::maxError, numberIn(0, 1000),
+              "Bound of the predicted error (CIE L*u*v*, 99th percentile over pixels), met in as many passes "
+              "as the budget needs. 0: the finest level that a pixel can show. Without it: the best picture "
+              "within one pass.");
         f.add("terminationTransmittance", &Quality::terminationTransmittance, numberIn(0, 0.5),
-              "A ray stops when less light than this comes through; 0: never.");
+              "Transmittance below which a ray stops; 0: never.");
         f.add("skipping", &Quality::skipping, trueOrFalse(),
-              "Leave out what is proven empty; never changes the picture.");
+              "Empty-space skipping; it never changes the picture.");
         Field<Quality>& samples =
             f.add(
                  "samples", [](auto& q) -> auto& { return q.pixels.samples; }, samplesKind(),
-                 "Rays through each pixel, whose mean it shows; 1: one through its middle; auto: more where "
-                 "the "
-                 "pixel needs them, up to 64 (default: 1).")
+                 "Rays per pixel, whose mean the pixel shows. 1: one through its centre; auto: more where "
+                 "the pixel needs them, up to 64 (default: 1).")
                 .writtenIf([](const Quality& q) {
                     return q.pixels.named || q.pixels.samples != PixelSampling{}.samples;
                 });
@@ -171,13 +166,12 @@ const Fields<Quality>& qualityFields() {
         };
         f.add(
              "pixelFilter", [](auto& q) -> auto& { return q.pixels.filter; }, named<PixelFilter>(),
-             "What a pixel with several samples is the mean of: its own area, or a Gaussian of half a "
-             "pixel's "
-             "deviation.")
+             "Filter of a pixel with several samples: its own area, or a Gaussian with a standard deviation "
+             "of half a pixel.")
             .unlessDefault();
         f.add(
              "seed", [](auto& q) -> auto& { return q.pixels.seed; }, wholeIn(0, kMostInt),
-             "Of where samples lie in a pixel.")
+             "Seed of the positions of samples in a pixel.")
             .unlessDefault();
         return f;
     }();
@@ -189,7 +183,7 @@ const Fields<Scene>& imageFields() {
         Fields<Scene> f("image");
         f.add("size", &Scene::imageSize, sizeKind(), "[width, height] in pixels.");
         f.add("background", &Scene::background, backgroundKind(),
-              "transparent, a colour's name as CSS has it (red, grey), an sRGB colour, or linear [r, g, b].");
+              "transparent, a CSS colour name (red, grey), an sRGB colour, or linear [r, g, b].");
         return f;
     }();
     return fields;
@@ -201,7 +195,7 @@ Scene sceneOfNoWord() {
     return scene;
 }
 
-/// A slice that nobody named a camera for is looked at along its normal.
+/// A slice without a named camera is seen along its normal.
 nlohmann::json cameraJson(const Scene& scene) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!(scene.mode == Mode::slice && view && !view->named))
@@ -225,7 +219,7 @@ const Fields<Scene>& sceneFields() {
             .required();
         f.add("volumes", &Scene::volumes,
               listOf(objectOf(volumeFields()), 1, 1, "a list of exactly one volume (more are not drawn yet)"),
-              "What is drawn; one volume in this version.")
+              "Volumes to draw; one in this version.")
             .required();
         f.add(
              "camera", &Scene::camera, cameraKind(),
@@ -236,23 +230,19 @@ const Fields<Scene>& sceneFields() {
         f.add("lighting", &Scene::lighting, objectOf(lightingFields())).unlessDefault();
         f.add("isosurfaces", &Scene::surfaces,
               listOf(objectOf(surfaceFields()), Scene::kMaxSurfaces, "isosurfaces"),
-              "Surfaces of one value each, drawn in one pass with the volume and lit as it is.");
-        f.add(
-             "mode", &Scene::mode, named<Mode>(),
-             "What is made of the values along a ray: composited by the transfer function, the greatest, the "
-             "least or the mean value, the isosurfaces alone, or the values of a plane.")
+              "Surfaces of one value each, drawn in one pass with the volume and lit like it.");
+        f.add("mode", &Scene::mode, named<Mode>(),
+              "Kind of picture: compositing by the transfer function; the maximum, minimum or mean value "
+              "along rays; the isosurfaces alone; or the values of a plane.")
             .unlessDefault();
         f.add("window", &Scene::window, windowKind(),
-              "What grey a value is in modes that show single values: from black at centre - width/2 to "
-              "white at "
-              "centre + width/2, as [centre, width] or by name; auto: abdomen where values are in HU, else "
-              "all "
+              "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
+              "centre - width/2, white at centre + width/2. auto: abdomen where values are in HU, else all "
               "values.")
             .unlessDefault();
         f.add("valueColour", &Scene::valueColour, named<ValueColour>(),
-              "What a single value looks like: the window's grey, the transfer function's colour, or a grey "
-              "that "
-              "falls from white to black over the window.")
+              "Colour of a single value: the window's grey, the transfer function's colour, or a grey from "
+              "white to black over the window.")
             .unlessDefault();
         f.add("slice", &Scene::slice, objectOf(sliceFields())).writtenIf([](const Scene& scene) {
             return scene.mode == Mode::slice || !(scene.slice == SlicePlane{});
@@ -261,7 +251,7 @@ const Fields<Scene>& sceneFields() {
         f.add("measurements", &Scene::measurements,
               listOf(objectOf(measurementFields()), 0, kMaxMeasurements,
                      "a list of at most 1000 measurements"),
-              "Lengths, angles and circles between places; windows draw them, pictures do not.")
+              "Lengths, angles and circles between points; windows draw them, pictures do not.")
             .unlessDefault();
         f.add("quality", &Scene::quality, objectOf(qualityFields()));
         f.part("image", imageFields());

@@ -1,5 +1,5 @@
-// core/scene/scene_fields.h: the keys of scenes, a table an object: what the reader, the writer, the
-// published schema, the user guide and `--set` know of them. Include from .cpp files only.
+// core/scene/scene_fields.h: the keys of scenes, with a table per object, for the reader, the writer, the
+// published schema, the user guide and `--set`. Include from .cpp files only.
 #pragma once
 
 #include "core/base/json_fields.h"
@@ -11,17 +11,17 @@ namespace tessera {
 const Fields<Scene>& sceneFields();
 /// docs/scene.schema.json
 const Schema& sceneSchema();
-/// Sets one key: "shading.ambient", "isosurfaces[0].opacity". What the scene holds there else stays; objects,
-/// and an item behind a list's last, are made where they are missing. Throws InputError naming `where` for
-/// what no scene file could say there, and for unknown keys the nearest.
+/// Sets one key: "shading.ambient", "isosurfaces[0].opacity". Other keys stay; missing objects, and an item
+/// after the last of a list, are created. Throws InputError naming `where` for values that a scene file could
+/// not have, and for unknown keys, with the nearest.
 void setSceneKey(Scene& scene, const std::string& key, const nlohmann::json& value, const std::string& where);
 const Fields<Shading>& shadingFields();
 const Fields<Lighting>& lightingFields();
 const Fields<Cuts>& cutsFields();
 const Fields<Measurement>& measurementFields();
-/// A camera that is spelled out.
+/// A camera by position, focal point and so on.
 const Fields<Camera>& freeCameraFields();
-/// By side, or spelled out.
+/// By side, or by position.
 Kind<CameraChoice> cameraKind();
 /// true: parallel.
 Kind<Projection> projectionKind();
@@ -37,7 +37,7 @@ Kind<glm::ivec2> sizeKind();
 /// A colour's name, sRGB, linear light, or transparent.
 Kind<std::optional<glm::vec3>> backgroundKind();
 
-/// A transfer function as its keys have it: the same in scenes, paths and presets.
+/// A transfer function as its keys: the same in scenes, paths and presets.
 struct TransferKeys {
     double unitMm = 1; // opacities are of a path of this length
     std::vector<OpacityPoint> opacity;
@@ -47,8 +47,8 @@ struct TransferKeys {
     GradientOpacity::Per gradientPer = GradientOpacity::Per::mm;
 };
 const Fields<TransferKeys>& transferFields();
-/// Of the keys of an object; others are the caller's affair. A missing unit distance is 1 mm, a missing
-/// scalarOpacity refused (a forgotten one would draw nothing), missing colours are white.
+/// From the keys of an object; others are left to the caller. A missing unit distance is 1 mm, a missing
+/// scalarOpacity is refused (it would draw nothing), missing colours are white.
 TransferFunction parseTransfer(const JsonValue& whole);
 /// The inverse. The function must hold opacities (fromOpacity), not extinctions.
 nlohmann::json transferJson(const TransferFunction& function);

@@ -14,7 +14,7 @@ using nlohmann::json;
 
 namespace {
 
-/// What stands at a key's steps below a value: ".ambient", "[0].opacity", "". Null where nothing does.
+/// The value below another at the steps of a key (".ambient", "[0].opacity", ""); null if there is none.
 json& below(json& value, std::string_view steps, const std::string& where) {
     if (steps.empty())
         return value;
@@ -40,7 +40,7 @@ json& below(json& value, std::string_view steps, const std::string& where) {
     return below(value[at], steps, where);
 }
 
-/// By its whole path, or by its last name alone; of several the shortest.
+/// The nearest key, by its whole path or its last name alone; of equally near ones the shortest.
 std::string nearestKey(const std::string& key) {
     const auto away = [&](const KeyRow& row) {
         const std::string name = row.path.substr(row.path.rfind('.') + 1);

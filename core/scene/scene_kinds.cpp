@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-/// The nearest colour that eight bits of sRGB can name: "#rrggbb".
+/// The nearest colour with eight bits of sRGB: "#rrggbb".
 std::string hexColour(const glm::vec3& linear) {
     std::array<char, 8> hex{};
     const auto byte = [&](int c) {
@@ -88,7 +88,7 @@ Kind<glm::ivec2> sizeKind() {
 }
 
 Kind<std::optional<glm::vec3>> backgroundKind() {
-    const Kind<glm::dvec3> linear = colourKind(); // for colours that eight bits of sRGB cannot name
+    const Kind<glm::dvec3> linear = colourKind(); // for colours that eight bits of sRGB cannot express
     return {[=](const JsonValue& value) -> std::optional<glm::vec3> {
                 if (value.isList())
                     return glm::vec3(linear.read(value));

@@ -19,16 +19,16 @@ constexpr double kMinUnitMm = 1e-6, kMaxUnitMm = 1e6; // from microscopes to mou
 const Fields<Material>& materialFields() {
     static const Fields<Material> fields = [] {
         Fields<Material> f("material");
-        f.add("from", &Material::from, anyNumber(), "The first value, physical units.").required();
-        f.add("to", &Material::to, anyNumber(), "Where it ends, itself not with it.").required();
-        f.add("ambient", &Material::ambient, numberIn(0, 1), "Light from all sides.").required();
-        f.add("diffuse", &Material::diffuse, numberIn(0, 1), "Light that is scattered.").required();
-        f.add("specular", &Material::specular, numberIn(0, 1), "Highlights.").required();
+        f.add("from", &Material::from, anyNumber(), "First value, in physical units.").required();
+        f.add("to", &Material::to, anyNumber(), "End of the range, itself excluded.").required();
+        f.add("ambient", &Material::ambient, numberIn(0, 1), "Share of ambient light.").required();
+        f.add("diffuse", &Material::diffuse, numberIn(0, 1), "Share of diffuse light.").required();
+        f.add("specular", &Material::specular, numberIn(0, 1), "Share of specular light.").required();
         f.add("specularPower", &Material::specularPower, wholeIn(1, 1024),
-              "The higher, the smaller they are.")
+              "Exponent of the highlights: the higher, the smaller they are.")
             .required();
         f.add("emission", &Material::emission, colourKind(),
-              "Light that it sends, red, green and blue, linear, beside what it reflects.")
+              "Emitted light: red, green and blue, linear; added to what is reflected.")
             .unlessDefault();
         return f;
     }();
@@ -69,7 +69,7 @@ const Fields<TransferKeys>& transferFields() {
             "Linear between points, constant beyond the outermost. Two points at one value "
             "are a step; the second holds at the value itself.");
         f.add("scalarOpacityUnitDistance", &TransferKeys::unitMm, numberIn(kMinUnitMm, kMaxUnitMm),
-              "Path length in mm over which an opacity is reached.");
+              "Path length that opacities refer to, mm.");
         f.add("scalarOpacity", &TransferKeys::opacity,
               listOf(numbersAt<OpacityPoint>(&OpacityPoint::value, &OpacityPoint::opacity)),
               "[value, opacity]; opacity is clamped to 0..1.")
@@ -78,18 +78,18 @@ const Fields<TransferKeys>& transferFields() {
               "[value, r, g, b]; linear light, clamped to 0..1. None: white.");
         f.add("materials", &TransferKeys::materials,
               listOf(objectOf(materialFields()), TransferFunction::kMaxMaterials, "materials"),
-              "How what has a value answers to light; values in none of these ranges take what shading says. "
-              "Ranges share no value.")
+              "Material response of ranges of values; other values take that of shading. Ranges do not "
+              "overlap.")
             .unlessDefault();
         f.add("gradientOpacity", &TransferKeys::gradient,
               listOf(gradientPointKind(), GradientOpacity::kMostPoints, "points"),
-              "[length, factor]: a factor, clamped to 0..1, on the extinction, by the length of the field's "
-              "gradient; linear between points, constant beyond the outermost, and two points at one length "
-              "are a step. None: 1.")
+              "[length, factor]: factor on the extinction, clamped to 0..1, by the length of the field's "
+              "gradient. It is linear between points and constant beyond the outermost; two points of one "
+              "length are a step. None: 1.")
             .unlessDefault();
         f.add("gradientOpacityUnit", &TransferKeys::gradientPer, named<GradientOpacity::Per>(),
-              "What lengths of gradients are told by, in physical units: mm, or voxel, the mean of the "
-              "volume's three spacings, as 3D Slicer and VTK have it.")
+              "Lengths of gradients are physical units per mm, or per voxel: the mean of the volume's three "
+              "spacings, as in 3D Slicer and VTK.")
             .unlessDefault();
         return f;
     }();

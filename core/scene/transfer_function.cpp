@@ -196,20 +196,20 @@ TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceVal
     if (!surfaces.empty()) {
         first = kinks.empty() ? surfaces.front().value : std::min(first, surfaces.front().value);
         last = kinks.empty() ? surfaces.back().value : std::max(last, surfaces.back().value);
-        // Values beyond the table read as its ends: these must not be a surface's.
+        // Values beyond the table read its end entries, which must not be an isosurface's.
         const double beyond = std::max((last - first) / 64, 0.5);
         first -= first == surfaces.front().value ? beyond : 0;
         last += last == surfaces.back().value ? beyond : 0;
     }
-    // Readers have scale and offset in float: a narrower table would make the one infinite or cancel the
-    // other. One value, a constant or one step with both sides to show, gets room as well.
+    // Readers have scale and offset in float. A narrower table would make the scale infinite or cancel the
+    // offset. A single value, which is a constant or a step with both sides, also gets a width.
     const double least =
         std::max(last > first ? 1e-25 : 1.0, 1e-6 * std::max(std::abs(first), std::abs(last)));
     if (const double lacking = least - (last - first); lacking > 0) {
         first -= 0.5 * lacking;
         last += 0.5 * lacking;
     }
-    // What was added to the ends of a range that fills floats is beyond them.
+    // The margin added to a range may exceed the range of floats.
     first = std::max(first, -kLargestValue);
     last = std::min(last, kLargestValue);
     double closest = last - first;
@@ -227,8 +227,8 @@ TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceVal
     table.entriesPerValue = static_cast<float>(1 / pitch);
     double highest = 0;
     for (std::size_t i = 0; i < size; ++i) {
-        // The first entry is the limit from the left: a step at the very first point is seen from both sides
-        // only if values below it read what lies below.
+        // The first entry is the limit from the left. Otherwise values below a step at the first point would
+        // read the value above it.
         const double value =
             i == 0 ? std::nextafter(first, first - 1) : first + pitch * static_cast<double>(i);
         const double extinction = function.extinction(value);

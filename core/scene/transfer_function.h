@@ -1,5 +1,5 @@
-// core/scene/transfer_function.h: transfer functions: points as people edit them, the exact function between
-// them (docs/sampling.md, "Transfer function"), and the table of floats that engines read.
+// core/scene/transfer_function.h: transfer functions: editable points, the exact function between them
+// (docs/sampling.md, "Transfer function"), and the table of floats that engines read.
 #pragma once
 
 #include "core/scene/gradient_opacity.h"
@@ -21,12 +21,12 @@ struct ColourPoint {
     glm::dvec3 colour{1.0}; // linear light, Rec. 709 primaries, [0,1], not premultiplied
 };
 
-/// How what has a value answers to light, in place of what the scene's shading says.
+/// Material response of a range of values, in place of the scene's shading.
 struct Material {
-    double from = 0, to = 0; // physical units, to not with it
+    double from = 0, to = 0; // physical units, `to` excluded
     double ambient = 0.2, diffuse = 0.8, specular = 0.25;
     int specularPower = 20;
-    glm::dvec3 emission{0}; // light that it sends, beside what it reflects: linear, [0,1]
+    glm::dvec3 emission{0}; // emitted light, linear, [0,1]
     bool operator==(const Material&) const = default;
 };
 
@@ -48,9 +48,9 @@ class TransferFunction {
                                            std::vector<ColourPoint> colour,
                                            const std::string& where = "transfer function");
 
-    /// 1/mm: -log1p(-min(opacity, 1-2^-24)) / referenceLengthMm. It never depends on a step.
+    /// 1/mm: -log1p(-min(opacity, 1-2^-24)) / referenceLengthMm. It does not depend on a step.
     double extinction(double value) const;
-    /// The same for what the points have at a value: opacity, or extinction.
+    /// Opacity or extinction, whichever the points have, at a value.
     double extinctionOf(double opacity) const;
     glm::dvec3 colour(double value) const;
     /// Values, ascending, where the function is not smooth: every point.
@@ -63,7 +63,7 @@ class TransferFunction {
     /// voxel can hold, and for more than kMaxMaterials.
     void setMaterials(std::vector<Material> materials, const std::string& where = "transfer function");
     const std::vector<Material>& materials() const { return materials_; }
-    /// A material sends light.
+    /// True if a material emits light.
     bool emits() const;
     /// Factor on the extinction by the gradient's length; extinction() is without it.
     void setGradientOpacity(GradientOpacity factor) { gradientOpacity_ = std::move(factor); }
@@ -79,14 +79,14 @@ class TransferFunction {
     bool pointsAreExtinction_ = false;
 };
 
-/// An isosurface, as far as it decides what is shown.
+/// An isosurface, as far as it matters for visibility.
 struct SurfaceValue {
     double value = 0; // physical units
     glm::vec3 colour{1};
     double opacity = 1;
 };
 
-/// The function as march and mirror read it: equidistant samples, linear between them, in float.
+/// The function as ray casters read it: equidistant samples, linear between them, in float.
 struct TransferTable {
     float firstValue = 0;           // value of entries.front(); values below read as it
     float entriesPerValue = 0;      // (entries.size()-1) / (last value - first value)
@@ -95,22 +95,23 @@ struct TransferTable {
     /// neighbourhood (one table bin) of steps, which no table of finite size can follow.
     double relativeError = 0;
     std::vector<SurfaceValue> surfaces; // ascending
-    GradientOpacity gradientOpacity;    // on the extinctions; at most 1, so that it shows nothing more
-    /// Entries up to and including i that show something: their extinction is not 0, or an isosurface's value
-    /// is theirs or lies beside them; for emptyOver().
+    GradientOpacity gradientOpacity;    // on the extinctions; at most 1, so that it makes nothing visible
+    /// Number of visible entries up to and including i, for emptyOver(). An entry is visible if its
+    /// extinction is not 0, or an isosurface's value is at it or beside it.
     std::vector<int> nonZeroUpTo;
 
     static constexpr int kMaxEntries = 65536; // 1 MiB: one entry per HU over the whole 16-bit range
-    /// True when the table's extinction is exactly 0 everywhere on [lowest, highest] (physical units), and no
-    /// isosurface's value lies there. It is conservative by one entry on both sides, so that float rounding
-    /// of an index cannot matter.
+    /// True if the table's extinction is exactly 0 on all of [lowest, highest] (physical units), without an
+    /// isosurface's value. It is conservative by one entry on both sides, so that float rounding of an index
+    /// cannot matter.
     bool emptyOver(double lowest, double highest) const;
     bool shows(std::size_t entry) const {
         return nonZeroUpTo[entry] != (entry == 0 ? 0 : nonZeroUpTo[entry - 1]);
     }
-    /// No entry has an extinction.
+    /// True if no entry has an extinction.
     bool isTransparent() const;
-    /// What the isosurfaces alone show: entries beside their values have an extinction of 1, all others none.
+    /// A table of the isosurfaces alone: entries beside their values have an extinction of 1, all others
+    /// none.
     TransferTable ofSurfaces() const;
     /// For error prediction of levels: models each isosurface as a step in opacity at its value. Above the
     /// step a nearly opaque surface is as good as opaque within a few voxels; any other is thin and hides
@@ -118,8 +119,8 @@ struct TransferTable {
     TransferTable withSurfacesAsSteps(double voxelMm) const;
 };
 
-/// Size follows the sharpest feature: at least 8 entries between the two closest points, a power of two; with
-/// isosurfaces, whose values the table then covers, at least 4096.
+/// The size follows the sharpest feature: a power of two with at least 8 entries between the two closest
+/// points; with isosurfaces, whose values the table covers, at least 4096.
 TransferTable makeTable(const TransferFunction& function, std::vector<SurfaceValue> surfaces = {});
 
 } // namespace tessera

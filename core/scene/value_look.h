@@ -14,8 +14,7 @@ struct ValueLook {
     GreyWindow window;
 };
 
-/// Linear light: the window's grey, rising or falling, is what a display shows (sRGB), as radiology viewers
-/// have it.
+/// Linear light: the window's grey, rising or falling, is a display value (sRGB), as in radiology viewers.
 /// @param value  physical units
 glm::dvec3 colourOfValue(const ValueLook& look, const TransferFunction& function, double value);
 

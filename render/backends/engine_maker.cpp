@@ -38,17 +38,17 @@ EngineKind engineNamed(const std::string& text, const std::string& option, bool 
     return EngineKind::automatic;
 }
 
-/// OpenGL is not even loaded where the system knows of no GPU.
+/// OpenGL is not loaded if the system has no GPU.
 EngineMaker::EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads)
     : kind_(asked), threads_(threads) {
     if (kind_ == EngineKind::automatic) {
         kind_ = EngineKind::gpu;
         if (device.text != "auto") {
-            reason_ = "a device of OpenGL was asked for";
+            reason_ = "an OpenGL device was requested";
         } else if (mayHaveGpu()) {
             try {
                 context_.emplace(device);
-                reason_ = context_->software() ? "OpenGL draws in software here" : "this machine has a GPU";
+                reason_ = context_->software() ? "OpenGL is in software here" : "this machine has a GPU";
             } catch (const Error& e) {
                 reason_ = e.what();
             }

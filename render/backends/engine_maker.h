@@ -12,25 +12,24 @@
 
 namespace tessera {
 
-/// Makes engines of one kind, chosen once, that draw on one device: a GL context, where they need one, is
-/// theirs together. It is current on the calling thread, from which all calls come then; and
-/// outlives the engines.
+/// Makes engines of one kind, chosen once, that draw on one device and share a GL context, if they need one.
+/// The context is current on the calling thread, which must make all calls, and outlives the engines.
 class EngineMaker {
   public:
-    /// Throws InputError where the device that was asked for is not there.
+    /// Throws InputError if the requested device is missing.
     /// @param threads  0: all processors
     EngineMaker(EngineKind asked, const GlDeviceChoice& device, int threads = 0);
-    /// What takes rays. Throws InputError where the kind draws without any.
+    /// Makes the ray backend. Throws InputError if the kind draws without rays.
     /// @param gpu, ram  outlive the engine
     std::unique_ptr<Engine> make(MemoryBudget& ram, MemoryBudget& gpu) const;
     EngineInput input(MemoryBudget& ram, MemoryBudget& gpu) const {
         return {context_ ? &*context_ : nullptr, threads_, &ram, &gpu};
     }
     EngineKind kind() const { return kind_; }             // never automatic
-    const std::string& reason() const { return reason_; } // why this one; empty where it was asked for
+    const std::string& reason() const { return reason_; } // reason of the choice; empty if it was requested
     /// "native engine, CPU, avx2"
     std::string about() const;
-    /// What OpenGL complained of; empty: nothing.
+    /// Error of OpenGL; empty: none.
     std::string fault() const;
 
   private:

@@ -20,7 +20,7 @@ template <typename Visit> void forEachCell(const glm::ivec3& cells, const Visit&
 
 /// Cells that hold the samples that points of a cell can reach in a brick of this level, along one axis that
 /// both share. Interpolation reaches one sample beyond the cell at levels whose samples are no larger than a
-/// cell (at level 0 the cell's own range covers it); of the two samples of level 4, cells at the ends reach
+/// cell (at level 0 the cell's own range covers it). Of the two samples of level 4, cells at the ends reach
 /// only the nearer.
 Span reachedAlong(int level, int cell, int cells) {
     Span span{cell, cell};
@@ -59,13 +59,12 @@ Hull BrickProof::rangeOver(const glm::ivec3& firstCell, const Span& x, const Spa
     return hull;
 }
 
-/// Those whose weight is not zero everywhere in the brick, and whose samples the cells' own ranges do not
-/// cover.
+/// Neighbours with weight in the brick whose samples the cells' own ranges do not cover.
 void BrickProof::findNeighbours(const glm::ivec3& brick, int level, bool everyOne) {
     count_ = 0;
     constexpr std::uint8_t kOutside = 255;
     constexpr std::array<int, 3> kSteps = {1, 3, 9};
-    std::array<std::uint8_t, 27> levels; // of the brick and those around it, x fastest
+    std::array<std::uint8_t, 27> levels; // of the brick and its neighbours, x fastest
     std::uint8_t any = 0;
     std::size_t place = 0;
     glm::ivec3 side(0);
@@ -79,7 +78,7 @@ void BrickProof::findNeighbours(const glm::ivec3& brick, int level, bool everyOn
                 levels[place] = inside ? in_.selection.levels[linearIndex(at, bricks)] : kOutside;
                 any = static_cast<std::uint8_t>(any | (inside ? levels[place] : 0));
             }
-    // Bricks of level 0 blend like one, and each cell's own range covers the layer of samples that it
+    // Bricks of level 0 interpolate as one, and each cell's own range covers the layer of samples that it
     // reaches.
     if (any == 0 && edges_[0][0].layers <= 1 && (!everyOne || edges_[0][0].plain))
         return;
@@ -145,7 +144,7 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
                     continue;
                 }
                 std::array<Span, 3> spans = crossed;
-                bool beside = true; // the cell touches the brick that is crossed into
+                bool beside = true; // the cell touches the neighbouring brick
                 for (int axis = 0; axis < 3; ++axis)
                     if (n.side[axis] == 0)
                         spans[static_cast<std::size_t>(axis)] = reachedAlong(n.level, at[axis], cells[axis]);
@@ -153,8 +152,8 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
                         beside = beside && at[axis] == (n.side[axis] > 0 ? cells[axis] - 1 : 0);
                 Hull there = rangeOver(n.brick * kCellsPerBrick, spans[0], spans[1], spans[2]);
                 if (n.level == 0 && beside) {
-                    // One layer of voxels, which the range of the cell at hand covers too: both hulls hold
-                    // it.
+                    // One layer of voxels, which the range of the current cell covers too: it is in both
+                    // ranges.
                     const Hull own = cellRange(firstCell + at);
                     there = {std::max(there.lo, own.lo), std::min(there.hi, own.hi)};
                 }
@@ -165,7 +164,7 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
 std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
     const std::size_t index = linearIndex(brick, in_.selection.bricks);
     if (empty({wide_[index].x, wide_[index].y}))
-        return 0; // whatever the levels
+        return 0; // at any levels
     const int level = levelOf(brick);
     findNeighbours(brick, level, false);
     Hull all = rangeOf(brick, level);
@@ -185,8 +184,7 @@ std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
         hulls[cellBit(at)] = isValue(level) ? rangeOf(brick, level) : cellRange(firstCell + at);
     });
     if (level > 0 && !isValue(level))
-        for (int axis = 0; axis < 3;
-             ++axis) { // what a point reaches is a box: along one axis after the other
+        for (int axis = 0; axis < 3; ++axis) { // the samples that a point reaches form a box: axis by axis
             const CellHulls before = hulls;
             const int step = axis == 0 ? 1 : axis == 1 ? 4 : 16;
             forEachCell(cells, [&](const glm::ivec3& at) {

@@ -1,6 +1,6 @@
-// render/empty_space/brick_proof.h: the proof of which cells of one brick can show anything, whatever levels
-// it and its neighbours have. It compares the hull of every sample that a point in a cell can reach with the
-// transfer function's zeros.
+// render/empty_space/brick_proof.h: finds the cells of one brick that can be visible, at any levels of it and
+// its neighbours. It compares the range of every sample that a point in a cell can reach with the zeros of
+// the transfer function.
 #pragma once
 
 #include "bricking/levels/selection.h"
@@ -21,7 +21,7 @@
 
 namespace tessera {
 
-/// What the proof reads. It only looks while it is called.
+/// The inputs, which are read only during calls.
 struct OccupancyInput {
     const Statistics& statistics;
     const TransferTable& table;
@@ -39,7 +39,7 @@ struct Hull {
     void add(const Hull& other) { add(other.lo, other.hi); }
 };
 
-/// TransferTable::emptyOver() of stored values, without a call: it is asked for every cell.
+/// TransferTable::emptyOver() of stored values, inline because it is called for every cell.
 class ZeroExtinction {
   public:
     ZeroExtinction(const TransferTable& table, const VolumeInfo& info)
@@ -69,20 +69,20 @@ class ZeroExtinction {
 inline std::size_t cellBit(const glm::ivec3& at) {
     return static_cast<std::size_t>(at.x + 4 * at.y + 16 * at.z);
 }
-/// Cells of a brick along one axis, both ends included.
+/// A range of cells of a brick along one axis, both ends included.
 struct Span {
     int first = 0, last = 0;
 };
 
-/// One brick's cells against a function. Levels as bricks have them, statistics as they are stored.
+/// Tests the cells of one brick against a function, with current levels and stored statistics.
 class BrickProof {
   public:
-    /// @param wide  per brick, the range of its voxels and of those of the bricks that touch it
+    /// @param wide  per brick, the range over it and the bricks that touch it
     /// @param finest  level in use
     BrickProof(const OccupancyInput& input, const std::vector<glm::vec2>& wide, std::uint32_t finest);
 
     std::uint64_t cellsOf(const glm::ivec3& brick);
-    /// Cells of a brick of level 0 that only level 0 and empty bricks reach, the way they meet at one level.
+    /// Cells of a brick of level 0 that only level 0 and empty bricks reach, as with a single level.
     std::uint64_t plainCellsOf(const glm::ivec3& brick);
 
   private:
@@ -91,9 +91,9 @@ class BrickProof {
         int level = 0;
         bool plain = true; // blends over half a sample of level 0
         float mean = 0;
-        glm::ivec3 layers{0}; // of cells that it reaches into, per axis that is crossed
+        glm::ivec3 layers{0}; // of cells that it reaches, per crossed axis
     };
-    static bool isValue(int level) { return level + 1 >= kLevelCount; } // reads as its mean
+    static bool isValue(int level) { return level + 1 >= kLevelCount; } // its value is its mean
     int levelOf(const glm::ivec3& brick) const {
         return in_.selection.levels[linearIndex(brick, in_.selection.bricks)];
     }
@@ -103,7 +103,7 @@ class BrickProof {
             return {in_.selection.means[b], in_.selection.means[b]};
         return voxelRange(b);
     }
-    /// Of a brick's voxels and one layer around them.
+    /// Range of a brick's voxels and one layer around them.
     Hull voxelRange(std::size_t brick) const {
         return {in_.statistics.brickMin[brick], in_.statistics.brickMax[brick]};
     }
@@ -115,14 +115,14 @@ class BrickProof {
     Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
     void findNeighbours(const glm::ivec3& brick, int level, bool everyOne);
     using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
-    /// Adds its samples to the hulls of the cells whose points can reach them.
+    /// Adds its samples to the ranges of cells whose points can reach them.
     void addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, const glm::ivec3& cells,
                       CellHulls& hulls) const;
 
     const OccupancyInput& in_;
     const std::vector<glm::vec2>& wide_;
     struct Edge {
-        int layers = 0; // of cells that the neighbour reaches into
+        int layers = 0; // of cells that the neighbour reaches
         bool plain = false;
     };
     std::array<std::array<Edge, kLevelCount + 1>, kLevelCount + 1>

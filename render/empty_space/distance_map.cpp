@@ -12,8 +12,8 @@
 namespace tessera {
 namespace {
 
-/// One octant's distances over a slice and over the one before. A slice has a row on both sides that stands
-/// for the outside.
+/// One octant's distances over a slice and over the one before. A slice has a row on both sides for the
+/// outside.
 struct OctantSlices {
     explicit OctantSlices(const glm::ivec3& grid)
         : here(DistanceRow::pitch(grid.x) * static_cast<std::size_t>(grid.y + 2), kFarthest), last(here) {}
@@ -71,7 +71,7 @@ void fillDistanceMap(const glm::ivec3& extentVoxels, std::span<const std::uint64
                      std::span<SkippingTexel> map, int threads) {
     const glm::ivec3 grid = mapGrid(extentVoxels, scale);
     const OccupiedRows boxes(brickGrid(extentVoxels), masks, scale, grid);
-    // Both halves write bytes of their own, so they need not wait for each other.
+    // Both halves write separate bytes, so they run in parallel.
     parallelFor(2, threads, [&](std::size_t half) { fillHalf(half != 0, boxes, grid, map); });
     if (scale == MapScale::bricks)
         for (std::size_t brick = 0; brick < map.size(); ++brick)

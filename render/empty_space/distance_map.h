@@ -1,12 +1,11 @@
-// render/empty_space/distance_map.h: the distance map: texels of 64 bits, each over a box of 8^3 voxels or,
-// for volumes that are too large for that, over a brick. A texel of an empty box has the extent of the
-// emptiness, for each of the eight octants that a ray can go into. This is a partitioned Chebyshev distance:
-// what lies behind a ray does not hold it up. A texel of an occupied box says which of its 4^3 blocks can
-// show anything.
+// render/empty_space/distance_map.h: the distance map: texels of 64 bits, each for a box of 8^3 voxels or, in
+// very large volumes, for a brick. A texel of an empty box has the empty distance for each of the eight
+// octants of ray directions. This is a partitioned Chebyshev distance: objects behind a ray do not shorten
+// its leaps. A texel of an occupied box marks which of its 4^3 blocks can be visible.
 //
-// Empty: bit 63 is 0. Byte o holds the distance for octant o (bit 0: x ascends, 1: y, 2: z), 1 to 127. A cube
-// of so many boxes an edge, from this one into the octant, is empty. Beyond the volume everything is.
-// Occupied: bit 63 is 1; bit x + 4y + 16z, x fastest, is the block's; blocks 62 and 63 share bit 62.
+// Empty: bit 63 is 0. Byte o holds the distance for octant o (bit 0: x ascends, 1: y, 2: z), 1 to 127. The
+// cube with an edge of that many boxes, from this one into the octant, is empty. So is everything beyond the
+// volume. Occupied: bit 63 is 1; bit x + 4y + 16z, x fastest, is the block's; blocks 62 and 63 share bit 62.
 // Chebyshev distance maps: Sramek and Kaufman 2000; partitioned by octant: Deakin and Knackstedt 2020.
 #pragma once
 
@@ -24,7 +23,8 @@ using SkippingTexel = std::uint64_t;
 constexpr SkippingTexel kOccupiedTexel = SkippingTexel{1} << 63;
 constexpr int kFarthest = 127; // boxes
 
-/// What a texel stands for: a cell of 8^3 voxels, blocks of 2^3; or a brick of 32^3 voxels, blocks of a cell.
+/// The box of a texel: a cell of 8^3 voxels with blocks of 2^3, or a brick of 32^3 voxels with blocks of a
+/// cell.
 enum class MapScale { cells, bricks };
 constexpr int boxShift(MapScale scale) { // log2 of the box's edge in voxels; a block's is 2 less
     return scale == MapScale::cells ? 3 : 5;
@@ -34,7 +34,7 @@ inline std::size_t mapBytes(const glm::ivec3& extentVoxels, MapScale scale) {
     return sizeof(SkippingTexel) * cellCount(mapGrid(extentVoxels, scale));
 }
 
-/// An occupied box's texel from a bit per block.
+/// The texel of an occupied box, from a bit per block.
 constexpr SkippingTexel occupiedTexel(std::uint64_t blocks) {
     const std::uint64_t shared = (blocks >> 62 | blocks >> 63) & 1u;
     return kOccupiedTexel | shared << 62 | (blocks & ((std::uint64_t{1} << 62) - 1));
@@ -50,7 +50,7 @@ inline int octantDistance(SkippingTexel empty, int octant) {
     return static_cast<int>((empty >> (8 * octant)) & 127u);
 }
 
-/// Slices of a map along z that hold a change: from first up to end, which is not one of them.
+/// Slices of a map along z with changes: [first, end).
 struct ChangedSlices {
     int first = 0, end = 0;
     bool any() const { return end > first; }
@@ -62,17 +62,16 @@ struct ChangedSlices {
     }
 };
 
-/// Fills the whole map. Exact: every distance is the largest that its octant allows, up to kFarthest.
-/// @param masks  per brick, [z][y][x]: bit x + 4y + 16z of a cell that can show something; none of a cell
-///     beyond the volume
+/// Computes the whole map. Exact: every distance is the largest possible in its octant, up to kFarthest.
+/// @param masks  per brick, [z][y][x]: bit x + 4y + 16z for an occupied cell; 0 for a cell beyond the volume
 /// @param map  mapGrid() texels, [z][y][x]
 /// @param threads  0: all processors; more than two do not help
 void fillDistanceMap(const glm::ivec3& extentVoxels, std::span<const std::uint64_t> masks, MapScale scale,
                      std::span<SkippingTexel> map, int threads);
 
-/// Makes the map of earlier masks that of others; the same, bit for bit, as filling it anew.
-/// @param changedBricks  in any order: all whose masks are others, and perhaps more
-/// Returns where texels changed, or may have.
+/// Updates the map for new masks; the result equals a new computation bit for bit.
+/// @param changedBricks  in any order: at least all bricks with changed masks
+/// Returns where texels may have changed.
 ChangedSlices updateDistanceMap(const glm::ivec3& extentVoxels, std::span<const std::uint64_t> masks,
                                 MapScale scale, std::span<const std::size_t> changedBricks,
                                 std::span<SkippingTexel> map, int threads);

@@ -1,7 +1,7 @@
-// render/empty_space/distance_map_update.cpp: mends a map of cells where some bricks' cells changed
-// (distance_map.h). A row of an octant depends on three others: from the octant's far end on, only rows are
-// filled again whose own cells changed or on which one of those three rows did. That is exact, and ends where
-// something nearer decides the distances.
+// render/empty_space/distance_map_update.cpp: updates a map of cells after changes of some bricks' cells
+// (distance_map.h). A row of an octant depends on three others. From the octant's far end on, a row is
+// computed again only if its own cells or one of those three rows changed. That is exact, and ends where a
+// nearer box decides the distances.
 #include "core/base/threads.h"
 #include "render/empty_space/distance_map.h"
 #include "render/empty_space/distance_rows.h"
@@ -77,7 +77,7 @@ class Pair {
             up[x] = from[1] > kFarthest ? std::uint8_t{0} : from[1];
         }
     }
-    /// Whether it changed.
+    /// Returns true if it changed.
     bool mendRow(int y, int z, int stepY, int stepZ) {
         const std::size_t width = static_cast<std::size_t>(grid_.x);
         read(y + stepY, z, near_[0]);
@@ -129,7 +129,8 @@ ChangedSlices updateDistanceMap(const glm::ivec3& extentVoxels, std::span<const 
                 row = 1;
             }
     }
-    // Mending a row takes some three times as long as filling one of a whole map, and makes more rows stale.
+    // Updating a row takes some three times as long as computing one of a whole map, and makes more rows
+    // stale.
     constexpr std::size_t kShareToMend = 6;
     if (scale == MapScale::bricks || kShareToMend * rows > stale.size()) {
         fillDistanceMap(extentVoxels, masks, scale, map, threads);

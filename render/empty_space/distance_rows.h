@@ -1,6 +1,6 @@
-// render/empty_space/distance_rows.h: distances of one octant, a row of boxes at a time. Filling a map
-// (distance_map.cpp) and mending it (distance_map_update.cpp) share it. Distances are bytes, so a compiler
-// takes sixteen at once.
+// render/empty_space/distance_rows.h: distances of one octant, a row of boxes at a time, for computing a map
+// (distance_map.cpp) and updating it (distance_map_update.cpp). Distances are bytes, so the compiler
+// vectorises by sixteen.
 #pragma once
 
 #include "core/base/brick.h"
@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-/// Where a row of boxes is occupied.
+/// The occupancy of a row of boxes.
 class OccupiedRows {
   public:
     OccupiedRows(const glm::ivec3& bricks, std::span<const std::uint64_t> masks, MapScale scale,
@@ -44,7 +44,7 @@ class OccupiedRows {
 };
 
 /// The recurrence along a row. A box's distance is 0 where it is occupied. Else it is one larger than the
-/// least of those at the seven boxes next to it in the octant.
+/// minimum of the seven adjacent boxes in the octant.
 class DistanceRow {
   public:
     /// Bytes of a row of distances: one before it and one behind it stand for the outside, kFarthest.
@@ -53,9 +53,9 @@ class DistanceRow {
     explicit DistanceRow(int width)
         : width_(static_cast<std::size_t>(width)), here_(pitch(width)), there_(pitch(width)) {}
 
-    /// @param a, b, c  distances of the three rows next to this one in the octant, pitch() bytes each
+    /// @param a, b, c  distances of the three adjacent rows in the octant, pitch() bytes each
     /// @param occupied  255 or 0, width bytes
-    /// @param out  width bytes: not those of the outside
+    /// @param out  width bytes, without those for the outside
     void fill(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c,
               const std::uint8_t* occupied, bool ascendsX, std::uint8_t* out) {
         std::uint8_t *t = here_.data(), *d = there_.data();
@@ -64,8 +64,7 @@ class DistanceRow {
         const std::size_t beside = ascendsX ? 2 : 0;
         for (std::size_t i = 0; i < width_; ++i)
             d[i] = static_cast<std::uint8_t>((std::min(t[i + 1], t[i + beside]) + 1) & ~occupied[i]);
-        // Along the row: d(i) <= d(i beside) + 1, by doubling, because a chain of one after the
-        // other is slow.
+        // Along the row: d(i) <= d(neighbour) + 1, by doubling, because a sequential chain is slow.
         for (std::size_t far = 1; far < width_ && far < kFarthest; far *= 2, std::swap(t, d)) {
             const std::uint8_t step = static_cast<std::uint8_t>(far);
             const std::size_t rest = width_ - far;

@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kBricksAtATime = 64; // per turn of a thread
+constexpr std::size_t kBricksAtATime = 64; // per task of a thread
 
 /// A brick and those that touch it.
 void forEachAround(const glm::ivec3& at, const glm::ivec3& bricks, const auto& visit) {
@@ -38,7 +38,7 @@ std::size_t Occupancy::bytes(const glm::ivec3& extentVoxels, MapScale scale) {
 Occupancy::Occupancy(const OccupancyInput& input, MapScale scale, MemoryBudget& ram, int threads)
     : scale_(scale), extentVoxels_(input.info.extentVoxels), grid_(mapGrid(extentVoxels_, scale)),
       bricks_(input.selection.bricks) {
-    charge_ = ram.charge(bytes(extentVoxels_, scale), "the map of empty space");
+    charge_ = ram.charge(bytes(extentVoxels_, scale), "the occupancy map");
     const std::size_t count = cellCount(bricks_);
     masks_.resize(count);
     plain_.resize(count);
@@ -86,7 +86,7 @@ bool Occupancy::follow(const OccupancyInput& input, bool functionChanged, int th
             slices.add({z, std::min(z + perBrick, grid_.z)});
         }
     }
-    if (functionChanged) // what the device found of blocks holds no more, wherever it is
+    if (functionChanged) // blocks found by the device are no longer valid anywhere
         slices = {0, grid_.z};
     if (!slices.any())
         return false;
@@ -101,9 +101,9 @@ ChangedSlices Occupancy::changedSince(std::uint64_t version) const {
     return version + 1 == version_ ? changed_ : ChangedSlices{0, grid_.z};
 }
 
-/// All whose proof can come out differently.
+/// All bricks whose result can change.
 std::vector<std::size_t> Occupancy::staleBricks(const OccupancyInput& input, bool functionChanged) const {
-    // Two empty bricks blend over the finest level's half sample, wherever they are.
+    // Two empty bricks blend over the finest level's half sample, at any position.
     const bool all = levels_.empty() || static_cast<std::uint32_t>(input.selection.finest()) != finest_ ||
                      input.edgeFunction != edgeFunction_;
     std::vector<std::uint8_t> stale(masks_.size(), all ? 1 : 0);
@@ -129,7 +129,7 @@ std::vector<std::size_t> Occupancy::staleBricks(const OccupancyInput& input, boo
     return bricks;
 }
 
-/// Returns those that came out differently.
+/// Returns the bricks that changed.
 std::vector<std::size_t> Occupancy::prove(const OccupancyInput& input, const std::vector<std::size_t>& bricks,
                                           int threads) {
     std::vector<std::size_t> changed;
@@ -182,7 +182,7 @@ bool Occupancy::isPlain(const glm::ivec3& cell) const {
 
 Occupancy Occupancy::plainChebyshev(MemoryBudget& ram) const {
     Occupancy o;
-    o.charge_ = ram.charge(mapBytes(extentVoxels_, scale_), "the map of empty space");
+    o.charge_ = ram.charge(mapBytes(extentVoxels_, scale_), "the occupancy map");
     o.scale_ = scale_;
     o.extentVoxels_ = extentVoxels_;
     o.grid_ = grid_;

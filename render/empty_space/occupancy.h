@@ -1,7 +1,7 @@
-// render/empty_space/occupancy.h: occupancy under a transfer function at the levels that bricks have, and the
-// distance map that follows from it (distance_map.h). The rule of skipping is proof: a cell counts as empty
-// only if extinction is 0 over the hull of every sample that a point in it can reach. These are its own
-// brick's samples, clamped to that brick, and those of neighbours that have weight there (brick_corner.h).
+// render/empty_space/occupancy.h: occupancy under a transfer function at the bricks' levels, and its distance
+// map (distance_map.h). Skipping is conservative: a cell is empty only if extinction is 0 over the range of
+// every sample that a point in it can reach. These are its own brick's samples, clamped to that brick, and
+// those of neighbours with weight there (brick_corner.h).
 #pragma once
 
 #include "core/base/brick.h"
@@ -25,40 +25,41 @@ namespace tessera {
 class Occupancy {
   public:
     Occupancy() = default;
-    /// Proves every brick and fills the map.
+    /// Tests every brick and computes the map.
     /// @param threads  0: all processors
     Occupancy(const OccupancyInput& input, MapScale scale, MemoryBudget& ram, int threads = 0);
 
-    /// The function is another, and perhaps levels are: proves bricks anew that hold values which one
-    /// function shows and the other does not. True where map or plain cells changed.
+    /// For a new function, and perhaps new levels: tests bricks again that hold values visible under only one
+    /// of the functions. True if map or plain cells changed.
     bool functionChanged(const OccupancyInput& input, int threads = 0);
-    /// Levels of some bricks are others, the function is the same: proves those bricks and their neighbours
-    /// anew, which it finds itself. True where the map or plain cells changed. Both mend the map where it
-    /// changes, and leave what a new Occupancy would hold.
+    /// For new levels of some bricks and the same function: finds and tests those bricks and their
+    /// neighbours. True if the map or plain cells changed. Both functions update the map; the result equals
+    /// that of a new Occupancy.
     bool levelsChanged(const OccupancyInput& input, int threads = 0);
 
-    /// Grows with every change.
+    /// Incremented with every change.
     std::uint64_t version() const { return version_; }
-    /// Slices of the map that a copy of an earlier version lacks, bits included that a device added
-    /// to it (fine_mask.h).
+    /// Slices of the map that are new for a copy of an earlier version, including bits that a device added
+    /// (fine_mask.h).
     ChangedSlices changedSince(std::uint64_t version) const;
 
     MapScale scale() const { return scale_; }
     const glm::ivec3& extentVoxels() const { return extentVoxels_; }
     const glm::ivec3& grid() const { return grid_; }               // of the map
     const std::vector<SkippingTexel>& map() const { return map_; } // [z][y][x]
-    /// Per brick, [z][y][x]: bit x + 4y + 16z of a cell that can show something.
+    /// Per brick, [z][y][x]: bit x + 4y + 16z for an occupied cell.
     const std::vector<std::uint64_t>& masks() const { return masks_; }
     std::size_t occupiedCells() const;
     bool isEmpty(const glm::ivec3& cell) const;
-    /// In an occupied cell: the field is plain interpolation of level 0, empty bricks reading as their mean.
+    /// True in an occupied cell where the field is plain interpolation of level 0, with empty bricks as their
+    /// mean.
     bool isPlain(const glm::ivec3& cell) const;
     std::size_t plainCells() const; // occupied ones
-    /// The same with one distance for all octants, the least: a plain Chebyshev map, to compare with.
+    /// The same with the minimum over octants: a plain Chebyshev map, for comparisons.
     Occupancy plainChebyshev(MemoryBudget& ram) const;
     bool exists() const { return !map_.empty(); }
 
-    /// RAM that one takes.
+    /// RAM of one.
     static std::size_t bytes(const glm::ivec3& extentVoxels, MapScale scale);
 
   private:
@@ -69,7 +70,7 @@ class Occupancy {
 
     MapScale scale_ = MapScale::cells;
     glm::ivec3 extentVoxels_{0}, grid_{0}, bricks_{0};
-    std::vector<glm::vec2> wide_; // per brick: range of its voxels and of those of the bricks that touch it
+    std::vector<glm::vec2> wide_; // per brick: range over it and the bricks that touch it
     std::vector<std::uint8_t> levels_;
     std::uint32_t finest_ = 0;
     EdgeFunction edgeFunction_ = EdgeFunction::minimum;
@@ -81,11 +82,11 @@ class Occupancy {
     Charge charge_;
 };
 
-/// How far a leap stays inside the box it was proven for, voxels: more than positions are rounded by, so that
-/// no stride is leapt over whose middle lies outside.
+/// Margin of a leap inside its empty box, voxels: larger than rounding of positions, so that no stride with
+/// its middle outside is skipped.
 constexpr double kLeapMargin = 1.0 / 64;
 
-/// A box, in voxels, that is proven empty.
+/// An empty box, in voxels.
 struct EmptyBox {
     glm::ivec3 low, high;
     bool touches(const EmptyBox& other) const {
@@ -93,8 +94,7 @@ struct EmptyBox {
     }
 };
 
-/// The empty box around a place, as far as a ray in the direction of step may leap; none where
-/// something can show.
+/// The empty box around a point, for a ray in the direction of step; none in occupied space.
 template <typename Real>
 std::optional<EmptyBox> emptyBoxAt(const Occupancy& o, const glm::vec<3, Real>& step,
                                    const glm::vec<3, Real>& p) {
@@ -116,7 +116,7 @@ std::optional<EmptyBox> emptyBoxAt(const Occupancy& o, const glm::vec<3, Real>& 
     return EmptyBox{(box - behind) * (1 << shift), (box + 1 + ahead) * (1 << shift)};
 }
 
-/// Where a ray leaves a box, less a margin, in segments from its entry.
+/// The exit of a ray from a box, less a margin, in segments from its entry.
 template <typename Real> Real leaves(const SegmentedRay<Real>& ray, const EmptyBox& box) {
     Real leave = std::numeric_limits<Real>::max();
     const Real margin = static_cast<Real>(kLeapMargin);
@@ -130,10 +130,9 @@ template <typename Real> Real leaves(const SegmentedRay<Real>& ray, const EmptyB
     return leave;
 }
 
-/// Twin of nextOccupied() in shaders/march_skipping.glsl. Returns i itself where p, the middle of the stride
-/// of n segments from i, lies where something can show. Else it returns where the first stride starts whose
-/// middle may lie beyond the box that is empty. Leaps differ from the shader's by rounding; which strides are
-/// taken does not.
+/// Counterpart of nextOccupied() in shaders/march_skipping.glsl. Returns i if p, the middle of the stride of
+/// n segments from i, is in occupied space. Otherwise it returns the start of the first stride whose middle
+/// may lie beyond the empty box. Leaps differ from the shader's by rounding; the strides taken do not.
 template <typename Real>
 int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i, int n,
                  const glm::vec<3, Real>& p) {
@@ -146,10 +145,10 @@ int nextOccupied(const Occupancy& o, const Strides& strides, const SegmentedRay<
     return std::max(i + n, strideStart(strides, ray, std::max(static_cast<int>(beyond), 0)));
 }
 
-/// The same for segments that are given by the field at their ends. Returns i itself where the stride from i
-/// can show something, else where the first stride starts that can. A stride cannot where both its ends lie
-/// in empty boxes that touch. Values at its ends lie in the ranges of these, which share the value at a point
-/// where they touch. So nothing between the two values shows either.
+/// The same for segments by the field at their ends. Returns i if the stride from i can be visible, else the
+/// start of the first stride that can. A stride is invisible if both its ends lie in touching empty boxes.
+/// The values at its ends are in the ranges of these boxes, which overlap because the boxes touch. So values
+/// between them are invisible too.
 template <typename Real>
 int nextShown(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i) {
     std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, segmentStart(ray, i));
@@ -171,8 +170,8 @@ int nextShown(const Occupancy& o, const Strides& strides, const SegmentedRay<Rea
     return i;
 }
 
-/// Whether everything between two places is proven empty: all of the smallest boxes that the box around both
-/// meets. False also where these are more than two along an axis.
+/// True if everything between two points is empty: all of the smallest boxes that their bounding box meets.
+/// False also if these are more than two along an axis.
 template <typename Real>
 bool isClear(const Occupancy& o, const glm::vec<3, Real>& a, const glm::vec<3, Real>& b) {
     const glm::ivec3 last = o.extentVoxels() - 1;
@@ -194,8 +193,8 @@ bool isClear(const Occupancy& o, const glm::vec<3, Real>& a, const glm::vec<3, R
     return true;
 }
 
-/// The same for rays that look for surfaces, which can lie anywhere in a stride. Returns i itself where the
-/// stride from i is not proven empty all along, else where the first such stride starts.
+/// The same for surfaces, which can lie anywhere in a stride. Returns i if the stride from i is not entirely
+/// empty, else the start of the first such stride.
 template <typename Real>
 int nextNotClear(const Occupancy& o, const Strides& strides, const SegmentedRay<Real>& ray, int i) {
     while (const std::optional<EmptyBox> box = emptyBoxAt(o, ray.step, segmentStart(ray, i))) {

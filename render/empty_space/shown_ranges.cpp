@@ -9,8 +9,8 @@ namespace tessera {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMostRanges = 256; // of a function that people edit there are few
-constexpr double kReach = 3;             // entries: emptyOver() looks at those less than two beyond its range
+constexpr std::size_t kMostRanges = 256; // functions that users edit have few
+constexpr double kReach = 3;             // entries: emptyOver() reads those less than two beyond its range
 
 } // namespace
 
@@ -54,7 +54,8 @@ std::vector<ValueRange> ShownRanges::differences(const ShownRanges& other) const
     std::sort(ends.begin(), ends.end());
     const double reach = kReach / std::min(entriesPerValue_, other.entriesPerValue_);
     std::vector<ValueRange> ranges;
-    // Tables of unlike entries round ranges differently: then also around every end of what either shows.
+    // Tables of different size round ranges differently: then also around every end of a visible range of
+    // either.
     if (entries_ != other.entries_ || firstValue_ != other.firstValue_ ||
         entriesPerValue_ != other.entriesPerValue_)
         for (const double end : ends)

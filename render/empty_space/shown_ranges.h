@@ -1,5 +1,5 @@
-// render/empty_space/shown_ranges.h: the values that a transfer function shows, and the values in which two
-// functions can differ. After an edit only cells that hold such values need another proof of emptiness.
+// render/empty_space/shown_ranges.h: the visible values of a transfer function, and the values in which two
+// functions can differ. After an edit only cells with such values need a new test.
 #pragma once
 
 #include "core/scene/transfer_function.h"
@@ -19,8 +19,8 @@ class ShownRanges {
     ShownRanges() = default;
     explicit ShownRanges(const TransferTable& table);
 
-    /// Ranges outside of which TransferTable::emptyOver() says the same of both tables: of every range of
-    /// values that meets none of them.
+    /// Ranges of values such that TransferTable::emptyOver() is equal for both tables on every range that
+    /// meets none of them.
     std::vector<ValueRange> differences(const ShownRanges& other) const;
 
   private:
@@ -30,7 +30,7 @@ class ShownRanges {
     double firstValue_ = 0, entriesPerValue_ = 1;
     std::size_t entries_ = 0;
     std::vector<ValueRange> shown_; // ascending, half an entry beyond the outermost entries that are not 0
-    bool tooMany_ = false;          // ranges: then everything counts as different
+    bool tooMany_ = false;          // more ranges: then everything counts as different
 };
 
 } // namespace tessera

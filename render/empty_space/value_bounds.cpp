@@ -20,14 +20,14 @@ struct Range {
     }
 };
 
-/// What bricks around one have.
+/// Bounds of neighbouring bricks.
 struct Surroundings {
-    int coarsest = 0; // of those that are not empty, itself included
+    int coarsest = 0; // of non-empty ones, itself included
     Range means;      // of the empty ones
     Range voxels;     // of all of them
 };
 
-/// Levels whose samples lie, and reach, within the cells around the one that a point is in.
+/// Levels whose samples and their reach lie within the cells around a point's cell.
 constexpr int kWithinCells = 2;
 
 } // namespace
@@ -44,7 +44,7 @@ void ValueBounds::fill(const Statistics& s, const Optics& optics, const VolumeIn
     const std::size_t bytes = ValueBounds::bytes(info.extentVoxels, scale);
     if (charge_.bytes() != bytes) {
         charge_ = {};
-        charge_ = ram.charge(bytes, "the bounds of values");
+        charge_ = ram.charge(bytes, "the value bounds");
     }
     least_ = optics.reduction == Reduction::minimum;
     extentVoxels_ = info.extentVoxels;

@@ -1,6 +1,6 @@
-// render/empty_space/value_bounds.h: bounds of the field in boxes of the volume. Rays that look for the
-// greatest or the least value leap over boxes where nothing can change it (docs/sampling.md, "Modes"). A cell
-// of 8^3 voxels has one number, and so has a brick. It is in places of the table of values, clamped to it.
+// render/empty_space/value_bounds.h: bounds of the field in boxes of the volume. Rays that keep the maximum
+// or the minimum leap over boxes that cannot change it (docs/sampling.md, "Modes"). A cell of 8^3 voxels has
+// one bound, and so has a brick. It is in units of entries of the value table, clamped to it.
 #pragma once
 
 #include "bricking/levels/selection.h"
@@ -20,7 +20,7 @@ class ValueBounds {
   public:
     ValueBounds() = default;
     /// @param optics  of values: its reduction is maximum or minimum
-    /// @param slack   of a box's own range, that filtered fetches may go beyond it
+    /// @param slack  relative to a box's range, by which filtered fetches may exceed it
     void fill(const Statistics& statistics, const Optics& optics, const VolumeInfo& info,
               const Selection& selection, MapScale scale, double slack, MemoryBudget& ram, int threads = 0);
     void clear() {
@@ -30,14 +30,14 @@ class ValueBounds {
     }
 
     bool exists() const { return !brick_.empty(); }
-    const glm::ivec3& cells() const { return cells_; } // 0 where only bricks have bounds
+    const glm::ivec3& cells() const { return cells_; } // 0 if only bricks have bounds
     const glm::ivec3& bricks() const { return bricks_; }
     const glm::ivec3& extentVoxels() const { return extentVoxels_; }
-    /// [z][y][x]. No sample lies above (maximum) or below (minimum).
+    /// [z][y][x]. No sample is above (maximum) or below (minimum).
     const std::vector<float>& cell() const { return cell_; }
     const std::vector<float>& brick() const { return brick_; }
-    bool least() const { return least_; } // of minimum
-    /// Grows with every filling.
+    bool least() const { return least_; } // for minimum
+    /// Incremented with every update.
     std::uint64_t version() const { return version_; }
 
     static std::size_t bytes(const glm::ivec3& extentVoxels, MapScale scale);
@@ -50,8 +50,8 @@ class ValueBounds {
     Charge charge_;
 };
 
-/// The box around a place in which no sample can change what a ray has; none where one can.
-/// @param most  place of the greatest value so far (of the least)
+/// The box around a point in which no sample can change a ray's value; none if one can.
+/// @param most  the greatest value so far (the least), in units of entries
 template <typename Real>
 std::optional<EmptyBox> boundedBoxAt(const ValueBounds& b, const glm::vec<3, Real>& p, Real most) {
     const glm::ivec3 voxel = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), b.extentVoxels() - 1);
@@ -70,9 +70,8 @@ std::optional<EmptyBox> boundedBoxAt(const ValueBounds& b, const glm::vec<3, Rea
     return std::nullopt;
 }
 
-/// As nextOccupied(). Returns i itself where the stride of n segments from i, whose middle is p, can change
-/// what the ray has. Else it returns where the first stride starts whose middle may lie beyond the box that
-/// cannot.
+/// As nextOccupied(). Returns i if the stride of n segments from i, with middle p, can change the ray's
+/// value. Otherwise it returns the start of the first stride whose middle may lie beyond the box that cannot.
 template <typename Real>
 int nextContributing(const ValueBounds& b, const Strides& strides, const SegmentedRay<Real>& ray, int i,
                      int n, const glm::vec<3, Real>& p, Real most) {

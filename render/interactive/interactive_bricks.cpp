@@ -1,6 +1,5 @@
-// render/interactive/interactive_bricks.cpp: bricks on their way to the levels that were chosen for them; the
-// part of interactive_renderer.h that loads, places and makes room. See render/README.md for the states of a
-// brick.
+// render/interactive/interactive_bricks.cpp: moves of bricks to their chosen levels: the part of
+// interactive_renderer.h that loads, places and evicts. See render/README.md for the states of a brick.
 #include "core/base/error.h"
 #include "render/interactive/interactive_renderer.h"
 
@@ -10,7 +9,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostWanted = 1024; // chunks, of a list that is made anew after every step
+constexpr std::size_t kMostWanted = 1024; // chunks, of a list that is updated after every step
 
 } // namespace
 
@@ -28,7 +27,7 @@ void InteractiveRenderer::drop(std::size_t brick) {
         setLevel(brick, kMean);
 }
 
-/// The finest level at which all bricks that show something take at most a quarter of the pages.
+/// The finest level at which all visible bricks take at most a quarter of the pages.
 int InteractiveRenderer::coarseLevel() const {
     const std::size_t shown = p_.layer().selection.shownBricks(), most = std::max<std::size_t>(1, pages_ / 4);
     int level = 1;
@@ -49,7 +48,7 @@ void InteractiveRenderer::plan() {
 
 void InteractiveRenderer::lookAhead(const Choice& choice) {
     const std::size_t most = p_.layer().cache->pinnableChunks();
-    for (const int coarse : {coarseLevel(), kMean}) // first coarse levels, then what they make way for
+    for (const int coarse : {coarseLevel(), kMean}) // first coarse levels, then the refinements
         for (const ChunkKey& key :
              chunksOf(movesTo(p_.layer().selection, choice.selection, choice.gain, coarse),
                       p_.layer().selection.bricks, most))
@@ -82,7 +81,7 @@ void InteractiveRenderer::moveBricks() {
         }
         if (work_.bytesUploaded - uploaded >= options_.uploadBytes || chunks++ >= kMostWanted)
             break;
-        // All moves of one chunk, which lie together.
+        // All moves of one chunk, which are adjacent.
         const ChunkKey key = chunkOf(moves_[at].brick, moves_[at].level, p_.layer().selection.bricks);
         std::size_t end = at;
         while (end < moves_.size() && moves_[end].level != kMean &&
@@ -91,7 +90,7 @@ void InteractiveRenderer::moveBricks() {
         ChunkPointer chunk;
         try {
             chunk = p_.layer().cache->take(key);
-        } catch (...) { // its bricks stay what they are; the caller is told once
+        } catch (...) { // its bricks keep their levels; the caller gets the error once
             failed_.insert(key);
             failure = std::current_exception();
             at = end;
@@ -114,7 +113,7 @@ void InteractiveRenderer::moveBricks() {
     }
     left.insert(left.end(), moves_.begin() + static_cast<std::ptrdiff_t>(at), moves_.end());
     const bool moved = left.size() < moves_.size();
-    const std::size_t blocked = left.size() - (moves_.size() - at); // its place in what is left
+    const std::size_t blocked = left.size() - (moves_.size() - at); // its position in the rest
     moves_ = std::move(left);
     if (!room)
         makeRoom(moves_[blocked]);
@@ -129,18 +128,17 @@ void InteractiveRenderer::moveBricks() {
 void InteractiveRenderer::makeRoom(const Move& blocked) {
     const auto& levels = p_.layer().selection.levels;
     if (levels[blocked.brick] < blocked.level) {
-        drop(blocked.brick); // it gives back more than it needs
+        drop(blocked.brick); // it frees more than it needs
     } else if (std::any_of(moves_.begin(), moves_.end(),
                            [&](const Move& m) { return levels[m.brick] < m.level; })) {
-        wantChunks(); // those will make room when their chunks are there
+        wantChunks(); // those free memory once their chunks are loaded
         return;
     } else if (const std::vector<std::size_t> sparse = engine_.bricks()->bricksOfSparsestPage();
                !sparse.empty()) {
         for (const std::size_t b : sparse)
             drop(b);
     } else {
-        // Pages are in the way of which no brick can go elsewhere. With nothing but what is wanted, packed
-        // from the start, there is room for all of it.
+        // Pages are blocked whose bricks fit nowhere else. The wanted bricks alone, repacked, all fit.
         TESSERA_CHECK(!direct_);
         for (std::size_t b = 0; b < levels.size(); ++b)
             if (levels[b] < kMean)

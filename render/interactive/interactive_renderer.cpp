@@ -1,5 +1,5 @@
 // render/interactive/interactive_renderer.cpp: see interactive_renderer.h: what to choose, and when to draw.
-// How bricks move is in interactive_bricks.cpp.
+// Moves of bricks are in interactive_bricks.cpp.
 #include "render/interactive/interactive_renderer.h"
 
 #include "core/base/error.h"
@@ -15,18 +15,17 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Levels resident, wanted, being chosen and chosen from; gains, visibility, what was seen; moves as they are
-/// ranked.
+/// Levels: resident, wanted, being chosen and chosen from; gains, visibility, counts; ranked moves.
 constexpr std::size_t kBytesPerBrick = 96;
 constexpr milliseconds kPatience{50};       // for more bricks before a better picture
 constexpr milliseconds kLightPatience{700}; // for finer light
 
 } // namespace
 
-/// What a choice needs; it is made on another thread.
+/// The inputs of a choice, which is made on another thread.
 struct InteractiveRenderer::Request {
-    const FramePlan* scene = nullptr;              // of it statistics and info only
-    std::shared_ptr<const TransferTable> function; // where it is another one
+    const FramePlan* scene = nullptr;              // only its statistics and info
+    std::shared_ptr<const TransferTable> function; // if it is a new one
     Culling culling = Culling::lit;
     Camera camera;
     std::size_t pages = 0;
@@ -49,14 +48,14 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     limits.lightChannels = keptLightChannels(p_.view.lighting);
     p_.settleIntegrator(context, TransferTable::kMaxEntries);
     p_.planMemory(limits, context, true);
-    // Of any function: the march's tables and the table of what is seen.
+    // For any function: the tables of the ray caster and of visibility.
     const std::size_t tables =
         p_.gpuTableBytes(TransferTable::kMaxEntries) + TransferTable::kMaxEntries * sizeof(glm::vec4);
-    // Nothing is resident: every brick that shows something stands as its mean.
+    // Nothing is resident: every visible brick is drawn as its mean.
     volume.selection =
         cullBricks(volume.statistics, volume.table, p_.info(), kMean, cullingFor(scene_.shading));
     const std::size_t shown = volume.selection.shownBricks();
-    // Room for as many bricks again: another function may show them.
+    // Memory for as many bricks again, which another function may show.
     if (limits.pageEdge > kBrickExtent)
         p_.chooseGhostLayers(limits, std::min(bricks, 2 * shown), context);
     const std::size_t fixed =
@@ -72,11 +71,11 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     if (!volume.reduces() && ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(store, ram, options.threads);
         chooser_->setFunction(volume.statistics, volume.table,
-                              cullingFor(scene_.shading)); // before the cache takes the memory that is left
+                              cullingFor(scene_.shading)); // before the cache takes the remaining memory
         predicts_ = true;
         mostRays_ = (bricks - shown) * kBrickRayParts * kBrickRayBytes;
         raysReserve_ = ram.charge(std::min(mostRays_, (ram.freeBytes() - p_.memory.ramBytes()) / 4),
-                                  "what is known of more bricks");
+                                  "statistics of more bricks");
     }
     p_.mapLevels(mapsAlways_);
     p_.openCache();
@@ -137,7 +136,7 @@ void InteractiveRenderer::setCuts(const Cuts& cuts) {
     TESSERA_CHECK(!engine_.about().compiles);
     Scene cut = scene_;
     cut.cuts = cuts;
-    p_.setPart(drawnPart(cut, p_.info())); // throws before anything is another
+    p_.setPart(drawnPart(cut, p_.info())); // throws before anything changes
     scene_.cuts = cuts;
     cancel();
     forPicture_.add(kCameraChanged);
@@ -183,7 +182,7 @@ void InteractiveRenderer::setPath(std::vector<Camera> next) {
 InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, const Request& r) {
     Choice c;
     const Statistics& statistics = r.scene->layer().statistics;
-    const auto oneForAll = [&] { // what counts here is pages, not bytes
+    const auto oneForAll = [&] { // in pages, not bytes
         const auto pages = [](const auto& counts) { return pagesFor(counts); };
         c.selection = selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, r.culling,
                                      "--gpu-memory", 0);
@@ -195,7 +194,7 @@ InteractiveRenderer::Choice InteractiveRenderer::choose(LevelChooser* chooser, c
     try {
         if (r.function)
             chooser->setFunction(statistics, *r.function, r.culling);
-    } catch (const InputError&) { // the budget has no room for what is known of so many bricks
+    } catch (const InputError&) { // the budget has no room for statistics of so many bricks
         return oneForAll();
     }
     c.predicted = true;
@@ -240,9 +239,9 @@ void InteractiveRenderer::finishChoosing() {
     Choice choice = choosing_.get();
     predicts_ = choice.predicted;
     reserveForRays();
-    // In haste the last view's levels are better than those of the one before it.
+    // During motion the last view's levels are better than those of the one before it.
     if (forChoice_.any(haste_ ? kFunctionChanged : ~0u))
-        return; // it answers what is no longer asked
+        return; // its request is obsolete
     if (forPath) {
         lookAhead(choice);
         return;
@@ -264,12 +263,12 @@ void InteractiveRenderer::chooseWhatIsNew() {
     if (choosing_.valid() || !mayChoose())
         return;
     if (forChoice_.any()) {
-        // What the last view saw is the best guess at what this one will see, unless the function is another.
+        // Visibility in the last view is the best estimate for this one, unless the function has changed.
         startChoosing(p_.view.camera, visible_);
         forChoice_ = Changes();
     } else if (wanted_ && moves_.empty() && countsLeft_ == 0 && lookedAhead_ < path_.size()) {
         forPath_ = true;
-        startChoosing(path_[lookedAhead_++], visible_); // as it will be when it comes to that
+        startChoosing(path_[lookedAhead_++], visible_); // as it will be then
     }
 }
 
@@ -357,7 +356,7 @@ void InteractiveRenderer::beginPicture() {
     pictureBegan_ = Clock::now();
 }
 
-/// Some bricks stand as their means that have better to come.
+/// Some bricks drawn as means are still loading.
 bool InteractiveRenderer::meansArePending() const {
     return !wanted_ || std::any_of(moves_.begin(), moves_.end(), [&](const Move& m) {
         return p_.layer().selection.levels[m.brick] == kMean;
@@ -370,14 +369,15 @@ bool InteractiveRenderer::pictureIsDue() const {
     if (first && waited < options_.firstPatience) {
         return !meansArePending();
     }
-    // One of few pixels is there: the next shows more than bricks' means, which are slow to draw, too.
+    // A picture of few pixels exists: the next should show more than bricks' means, which are also slow to
+    // draw.
     if (!haste_ && picture_.size != scene_.imageSize && waited < options_.firstPatience && meansArePending())
         return false;
     if (first || forPicture_.any(kCameraChanged | kFunctionChanged | kLightChanged))
         return true;
     if (!forDevice_.any(kLevelsChanged) && !forPicture_.any(kLevelsChanged))
         return false;
-    // Where bricks are still to come, as long again as a picture takes.
+    // If bricks are still loading, the time of another picture.
     return moves_.empty() || waited > std::max<Clock::duration>(kPatience, pictureTook_);
 }
 
@@ -391,7 +391,7 @@ bool InteractiveRenderer::lightIsWhole() const {
     return haste_ || !engine_.light() || engine_.light()->isWhole();
 }
 
-/// Pictures come when it is whole and, before, as long after each other as two take.
+/// Pictures are drawn when light is complete and, before, after the time of two pictures.
 void InteractiveRenderer::refineLight(Clock::time_point deadline) {
     LightPlane& light = *engine_.light();
     light.refine(likely_, deadline, work_);

@@ -10,8 +10,8 @@
 namespace tessera {
 namespace {
 
-/// Places of a fit within an error of all samples, the first sample the first place; at most one more than
-/// so many layers have room for.
+/// Points of a fit within an error of all samples, starting at the first sample; at most one more than the
+/// layers hold.
 int fitted(std::span<const LightLeft> samples, float error, int layers,
            std::array<LightLeft, DeepShadowMap::kLayers + 1>& places) {
     int count = 0;
@@ -29,7 +29,7 @@ int fitted(std::span<const LightLeft> samples, float error, int layers,
             high = std::min(high, most);
             continue;
         }
-        // No line from the last place passes all: a place at the sample before.
+        // No line from the last point passes all samples: adds a point at the previous sample.
         const float before = samples[n - 1].mm;
         const float slope = 0.5f * (low + high);
         from = {before, from.light + slope * (before - from.mm)};
@@ -44,7 +44,7 @@ int fitted(std::span<const LightLeft> samples, float error, int layers,
     if (last > from.mm) {
         if (count > layers - 1)
             return layers + 1;
-        // What lies beyond the last place has its light: as near to the truth as can be.
+        // Points beyond the last one have its light, the best approximation.
         const float slope = std::clamp((samples.back().light - from.light) / (last - from.mm), low, high);
         places[static_cast<std::size_t>(count++)] = {last, from.light + slope * (last - from.mm)};
     }
@@ -99,7 +99,7 @@ float DeepShadowMap::nearest(const glm::vec2& at, float mm) const {
     if (!(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
         return 1;
     const std::size_t ray = static_cast<std::size_t>(static_cast<int>(at.y) * size_ + static_cast<int>(at.x));
-    return std::clamp(lightOf(rays_[ray], mm), 0.0f, 1.0f); // lines may pass by either by the error
+    return std::clamp(lightOf(rays_[ray], mm), 0.0f, 1.0f); // lines may miss either by the error
 }
 
 float DeepShadowMap::between(const glm::vec2& at, float mm) const {

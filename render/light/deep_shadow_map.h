@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// What is left of the light at a distance, mm, from where rays start.
+/// The light left at a distance, mm, from the start of rays.
 struct LightLeft {
     float mm = 0, light = 1;
 };
@@ -20,23 +20,23 @@ struct LightLeft {
 class DeepShadowMap {
   public:
     static constexpr int kLayers = 8;
-    /// Light below which a ray counts as ended: nothing that this leaves can be seen.
+    /// Light below which a ray ends: the rest is invisible.
     static constexpr float kDark = 1.0f / 1024;
 
     /// @param size  rays along either side
-    /// @param layers  places kept of a ray, 2 to kLayers
+    /// @param layers  points stored per ray, 2 to kLayers
     explicit DeepShadowMap(int size, int layers = kLayers);
     static std::size_t bytes(int size) { return sizeof(Ray) * static_cast<std::size_t>(size * size); }
 
-    /// Takes a ray's light.
-    /// @param samples  by distance, light falling from 1; none: nothing is in its way
-    /// @param error  that the fit may make
-    /// Returns the error that it may make at these samples: the one given, or twice, four times ... as much.
+    /// Stores a ray's light.
+    /// @param samples  by distance, light falling from 1; none: unobstructed
+    /// @param error  allowed error of the fit
+    /// Returns the error bound at these samples: the one given, or twice, four times ... as much.
     float fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float error);
 
-    /// Light left at a distance along the nearest ray; along the four around the place, interpolated.
-    /// @param at  rays from the map's corner, the first one's middle at (0.5,0.5); beyond its edges
-    /// there is nothing
+    /// Light left at a distance along the nearest ray; interpolated between the four rays around the point.
+    /// @param at  rays from the map's corner, the first one's centre at (0.5,0.5); unobstructed beyond its
+    /// edges
     float nearest(const glm::vec2& at, float mm) const;
     float between(const glm::vec2& at, float mm) const;
 

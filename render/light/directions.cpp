@@ -26,7 +26,7 @@ std::vector<Face> octahedron() {
     return faces;
 }
 
-/// Its corners are those of three golden rectangles; three corners that are nearest to one another are a
+/// The corners of an icosahedron are those of three golden rectangles; three mutually nearest corners are a
 /// face.
 std::vector<Face> icosahedron() {
     const double g = (1 + std::sqrt(5.0)) / 2;
@@ -49,7 +49,7 @@ std::vector<Face> icosahedron() {
     return faces;
 }
 
-/// Of a triangle's projection onto the sphere, as a part of all of it.
+/// The solid angle of a triangle, as a share of the sphere.
 /// @param f  unit vectors
 /// Source: Van Oosterom, Strackee, The solid angle of a plane triangle, 1983, equation 8.
 double partOfSphere(const Face& f) {

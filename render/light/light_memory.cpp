@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kPartsForMaps = 8; // maps take at most one of what is free
+constexpr std::size_t kPartsForMaps = 8; // maps take at most this part of the free budget
 constexpr int kLeastMap = 32;            // rays along a side
 
 std::size_t mapBytesOf(const Lighting& lighting, const ShadowQuality& quality) {

@@ -1,5 +1,5 @@
-// render/light/light_memory.h: the RAM that computing a scene's voxel light takes, and the resolution of
-// shadow maps that it allows.
+// render/light/light_memory.h: the RAM for computing a scene's light per voxel, and the resolution of shadow
+// maps.
 #pragma once
 
 #include "core/scene/lighting.h"
@@ -9,10 +9,10 @@
 
 namespace tessera {
 
-/// As fine as a share of what is free allows: maps' sides are halved until they fit.
+/// As fine as a share of the free budget allows: the sides of maps are halved until they fit.
 ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamBytes);
 
-/// Shadow maps, and all that computing light takes besides. 0: no light of voxels is needed.
+/// Shadow maps, and all other memory for computing light. 0: no light per voxel is needed.
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
                           int threads);
 

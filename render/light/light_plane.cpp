@@ -17,8 +17,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // brick_residency.h
-constexpr std::size_t kBricksAtATime = 8; // between two looks at the clock
-constexpr float kUnseen = 1e-3f;          // of a brick's light: nobody will miss it for a while
+constexpr std::size_t kBricksAtATime = 8; // between two checks of the clock
+constexpr float kUnseen = 1e-3f;          // of a brick's light: low priority
 
 } // namespace
 
@@ -42,7 +42,7 @@ void LightPlane::publish(std::span<const BrickEntry> entries) {
     lookAgain();
 }
 
-/// What is to be refined is to be found anew.
+/// The queue of refinement must be computed again.
 void LightPlane::lookAgain() {
     queueLevel_ = -1;
     ambientDone_ = SceneLight::kCoarseLevel;
@@ -57,7 +57,7 @@ int LightPlane::wholeLevel(std::size_t brick) const {
     return std::max(slots_[brick]->level, light_.voxels().finestLevel());
 }
 
-/// Parts of a brick's light that are coarser than a level, or of what was before.
+/// Parts of a brick's light that are coarser than a level, or outdated.
 LightParts LightPlane::lacking(std::size_t brick, int finest) const {
     LightParts parts = 0;
     for (std::size_t part = 0; part < kLightParts; ++part)
@@ -115,7 +115,7 @@ void LightPlane::lightBricks(std::vector<BrickToLight> bricks, int finest, Light
     published_ = true;
 }
 
-/// All bricks that have no light, by samples of a level or coarser.
+/// Computes the light of all unlit bricks, by samples of a level or coarser.
 void LightPlane::lightAll(int finest, Work& work) {
     std::array<std::vector<BrickToLight>, kAllLight + 1> bricks; // by the parts that they lack
     for (std::size_t b = 0; b < entries_.size(); ++b) {
@@ -132,7 +132,7 @@ void LightPlane::lightAll(int finest, Work& work) {
             lightBricks(std::move(bricks[parts]), finest, parts, work);
 }
 
-/// What bricks have that stand as one value.
+/// Light of bricks drawn as one value.
 void LightPlane::lightStanding() {
     VoxelLight& voxels = light_.voxels();
     for (std::size_t part = 0; part < kLightParts; ++part) {
@@ -178,7 +178,7 @@ void LightPlane::settle(Work& work) {
     } else {
         if (light_.viewIsNew() && !hasty_)
             forget(kShadowLight, kNone);
-        // Maps that are in the works go on, where nothing needs those that are there.
+        // Continues maps in progress, if the existing ones are not needed.
         if ((standingIsOld_ & kShadowLight) != 0 || lacksAnything(kShadowLight))
             light_.makeCoarseMaps(!hasty_);
         lightAll(SceneLight::kCoarseLevel, work);
@@ -197,7 +197,7 @@ bool LightPlane::isWhole() const {
     return true;
 }
 
-/// First those that are computed together with some that are seen.
+/// First those that are computed together with visible ones.
 void LightPlane::sortQueue(std::span<const float> seen) {
     using Place = std::pair<int, std::uint64_t>;
     const glm::ivec3 grid = brickGrid(scene_.info().extentVoxels);
@@ -214,7 +214,7 @@ void LightPlane::sortQueue(std::span<const float> seen) {
     std::transform(ordered.begin(), ordered.end(), queue_.begin(), [](const auto& o) { return o.second; });
 }
 
-/// Bricks that lack just these parts, of those that are looked at.
+/// Bricks that lack exactly these parts, of the examined ones.
 bool LightPlane::refineTo(int finest, LightParts considered, LightParts parts, std::span<const float> seen,
                           SceneLight::Deadline deadline, Work& work) {
     if (queueLevel_ != finest || queueParts_ != parts) {

@@ -1,10 +1,10 @@
-// render/light/light_plane.h: the plane that holds the light of a scene's voxels beside the values. It has
-// the same pages and slots, one sample of light for every sample. An engine brings planes of its own for the
-// samples, one a channel. Their contents are computed here, whichever engine it is.
+// render/light/light_plane.h: the plane with the light per voxel of a scene, beside the values. It has the
+// same pages and slots, one sample of light for every sample. The engine supplies planes for the samples, one
+// per channel. Their contents are computed here for every engine.
 //
-// A still has all light before its rays are drawn. Pictures that follow one another ask for coarse light
-// first: new bricks are lit by samples of 8^3 voxels. When nothing else is to be done, refine() makes the
-// light finer, brick by brick, until it is what a still would have.
+// A still has all light before its rays are cast. Interactive pictures use coarse light first: new bricks are
+// lit by samples of 8^3 voxels. In idle time refine() refines the light, brick by brick, up to that of a
+// still.
 #pragma once
 
 #include "render/light/scene_light.h"
@@ -27,23 +27,23 @@ class LightPlane : public Plane {
 
     void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
     void publish(std::span<const BrickEntry> entries) override;
-    /// Lights what was put, or all where light has changed; before rays are drawn.
+    /// Lights new bricks, or all if the light has changed; before rays are cast.
     void settle(Work& work);
 
-    /// From now on what settle() lights is coarse first.
+    /// From now on settle() computes coarse light first.
     void lightCoarselyFirst() { coarseFirst_ = true; }
-    /// Something moves: shadows of lights that the camera carries stay where they fell.
+    /// During motion: shadows of lights fixed to the camera are not updated.
     void setHaste(bool hasty) { hasty_ = hasty; }
-    /// The plan's lighting is another, with as many channels.
+    /// The plan's lighting has changed, with the same number of channels.
     void lightingChanged();
-    /// Makes light finer as far as time goes, at least a little; not while rays are drawn.
-    /// @param seen  per brick what is seen of it: more first; empty: all alike
+    /// Refines light until the deadline, at least a little; not while rays are cast.
+    /// @param seen  visibility per brick, for priority; empty: all equal
     void refine(std::span<const float> seen, SceneLight::Deadline deadline, Work& work);
-    /// All of it is there for the bricks as they are.
+    /// True if all light of the current bricks is computed.
     bool isWhole() const;
 
   private:
-    /// In place of the level that a brick's light was computed at: it has none; it has what was right before.
+    /// Values in place of the level of a brick's light: it has none; it has outdated light.
     static constexpr std::uint8_t kNone = 255, kOld = 254;
     using Levels = std::vector<std::uint8_t>;
 
@@ -67,18 +67,18 @@ class LightPlane : public Plane {
     std::vector<Plane*> channels_;
     bool together_;
     std::vector<BrickEntry> entries_;
-    std::vector<std::optional<AtlasSlot>> slots_;                  // of every brick, as it was last put
-    std::array<Levels, kLightParts> lit_;                          // since then, at which level
+    std::vector<std::optional<AtlasSlot>> slots_;                  // of every brick, as last put
+    std::array<Levels, kLightParts> lit_;                          // level of its light since then
     std::array<std::vector<std::uint16_t>, kLightParts> standing_; // of every brick, by its channels
     LightParts standingIsOld_ = kAllLight;
-    bool published_ = false; // channels do not know all
+    bool published_ = false; // some channels lack some
     bool coarseFirst_ = false, hasty_ = false;
-    std::vector<BrickToLight> queue_; // what refineTo() does next, backwards
+    std::vector<BrickToLight> queue_; // queue of refineTo(), in reverse
     LightParts queueParts_ = 0;       // of its bricks
-    int queueLevel_ = -1;             // that it comes to; -1: there is none
-    Levels expected_;                 // of all bricks, where light comes to a level; that one, or -1
+    int queueLevel_ = -1;             // target of refinement; -1: none
+    Levels expected_;                 // of all bricks, when their light reaches a level; that level, or -1
     int expectedFinest_ = -1;
-    int ambientDone_ = SceneLight::kCoarseLevel; // that all bricks' ambient light has come to
+    int ambientDone_ = SceneLight::kCoarseLevel; // reached by the ambient light of all bricks
 };
 
 } // namespace tessera

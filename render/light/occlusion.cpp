@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kRun = native::kOcclusionRun;
 constexpr int kRunsPerRow = kChunkExtent / kRun;
-constexpr int kAround = 2; // samples that a value near a sample is interpolated from, levels mixed or not
+constexpr int kAround = 2; // reach of interpolation near a sample, in samples, with or without mixed levels
 
 int roundedUp(int n, int to) {
     return (n + to - 1) / to * to;
@@ -94,7 +94,7 @@ glm::ivec3 Occluder::mostReach() const {
     return most;
 }
 
-/// Of all that a chunk holds and of a voxel around it. Means lie between what they are means of.
+/// The range of a chunk and a voxel around it. Means are within the range of their values.
 Occluder::Range Occluder::rangeOf(const ChunkKey& chunk) const {
     const glm::ivec3 low = glm::ivec3(chunk.i, chunk.j, chunk.k) << chunk.level;
     const glm::ivec3 high = glm::min(low + (1 << chunk.level), statistics_.bricks);
@@ -115,19 +115,19 @@ bool Occluder::isEmpty(const Range& range) const {
     return table_->emptyOver(std::min(a, b), std::max(a, b));
 }
 
-/// What lies behind an isosurface takes light, though nothing shows there.
+/// Space behind an isosurface takes light, though it may be invisible.
 bool Occluder::letsAllThrough(const Range& range) const {
     return isEmpty(range) && (optics_->surfaces.empty() || range.high < optics_->surfaces.front().isovalue);
 }
 
 namespace {
 
-/// Runs around which samples [low,high) lie: with the first of those, how many follow along x, and the range.
+/// Finds runs near samples [low,high): the first of them, their number along x, and the range.
 template <typename Visit>
 void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high, OcclusionRoom& room,
                 const Visit& visit) {
     constexpr int kEdge = kChunkExtent + 2 * kAround;
-    const glm::ivec3 near = first + room.reach - kAround; // from here on ranges are wanted
+    const glm::ivec3 near = first + room.reach - kAround; // from here on ranges are needed
     const glm::ivec3 from = glm::max(low, near), to = glm::min(high, near + kEdge);
     for (int z = from.z; z < to.z; ++z)
         for (int y = from.y; y < to.y; ++y)
@@ -142,8 +142,8 @@ void forEachRun(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3
 
 } // namespace
 
-/// Of a sample, with gradient opacity: of the differences of the samples beside it; at a chunk's face to
-/// one side. So no other chunk is read for it.
+/// Extinction of a sample with gradient opacity, by differences of adjacent samples; one-sided at a chunk's
+/// face, so that no other chunk is read.
 /// @param samples  of the chunk
 /// @param at, last  in it; the last one that it has
 template <typename Stored>
@@ -219,7 +219,7 @@ void Occluder::readChunk(const ChunkKey& key, const glm::ivec3& first, const glm
     });
 }
 
-/// Whether nothing can show in a chunk nor within two samples of it.
+/// True if a chunk and two samples around it are invisible.
 bool Occluder::nothingNear(const ChunkKey& chunk) const {
     Range range = rangeOf(chunk);
     if (chunk.level == 0) {
@@ -238,7 +238,8 @@ bool Occluder::nothingNear(const ChunkKey& chunk) const {
     return isEmpty(range);
 }
 
-/// Of the voxels in and around a run of samples: what values near it can be, at its level and at finer ones.
+/// The range of voxels in and around a run of samples, which bounds values near it at its level and at finer
+/// ones.
 Occluder::Range Occluder::rangeAround(const glm::ivec3& sample, int level) const {
     const glm::ivec3 low = glm::max(sample - kAround, glm::ivec3(0)) << level;
     const glm::ivec3 high =
@@ -281,7 +282,7 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
                 const ChunkKey key{chunk.level, x, y, z};
                 const glm::ivec3 corner = glm::ivec3(x, y, z) * kChunkExtent;
                 const glm::ivec3 from = glm::max(low, corner), to = glm::min(high, corner + kChunkExtent);
-                if (letsAllThrough(rangeOf(key))) // and so does what is within a voxel of it
+                if (letsAllThrough(rangeOf(key))) // as does everything within a voxel of it
                     continue;
                 const ChunkPointer samples = cache.get(key);
                 withValueType(info_.type, [&](auto typed) {
@@ -295,10 +296,10 @@ void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks,
     room.runs.clear();
     if (nothingNear(chunk))
         return;
-    if (occludes || chunk.level == 0) // elsewhere statistics say where anything shows
+    if (occludes || chunk.level == 0) // elsewhere statistics give visibility
         read(chunk, cache, room);
 
-    // Which runs are wanted: by bricks, and by what can show near them.
+    // The requested runs: by bricks, and by visibility near them.
     const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;
     const glm::ivec3 samples =
         glm::min(levelExtent(info_.extentVoxels, chunk.level) - own, glm::ivec3(kChunkExtent));

@@ -1,6 +1,6 @@
 // render/light/occlusion.h: local ambient occlusion of the samples of a level (course notes 6.1): the share
 // of a sphere's light that reaches each. It is a function of the volume, its transfer function and the level
-// alone. The levels of bricks nearby do not count (docs/sampling.md, "Light per voxel").
+// alone. Levels of neighbouring bricks do not matter (docs/sampling.md, "Light per voxel").
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -20,26 +20,26 @@
 
 namespace tessera {
 
-/// Samples of a chunk, and all around them that rays reach: what a thread works in.
+/// Samples of a chunk and of its surroundings within reach of rays: the working set of a thread.
 class OcclusionRoom {
   public:
-    /// Of rays with such a reach.
-    /// @param emits  tissue may send light
+    /// For rays with this reach.
+    /// @param emits  tissue may emit light
     explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false);
     static std::size_t bytes(const glm::ivec3& reach, bool emits = false);
 
     glm::ivec3 reach, size; // samples before the chunk; all
     std::vector<float> extinction, opacity;
-    /// Of every row along x: whether it has an extinction; whether opacity has anything there.
+    /// For every row along x: true if it has extinction; true if opacity is filled there.
     std::vector<std::uint8_t> rowShows, rowIsSet;
-    /// Level 0: range of stored values along every run of samples, two more at either end.
+    /// Level 0: range of stored values along every run of samples and two more at either end.
     std::vector<float> low, high;
     std::vector<float> light; // of the chunk's samples
-    /// Red, green, blue, where tissue may send light: what is sent, laid out as extinction; what
-    /// gets to samples.
+    /// Red, green, blue, if tissue may emit light: emission, in the layout of extinction; light received by
+    /// samples.
     std::array<std::vector<float>, 3> emission, shine;
 
-    /// Samples side by side whose light is wanted, kOcclusionRun of them.
+    /// A run of kOcclusionRun adjacent samples to light.
     struct Run {
         glm::ivec3 at;        // the first, in the chunk
         std::size_t from, to; // the first, in opacity and in light
@@ -50,28 +50,27 @@ class OcclusionRoom {
 class Occluder {
   public:
     /// All must outlive it.
-    /// @param occlusion  none: finds runs, for other light
-    /// @param target  of instructions; null: the processor's best
+    /// @param occlusion  none: only finds runs, for other light
+    /// @param target  instruction set; null: the processor's best
     Occluder(const VolumeInfo& info, const Statistics& statistics, const std::optional<Occlusion>& occlusion,
              const native::PacketTarget* target = nullptr);
-    /// Takes a transfer function.
+    /// Sets the transfer function.
     void setFunction(const TransferTable& table, const Optics& optics);
 
-    /// Most that a thread needs.
+    /// Largest memory of a thread.
     glm::ivec3 mostReach() const;
-    /// Finest level whose samples have light of their own; finer ones take that of this one.
+    /// Finest level with light of its own; finer levels use this one's.
     int finestLevel() const { return finest_; }
-    /// Whether light that tissue sends is gathered too.
+    /// True if emitted light is gathered too.
     bool gathersEmission() const { return strength_ > 0; }
 
-    /// Reads a chunk and what is around it, and finds the runs of samples near which anything can show:
-    /// within two samples.
-    /// @param bricks  of the chunk, x fastest: those whose samples are wanted; empty: all
-    /// @param occludes  occlude() follows; else no more is read than tells where anything shows
+    /// Reads a chunk and its surroundings, and finds the runs of samples within two samples of visible ones.
+    /// @param bricks  of the chunk, x fastest: those to light; empty: all
+    /// @param occludes  occlude() follows; else only data for visibility are read
     void find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, bool occludes, BrickCache& cache,
               OcclusionRoom& room) const;
-    /// Share of the light of its sphere that gets to each sample of the runs found, equation 6.3, in
-    /// room.light; 1 elsewhere. What tissue sends (6.5) in room.shine; 0 elsewhere.
+    /// Computes the unoccluded share of each sample of these runs, equation 6.3, in room.light; 1 elsewhere.
+    /// Emitted light (6.5) is in room.shine; 0 elsewhere.
     void occlude(const ChunkKey& chunk, OcclusionRoom& room) const;
 
   private:
@@ -95,14 +94,14 @@ class Occluder {
     const Statistics& statistics_;
     const native::PacketTarget& target_;
     int finest_;
-    double strength_ = 0; // of light that tissue sends
+    double strength_ = 0; // of emitted light
     native::OcclusionSum sum_ = native::OcclusionSum::local;
     std::array<OcclusionRays, kLevelCount> rays_;
     const TransferTable* table_ = nullptr;
     const Optics* optics_ = nullptr;
-    // Of every stored value of 16 bits, from the lowest; else empty.
+    // For every stored value of 16 bits, from the lowest; else empty.
     std::vector<float> extinctionOf_;
-    std::vector<glm::vec3> emissionOf_; // empty where nothing is gathered, too
+    std::vector<glm::vec3> emissionOf_; // empty if nothing is gathered, too
 };
 
 } // namespace tessera

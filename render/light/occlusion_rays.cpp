@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-/// A step along the axis that a direction is steepest to, samples of level 0.
+/// A step along the steepest axis of a direction, samples of level 0.
 OcclusionRay rayAlong(const SphereDirection& direction, const glm::dmat3& voxelFromPatient) {
     OcclusionRay ray;
     ray.direction = direction.towards;

@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-/// Rays along a side of a coarse map, as a part of those of a whole one.
+/// Rays along a side of a coarse map, relative to a full one.
 constexpr int kCoarseMapPart = 4;
 
 bool sameShadows(const std::vector<Light>& a, const std::vector<Light>& b) {
@@ -25,7 +25,7 @@ bool sendTheSame(const std::vector<leaf::MaterialNumbers>& a, const std::vector<
     });
 }
 
-/// All bricks that show something at one level.
+/// All visible bricks at one level.
 Selection atOneLevel(const Selection& selection, int level) {
     Selection coarse = selection;
     coarse.counts = {};
@@ -79,7 +79,7 @@ LightParts SceneLight::lightingChanged() {
     return changed;
 }
 
-/// Integrators come and go by the same way as functions, and change no light.
+/// Changes of the integrator use the same path as functions, and change no light.
 LightParts SceneLight::takeChanges() {
     if (!std::exchange(functionMayBeNew_, false))
         return 0;
@@ -95,7 +95,7 @@ LightParts SceneLight::takeChanges() {
     return kAllLight;
 }
 
-/// What lies behind an isosurface takes light, and no distance map knows of it.
+/// Space behind an isosurface takes light, which distance maps do not include.
 LightPath SceneLight::fieldAsDrawn() const {
     const Layer& volume = scene_.layer();
     const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();
@@ -163,7 +163,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     LightPath field = fieldAsDrawn();
     field.selection = &bricks;
     field.levels = nullptr;
-    field.occupancy = nullptr; // it is of the bricks as they are drawn
+    field.occupancy = nullptr; // it is for the drawn bricks
     ShadowQuality quality = scene_.view.shadowQuality;
     quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
     quality.stepVoxels *= 1 << kCoarseLevel;

@@ -1,6 +1,6 @@
-// render/light/scene_light.h: the inputs of a scene's voxel light as they stand: the function, and shadow
-// maps of the bricks that are drawn. A still has all of them before anything is lit. Pictures that follow one
-// another have coarse maps first, and full ones when there was time for them.
+// render/light/scene_light.h: the current inputs of a scene's light per voxel: the function, and shadow maps
+// of the drawn bricks. A still has all of them before lighting. Interactive pictures have coarse maps first,
+// and full ones later.
 #pragma once
 
 #include "render/light/voxel_light.h"
@@ -13,16 +13,16 @@
 
 namespace tessera {
 
-/// What the light of a scene's voxels came to.
+/// Statistics of a scene's light per voxel.
 struct LightReport {
     int channels = 0;
-    bool emission = false;                    // light that tissue sends is among them
+    bool emission = false;                    // emitted light is among them
     std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; shadow maps
     std::size_t maps = 0;
     int mapSize = 0;        // rays along a side of one
-    float mapError = 0;     // of the light that maps hold, at most
-    double shareOfMore = 0; // of their rays that err by more than was asked
-    double seconds = 0;     // that computing all of it took so far
+    float mapError = 0;     // largest error of light in maps
+    double shareOfMore = 0; // share of rays with a larger error than requested
+    double seconds = 0;     // total computing time so far
 };
 
 class SceneLight {
@@ -31,40 +31,38 @@ class SceneLight {
     /// Samples of coarse light: one for 8^3 voxels.
     static constexpr int kCoarseLevel = 3;
 
-    /// Of a plan whose lighting has channels of light; it outlives this and does
-    /// not move.
+    /// For a plan whose lighting has channels of light; it outlives this and does not move.
     SceneLight(const FramePlan& scene, int threads);
 
     int channels() const { return lightChannels(scene_.view.lighting); }
-    /// The transfer function, the camera, or levels of bricks may be others.
+    /// The transfer function, the camera, or levels of bricks may have changed.
     void functionChanged() { functionMayBeNew_ = true; }
     void viewChanged();
     void levelsChanged();
-    /// The plan's lighting is another, with as many channels. Returns the parts of light that are.
+    /// The plan's lighting has changed, with the same number of channels. Returns the changed parts of light.
     LightParts lightingChanged();
 
-    /// Takes the function and the lights as they are. Returns the parts of light that are others from now on.
+    /// Updates the function and the lights. Returns the changed parts of light.
     LightParts takeChanges();
-    /// Builds shadow maps of the bricks as they are, where these do not hold. Returns true where shadows are
-    /// others from now on.
+    /// Builds outdated shadow maps for the current bricks. Returns true if shadows have changed.
     bool makeMaps();
-    /// The same as far as time goes, for all that has changed; true when they are there and new.
+    /// The same until the deadline; true if maps are complete and have changed.
     bool makeMapsUntil(Deadline deadline);
-    /// Makes coarse maps, where there are none, and where the camera moved a light, if it counts.
+    /// Makes coarse maps if there are none, or if the camera moved a light and this matters.
     bool makeCoarseMaps(bool viewCounts);
-    /// The camera has moved a light since maps were made.
+    /// True if the camera has moved a light since maps were made.
     bool viewIsNew() const { return viewIsNew_; }
-    /// Shadow maps are of the bricks, lights and function as they are.
+    /// True if shadow maps match bricks, lights and function.
     bool mapsAreWhole() const { return !casts_ || (maps_ == Maps::whole && !levelsAreNew_ && !viewIsNew_); }
 
-    /// Its changes must have been taken, and shadows need maps.
+    /// Changes must have been taken, and shadows need maps.
     VoxelLight& voxels() { return *light_; }
-    /// All of it, for all bricks at once.
+    /// Computes all light, for all bricks at once.
     VoxelLight& ready();
     const std::vector<ShadowMaps>& shadows() const { return shadows_; }
-    /// Computing took so long.
+    /// Adds computing time.
     void took(double seconds) { seconds_ += seconds; }
-    /// @param planeBytes  what engines keep of it
+    /// @param planeBytes  memory in engines
     LightReport report(std::size_t planeBytes) const;
 
   private:
@@ -79,8 +77,8 @@ class SceneLight {
     bool casts_ = false; // some light has shadows
     std::vector<ShadowMaps> shadows_;
     Maps maps_ = Maps::none;
-    std::vector<ShadowMaps> next_; // in the works
-    std::size_t nextBuilt_ = 0;    // of them are whole
+    std::vector<ShadowMaps> next_; // maps in progress
+    std::size_t nextBuilt_ = 0;    // of them complete
     std::unique_ptr<VoxelLight> light_;
     std::vector<glm::vec4> litTable_; // by which light was computed
     std::vector<leaf::MaterialNumbers> litMaterials_;

@@ -13,10 +13,10 @@
 namespace tessera {
 namespace {
 
-constexpr double kWidestView = 110; // degrees: beyond, six maps waste less of their rays
+constexpr double kWidestView = 110; // degrees: above this six maps waste fewer rays
 constexpr double kGoldenAngle = 2.399963229728653;
 
-/// Box of the bricks that show something, patient space: its corners.
+/// Corners of the box of visible bricks, patient space.
 std::vector<glm::dvec3> shownCorners(const LightPath& field) {
     const glm::ivec3 grid = field.selection->bricks;
     glm::ivec3 low = grid, high(-1);
@@ -54,7 +54,7 @@ glm::dvec3 upFor(const glm::dvec3& direction) {
     return glm::normalize(axis - direction * (glm::dot(axis, direction) / glm::dot(direction, direction)));
 }
 
-/// The n-th of places spread evenly over a disk of radius 1.
+/// The n-th of points spread evenly over a disk of radius 1.
 glm::dvec2 onDisk(int n, int count) {
     const double radius = std::sqrt((n + 0.5) / count), angle = n * kGoldenAngle;
     return {radius * std::cos(angle), radius * std::sin(angle)};
@@ -94,7 +94,7 @@ Camera eyeAt(const glm::dvec3& position, const glm::dvec3& forward, double degre
     return camera;
 }
 
-/// Full angle of a square view from a place that holds all corners; 360 where none does.
+/// Full angle of a square view from a point that holds all corners; 360 if none does.
 double angleFor(const glm::dvec3& position, const std::vector<glm::dvec3>& corners) {
     const glm::dvec3 middle = middleOf(corners) - position;
     if (!(glm::length(middle) > 0))
@@ -205,7 +205,7 @@ bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& a
     return true;
 }
 
-/// @param more, largest  of rays whose fit may err by more than was asked; the most
+/// @param more, largest  number of rays with a larger error bound than requested; the largest bound
 void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest) {
     const int size = maps_.front().size();
     const std::size_t n = row / static_cast<std::size_t>(size);
@@ -276,7 +276,7 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
     const double far = glm::length(towards);
     const double offsetMm = std::max(std::ldexp(offsetMm_, level), rayMm_);
-    const bool isFar = !isPoint_ || far > offsetMm; // directions are unit vectors, whatever the offset
+    const bool isFar = !isPoint_ || far > offsetMm; // directions are unit vectors, at any offset
     const glm::dvec3 from = isFar ? place + towards * (offsetMm / far) : place;
     const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
     float sum = 0;

@@ -14,11 +14,11 @@ namespace tessera {
 class StoredLight {
   public:
     StoredLight() = default;
-    /// Lights all bricks.
-    /// @param ram  what it takes is charged here
+    /// Computes the light of all bricks.
+    /// @param ram  budget for its memory
     StoredLight(SceneLight& light, const FramePlan& scene, MemoryBudget& ram);
 
-    /// One channel's samples; of mixed levels where there is a map.
+    /// The samples of one channel; of mixed levels if there is a level map.
     class Channel {
       public:
         Channel(const StoredLight& light, int channel) : light_(light), channel_(channel) {}
@@ -34,7 +34,7 @@ class StoredLight {
         int channel_;
     };
 
-    /// Shares of light that reach a place.
+    /// Shares of light that reach a point.
     template <typename Real>
     leaf::ReceivedLight<Real> at(const glm::vec<3, Real>& p, const leaf::LightingNumbers& lighting) const {
         return leaf::receivedLight<Real>(lighting, [&](int channel) {
@@ -51,7 +51,7 @@ class StoredLight {
     };
     const LevelMap* map_ = nullptr;
     const Selection* selection_ = nullptr;
-    int level_ = 0, channels_ = 0; // where levels are not mixed: of all bricks
+    int level_ = 0, channels_ = 0; // without mixed levels: of all bricks
     glm::ivec3 extent_{0};
     std::vector<Brick> bricks_;
     std::vector<std::uint16_t> standing_; // of bricks without samples, channel by channel

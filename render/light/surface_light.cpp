@@ -21,13 +21,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kStrip = 16; // places that a thread takes at a time
+constexpr std::size_t kStrip = 16; // points per task of a thread
 constexpr double kGoldenAngle = 2.399963229728653;
-constexpr int kWindow = 3;           // pixels to a side that share what they found
+constexpr int kWindow = 3;           // half width of the filter, pixels
 constexpr float kReachParts = 4;     // they lie within one such part of the radius,
 constexpr float kLevelParts = 4;     // and within such a part of that of each other's tangent planes
-constexpr float kApart = 0.8f;       // what one direction can err by, and be taken for the same
-constexpr float kEnough = 1.0f / 64; // weight, in places like itself, that a sample needs of its neighbours
+constexpr float kApart = 0.8f;       // difference of results that counts as equal, in errors of one direction
+constexpr float kEnough = 1.0f / 64; // least weight of a sample's neighbours, in equal points
 
 /// Mixes all bits (the finaliser of SplitMix64).
 std::uint64_t mixed(std::uint64_t x) {
@@ -49,7 +49,7 @@ std::uint64_t hemisphereKey(const glm::vec2& place, std::uint32_t seed) {
     return mixed(mixed(at) + seed);
 }
 
-/// The places of a sunflower's seeds on a disk, which cover parts of one size, lifted to the hemisphere.
+/// A sunflower pattern on a disk, with equal areas, lifted to the hemisphere.
 std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key) {
     const double turn = 2 * std::numbers::pi * fraction(mixed(key)), shift = fraction(mixed(key + 1));
     // An orthonormal frame without a branch (Duff et al. 2017).
@@ -79,13 +79,13 @@ SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSample
 }
 
 std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
-    // What middles met and found, and their keys; what is added to an array of rays, and to the picture.
-    // Where pixels have samples, what an array of them met, and the sums of what is added.
+    // Hits and results of pixel centres, and their keys; the colours to add to an array of rays, and to the
+    // picture. With several samples per pixel: the hits of an array, and the sums of the colours to add.
     const std::size_t middles = sizeof(SurfaceHit) + sizeof(float) + sizeof(glm::vec4);
     return sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles;
 }
 
-/// Of samples, in voxels: of the brick that a place lies in.
+/// Distance of samples, in voxels, in the brick of a point.
 double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
     if (finestSamples_)
         return 1;
@@ -96,7 +96,7 @@ double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
     return 1 << (level == Selection::kEmpty ? selection.finest() : level);
 }
 
-/// Those of a place, as far as the picture's cuts leave them.
+/// The rays of a point, clipped to the picture's cuts.
 void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const {
     const RayFrame<double>& frame = plan_.view.frame;
     const glm::dvec3 normal(hit.normal), above = toVoxels_ * normal, place(hit.position);
@@ -127,7 +127,7 @@ void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector
     }
 }
 
-/// Of each place the mean, over its directions, of the light that is left along the way, over its length.
+/// For each point the mean over directions of the light left along the ray, averaged over its length.
 void SurfaceLight::openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
                               const SurfaceTracer& tracer, std::span<float> open) const {
     std::vector<Way> ways;
@@ -198,9 +198,9 @@ void SurfaceLight::look(std::vector<SurfaceHit> middles, const SurfaceTracer& tr
     report_.seconds += secondsSince(start);
 }
 
-/// The mean of what the middles around a place found, each by how near it is, how alike it faces, and how
-/// alike it is to what the pixel's own middle found, as far as directions err; below 0 where there are none
-/// to speak of.
+/// The weighted mean of the results at pixel centres around a point, or below 0 if weights are negligible.
+/// Weights fall with distance, difference of normals, and difference to the own pixel's result relative to
+/// the error of directions.
 float SurfaceLight::shared(const SurfaceHit& hit, const glm::ivec2& pixel) const {
     const float reach = static_cast<float>(occlusion_.radiusMm) / kReachParts, level = reach / kLevelParts;
     const float apart = kApart / std::pow(static_cast<float>(occlusion_.rays), 0.75f);

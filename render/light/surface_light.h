@@ -1,6 +1,6 @@
 // render/light/surface_light.h: ambient occlusion of isosurfaces (docs/sampling.md, "Occlusion of
 // isosurfaces"; course notes 5 and 9.2.3), deferred from the first hits of a picture's rays. Occlusion rays
-// start where the middles of pixels hit, and their results are filtered along edges. The ambient light that a
+// start at the hits of pixel centres, and their results are filtered along edges. The ambient light that a
 // ray's first surface loses is added to the ray's colour, negative.
 #pragma once
 
@@ -18,49 +18,49 @@
 
 namespace tessera {
 
-/// Directions in the hemisphere of a normal, the more the nearer to it (by the cosine), one of each of so
-/// many parts of it. All sets are alike but for a turn that a key decides.
+/// Cosine-weighted stratified directions in the hemisphere of a normal. Sets differ only by a rotation that
+/// depends on a key.
 /// @param normal  unit
-/// @param key  the same directions for the same one
+/// @param key  equal keys give equal directions
 std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key);
-/// Of a place on a picture, in pixels.
+/// The key of a point on a picture, in pixels.
 std::uint64_t hemisphereKey(const glm::vec2& place, std::uint32_t seed);
 
 class SurfaceLight {
   public:
     /// The plan outlives it; its scene has occlusion of surfaces (checked).
-    /// @param finestSamples  of the volume's own, whatever levels were chosen: the reference's
+    /// @param finestSamples  of level 0, whatever levels were chosen: for the reference
     /// @param threads  0: all processors
     SurfaceLight(const FramePlan& plan, int threads, bool finestSamples = false);
 
-    /// Looks around from what rays through the middles of all pixels met first.
+    /// Casts occlusion rays from the first hits of all pixel centres.
     void look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer, const ShareDone& progress = {});
     bool hasLooked() const { return !open_.empty(); }
-    /// What they met.
+    /// These hits.
     const std::vector<SurfaceHit>& middles() const { return middles_; }
 
-    /// What is added to the colours of rays by what they met first; alpha 0.
+    /// The image to add to the colours of rays with these first hits; alpha 0.
     /// @param places  of the rays on the picture; none: those of look()
     /// @param size    of their array
     Image added(std::span<const SurfaceHit> hits, std::span<const glm::vec2> places, const glm::ivec2& size,
                 const SurfaceTracer& tracer) const;
 
-    /// Share of the ambient light that gets to a place; not filtered.
-    /// @param place  that decides directions
+    /// Share of ambient light that reaches a hit; not filtered.
+    /// @param place  for the key of directions
     float openAt(const SurfaceHit& hit, const glm::vec2& place, const SurfaceTracer& tracer) const;
-    /// Of the middles of pixels, row by row, as they were found; 1 where nothing was met.
+    /// Shares at pixel centres, row by row, before filtering; 1 without a hit.
     const std::vector<float>& open() const { return open_; }
 
-    /// RAM of a pixel.
+    /// RAM per pixel.
     /// @param sampled  pixels have several samples
     static std::size_t bytesPerPixel(bool sampled);
-    /// That ways take at a time, a segment of theirs, voxels.
+    /// Segment length of occlusion rays, voxels.
     static constexpr double kSegmentVoxels = 1;
 
     struct Report {
         int rays = 0;
         double radiusMm = 0, seconds = 0;
-        std::size_t places = 0, alone = 0; // that looked around: middles of pixels; samples beside them
+        std::size_t places = 0, alone = 0; // points with occlusion rays: pixel centres; other samples
         std::size_t bytes = 0;
     };
     const Report& report() const { return report_; }
@@ -68,7 +68,7 @@ class SurfaceLight {
   private:
     struct Way {
         LightWay way;
-        double beginMm = 0; // from where all of its direction's begin
+        double beginMm = 0; // start of the layers' directions
         int direction = 0;
     };
     void addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const;

@@ -1,5 +1,5 @@
-// render/light/surface_tracer.h: SurfaceTracer: rays of light among isosurfaces, and how far they get. An
-// engine follows them (RayCaster::surfaceTracer()), or the mirror does. All find the same points.
+// render/light/surface_tracer.h: SurfaceTracer: rays of light among isosurfaces, and the light that these
+// take. An engine traces them (RayCaster::surfaceTracer()), or the mirror does. All find the same points.
 #pragma once
 
 #include "render/contract/ray.h"
@@ -11,28 +11,28 @@
 
 namespace tessera {
 
-/// Part of a straight way, voxel space.
+/// A part of a ray, voxel space.
 struct LightWay {
     glm::dvec3 from{0}, direction{0}; // direction: unit
     double voxels = 0;                // its length
     double mmPerVoxel = 1;            // along it
 };
 
-/// What isosurfaces take of the light along a way.
+/// The light that isosurfaces take along a ray.
 struct LightTaken {
-    float taken = 0; // of 1, all of it together
-    float mm = 0;    // sum of what each takes times how far along the way it is met
+    float taken = 0; // total, of 1
+    float mm = 0;    // sum over surfaces of their part times its distance along the ray
 };
 
 class SurfaceTracer {
   public:
     virtual ~SurfaceTracer() = default;
-    /// One of each way, in order. For several threads at once.
-    /// @param taken  as many as ways
+    /// One per ray, in order. Thread-safe.
+    /// @param taken  as many as rays
     virtual void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const = 0;
 };
 
-/// A way as a ray of segments of a length in voxels.
+/// A light ray as a ray of segments of a length in voxels.
 template <typename Real> SegmentedRay<Real> segmentedWay(const LightWay& way, double segmentVoxels) {
     SegmentedRay<Real> ray;
     const Real segments = static_cast<Real>(way.voxels / segmentVoxels);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kChunkTexels = std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent;
 constexpr std::size_t kChunksAtATime = 16, kBricksAtATime = 32;
-constexpr std::size_t kLeastChunks = 128; // kept for those beside them
+constexpr std::size_t kLeastChunks = 128; // kept for neighbours
 
 /// A curve through chunks whose neighbours along it are neighbours in space.
 std::uint64_t mortonOf(const ChunkKey& key) {
@@ -80,8 +80,7 @@ void VoxelLight::forgetPart(std::size_t part) {
         chunk.parts[part] = {};
 }
 
-/// Those of its bricks whose light is wanted; what the others have stays, and is computed again at most to
-/// the same.
+/// Its bricks to light; the light of others is unchanged, or computed again with the same result.
 void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, OcclusionRoom& room) const {
     std::vector<std::uint8_t> bricks(cellCount(glm::ivec3(1 << key.level)), 0);
     bool wanted[kLightParts] = {};
@@ -97,7 +96,7 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
     }
     occluder_.find(key, bricks, wanted[0], cache, room);
     if (room.runs.empty())
-        return; // nothing shows: no texel will be looked at
+        return; // invisible: its texels are never read
     for (std::size_t part = 0; part < kLightParts; ++part)
         if (wanted[part] && chunk.parts[part].texels.empty())
             chunk.parts[part].texels.assign(kChunkTexels * static_cast<std::size_t>(channels_[part]),
@@ -131,7 +130,7 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
 }
 
 void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) {
-    // A map's places stay where they are.
+    // Iterators of a map stay valid.
     std::vector<LitChunk*> chunks;
     for (const ChunkKey& key : keys)
         chunks.push_back(&chunks_.at(key));
@@ -154,7 +153,7 @@ void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) 
     });
 }
 
-/// Those that were not used for longest; chunks without texels take no room.
+/// Least recently used ones; chunks without texels take no memory.
 void VoxelLight::forget(std::size_t most) {
     std::vector<std::pair<std::uint64_t, ChunkKey>> kept;
     for (const auto& [key, chunk] : chunks_)
@@ -167,7 +166,7 @@ void VoxelLight::forget(std::size_t most) {
         chunks_.erase(kept[n].second);
 }
 
-/// Bricks [first, end): of several at once only as many as little memory holds.
+/// Bricks [first, end): at once only as many as fit into a small memory.
 void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end,
                             LightParts parts, const Put& put) const {
     struct Filled {
@@ -183,7 +182,7 @@ void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t fir
                 filled.push_back({b, part, n, {}});
     parallelFor(filled.size(), threads_, [&](std::size_t n) {
         Filled& f = filled[n];
-        // Laid out as a chunk's samples, so that planes take it as one.
+        // In the layout of a chunk's samples, as planes need it.
         f.samples.size = kChunkTexels * sizeof(std::uint16_t);
         f.samples.bytes = std::make_unique_for_overwrite<std::byte[]>(f.samples.size);
         fill(ordered[f.brick].second, f.part, f.n, reinterpret_cast<std::uint16_t*>(f.samples.bytes.get()));
@@ -199,7 +198,7 @@ std::pair<int, std::uint64_t> VoxelLight::placeInOrder(const BrickToLight& b, co
     return {b.lightLevel, mortonOf({b.lightLevel, at.x, at.y, at.z})};
 }
 
-/// Bricks of a chunk from one to another, and those that will be asked for.
+/// Bricks [first, end) of a chunk, and expected ones.
 void VoxelLight::want(const ChunkKey& key, LitPart& lit, const glm::ivec3& lowest, const glm::ivec3& highest,
                       std::span<const std::uint8_t> expected) const {
     const auto along = glm::ivec3(1 << key.level);
@@ -244,7 +243,7 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::ui
     });
 
     for (std::size_t first = 0; first < ordered.size();) {
-        // Bricks of so many chunks, and the chunks that they read.
+        // Bricks of this number of chunks, and the chunks that they read.
         ++turn_;
         std::size_t end = first, chunks = 0;
         std::set<ChunkKey> wanted;
@@ -288,7 +287,7 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::ui
 
 namespace {
 
-/// Between samples of a cube, at places that are twice, four times ... as dense.
+/// Interpolates samples of a cube at points that are twice, four times ... as dense.
 /// @param width  of the cube, one more than needed around
 /// @param scale  samples from one place to the next
 void fillBetween(const std::vector<float>& cube, int width, float scale, int edge, std::uint16_t* out) {
@@ -343,7 +342,7 @@ void VoxelLight::fill(const BrickToLight& b, std::size_t part, int n, std::uint1
             }
         return;
     }
-    // Coarser samples in and around the brick, then between them.
+    // Coarser samples in and around the brick, then interpolation.
     const int coarse = kBrickExtent >> level, width = coarse + 2;
     std::vector<float> samples(static_cast<std::size_t>(width * width * width));
     bool any = false;

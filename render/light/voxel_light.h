@@ -1,6 +1,6 @@
 // render/light/voxel_light.h: the light of bricks' samples (docs/sampling.md, "Light per voxel"): occlusion,
-// and the share of each shadow-casting light that gets there. It is computed chunk by chunk of a level.
-// Chunks of a coarser level serve finer bricks, interpolated, where light is asked for no finer.
+// and the share of each shadow-casting light. It is computed chunk by chunk of a level. With a coarser
+// resolution of light, chunks of a coarser level serve finer bricks, interpolated.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -20,21 +20,21 @@
 
 namespace tessera {
 
-/// Light as it is kept: leaf::kLightOne.
+/// The stored value of full light: leaf::kLightOne.
 std::uint16_t lightTexel(float light);
 
-/// Parts of light, which follow from different things: occlusion (and light that tissue sends) from the
-/// function, shadows from maps of them too.
+/// Parts of light with different inputs: occlusion (and emitted light) depends on the function, shadows also
+/// on shadow maps.
 using LightParts = unsigned;
 constexpr LightParts kAmbientLight = 1, kShadowLight = 2, kAllLight = kAmbientLight | kShadowLight;
 constexpr std::size_t kLightParts = 2;
 
-/// A brick that samples are wanted of, at a level below the coarsest.
+/// A brick to light, at a level below the coarsest.
 struct BrickToLight {
     std::size_t brick = 0;
     int level = 0;
-    /// That light is computed at, and interpolated from: the brick's own or a coarser one, at least
-    /// VoxelLight::finestLevel().
+    /// Level at which light is computed, and from which it is interpolated: the brick's own or a coarser one,
+    /// at least VoxelLight::finestLevel().
     int lightLevel = 0;
 };
 
@@ -43,30 +43,31 @@ class VoxelLight {
     /// Channels are lightChannels() of them: occlusion first, then every light that casts a shadow.
     /// All must outlive it.
     VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting, int threads);
-    /// RAM that threads work in, and that chunks are kept in.
+    /// RAM for the threads' working sets, and for chunks.
     static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads);
 
-    /// Channels that a part has, and the first of them.
+    /// Channels of a part, and the first of them.
     int channelsOf(std::size_t part) const { return channels_[part]; }
     int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channels_[0]; }
-    /// Finest level that light is computed at.
+    /// Finest level at which light is computed.
     int finestLevel() const { return finest_; }
-    /// The transfer function is another: all light is.
+    /// The transfer function has changed, and so has all light.
     void functionChanged(const TransferTable& table, const Optics& optics);
-    /// @param shadows  of the lights that cast some, in order, built; outlive this, or what is set next
+    /// @param shadows  of the shadow-casting lights, in order, complete; they outlive this, or the next call
     void setShadows(std::span<const ShadowMaps> shadows);
 
-    /// Gets the samples of a brick, edge^3, x fastest, for one channel; one call at a time.
+    /// Receives the samples of a brick, edge^3, x fastest, for one channel; one call at a time.
     using Put = std::function<void(const BrickToLight&, int channel, const Chunk& samples, int edge)>;
-    /// Lights bricks, in any order: parts of their light. Shadows need maps.
-    /// @param expected  of every brick the level that its light will be asked for at, soon: computed along
-    /// with what lies beside it
+    /// Computes parts of the light of bricks, in any order. Shadows need maps.
+    /// @param expected  for every brick the level of its light in upcoming calls: computed together with
+    /// neighbours
     void light(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected, LightParts parts,
                BrickCache& cache, const Put& put);
-    /// Of bricks that stand as one value: that of the coarsest level's sample, of a part's n-th channel.
+    /// Light of bricks drawn as one value: that of the coarsest level's sample, for the n-th channel of a
+    /// part.
     std::uint16_t standing(std::size_t brick, std::size_t part, int n, BrickCache& cache);
 
-    /// Chunks, of any level, whose bricks' light lies side by side: the order in which light() goes.
+    /// Order of chunks in light(): bricks of one chunk, of any level, are adjacent.
     static std::pair<int, std::uint64_t> placeInOrder(const BrickToLight& brick, const glm::ivec3& grid);
 
   private:
@@ -78,7 +79,7 @@ class VoxelLight {
         std::vector<std::uint16_t> texels; // channel by channel, 32^3 each; none: all 1
         std::vector<State> bricks;
         bool isWhole = false;  // all bricks are lit
-        bool isWanted = false; // some are wanted
+        bool isWanted = false; // some are requested
     };
     struct LitChunk {
         std::array<LitPart, kLightParts> parts;
@@ -100,7 +101,7 @@ class VoxelLight {
     int threads_;
     std::array<int, kLightParts> channels_;
     Occluder occluder_;
-    int finest_; // level of light; finer bricks take it from there
+    int finest_; // level of light; finer bricks interpolate from it
     Chunks chunks_;
     std::uint64_t turn_ = 0;
 };

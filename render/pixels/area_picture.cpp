@@ -11,19 +11,19 @@
 namespace tessera {
 namespace {
 
-/// Where pixels decide: rounds after the first, each of which spends at most half of the rays that are left,
-/// or all where that is little: so most go where the first have told to. What few rays hit is found from what
-/// they do, a pixel further in each round.
+/// Automatic samples: rounds after the first. Each spends at most half of the remaining rays, or all if few
+/// are left, so that most rays follow the results of earlier rounds. Small structures are found from rays
+/// that hit them, one pixel further in each round.
 constexpr int kRounds = 12;
 constexpr std::size_t kLittle = 32;
 
-/// Samples that a pixel has after another round. Two sets of four: fewer are hardly better than its middle,
-/// and say little of how far they are off.
+/// Samples of a pixel after another round. Two sets of four: fewer are hardly better than its centre, and
+/// estimate their error poorly.
 int nextSamples(int samples) {
     return samples < 8 ? 8 : 2 * samples;
 }
 
-/// Of so many samples of a pixel, those that are of a set.
+/// The number of a pixel's samples in a set.
 int partOf(int samples, int set) {
     return set == 0 ? (samples + 1) / 2 : samples / 2;
 }
@@ -55,7 +55,7 @@ void AreaPicture::goOn(const PixelGoal& goal) {
     upTo_.clear();
 }
 
-/// Each doubles the samples of a pixel, so that a whole picture is soon there.
+/// Each round doubles the samples of a pixel, so that a complete picture comes soon.
 int AreaPicture::rounds() const {
     if (decides())
         return 1 + kRounds;
@@ -88,13 +88,13 @@ void AreaPicture::beginRound() {
     });
 }
 
-/// A round of its own, before any other; false where there is none.
+/// An extra round, before any other; false if there is none.
 bool AreaPicture::takeOverlooked() {
     if (!overlooked_)
         return false;
     const std::vector<std::uint32_t> pixels = std::exchange(overlooked_, {})(sums_.image());
     const auto each = static_cast<std::size_t>(nextSamples(0));
-    // Half of what may be taken is left for what shows. Where not all can be had they are spread.
+    // Half of the allowed rays are left for visible pixels. If not all are possible they are spread.
     const std::size_t most = goal_.rays / (2 * each), taken = std::min(pixels.size(), most);
     for (std::size_t n = 0; n < taken; ++n)
         take(pixels[n * pixels.size() / taken], nextSamples(0));
@@ -114,7 +114,7 @@ void AreaPicture::chooseNeedy() {
     const auto cost = [&](std::uint32_t pixel) {
         return static_cast<std::size_t>(nextSamples(sums_.samples(pixel)) - sums_.samples(pixel));
     };
-    // What a ray gains: the error's square falls at least as fast as samples grow.
+    // The gain of a ray: the error's square falls at least as fast as samples grow.
     struct Needy {
         float gain;
         std::uint32_t pixel;
@@ -146,8 +146,8 @@ void AreaPicture::chooseNeedy() {
     });
 }
 
-/// Calls visit(pixel, set, first, count) for the samples of the array at hand, in order: what its pixels
-/// lack, as far as there is room.
+/// Calls visit(pixel, set, first, count) for the samples of the current array, in order: missing samples of
+/// its pixels, as far as they fit.
 template <typename Visit> void AreaPicture::forEachRun(const Visit& visit) const {
     auto room = static_cast<int>(std::min<std::size_t>(mostRays(sums_.size()), 1 << 30));
     for (std::size_t n = first_; n < pixels_.size() && room > 0; ++n)
@@ -168,7 +168,7 @@ std::optional<Rays> AreaPicture::next() {
     }
     while (first_ == pixels_.size() && round_ < rounds())
         beginRound();
-    if (first_ == pixels_.size()) { // what follows, pixels that are drawn again, has this room
+    if (first_ == pixels_.size()) { // later pixels that are drawn again use this memory
         array_ = {}, pixels_ = {}, upTo_ = {};
         first_ = 0;
         return std::nullopt;
@@ -186,11 +186,11 @@ std::optional<Rays> AreaPicture::next() {
             array_[raySlot(k++, arraySize_)] = place;
     });
     for (const glm::vec2 last = array_[raySlot(rays - 1, arraySize_)]; k < array_.size(); ++k)
-        array_[raySlot(k, arraySize_)] = last; // left over; what is drawn there is dropped
+        array_[raySlot(k, arraySize_)] = last; // unused; results there are dropped
     drawing_ = true;
     Rays out = picture_;
     if (phasedStep_) {
-        // A pixel's samples stand side by side, by eights, so that each eight of them have all phases.
+        // A pixel's samples are adjacent, by eights, so that each eight have all phases.
         out.frame.segmentVoxels = out.strides.segmentVoxels = *phasedStep_;
         out.frame.phased = true;
     }
@@ -239,7 +239,7 @@ PixelReport AreaPicture::report() const {
     report.taken = static_cast<double>(taken_) / static_cast<double>(sums_.count());
     for (std::size_t i = 0; i < sums_.count(); ++i)
         report.most = std::max(report.most, sums_.samples(i));
-    // Sets that decided when to stop are too much alike, and a middle alone says nothing.
+    // Sets that decided when to stop are too similar, and a centre alone gives no estimate.
     if (!decides())
         report.error = standardError(sums_);
     return report;
@@ -252,21 +252,22 @@ double AreaPicture::share(double ofArray) const {
     const double within = pixels_.empty() ? 0
                                           : (static_cast<double>(first_) + (drawing_ ? ofArray : 0)) /
                                                 static_cast<double>(pixels_.size());
-    // Where pixels decide each round takes about half of what is left, the first a third; else rounds double.
+    // With automatic samples each round takes about half of the remaining rays, the first a third; else
+    // rounds double.
     if (decides())
         return 1 - std::exp2(-round_) * (1 - 0.5 * within);
     return (round_ == 0 ? within : std::exp2(round_ - 1) * (1 + within)) / std::exp2(count - 1);
 }
 
 std::size_t AreaPicture::bytesPerPixel() {
-    // Sums; the list of pixels, what each gets, what it gains and whether it is chosen; an array's places,
-    // and its picture as the engine hands it out.
+    // Sums; the list of pixels with samples, gain and choice of each; an array's points, and the engine's
+    // picture of it.
     return PixelSums::bytesPerPixel() + sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(float) + 1 +
            sizeof(glm::vec2) + sizeof(glm::vec4);
 }
 
 std::size_t AreaPicture::mostRays(const glm::ivec2& imageSize) {
-    // Whole rows of patches where there is one: then no array is larger than the picture.
+    // Whole rows of patches if there is one: then no array is larger than the picture.
     constexpr std::size_t row = kPatchRays * kPatchesAcross;
     const std::size_t pixels = rayCount(imageSize), of = pixels < row ? kPatchRays : row;
     return std::max(kPatchRays, pixels / of * of);

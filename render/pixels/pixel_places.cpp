@@ -19,8 +19,8 @@ std::uint64_t mixed(std::uint64_t x) {
 
 constexpr int kBits = 7; // of kMostInSet
 
-/// Owen's scrambling of a number of kBits bits: each bit is flipped or not as a random one says that belongs
-/// to the bits above it.
+/// Owen's scrambling of a number of kBits bits: each bit is flipped by a random bit that depends on the bits
+/// above it.
 std::uint32_t scrambled(std::uint32_t number, std::uint64_t key) {
     const std::uint64_t upper = mixed(key); // a bit for every node of the first six levels
     std::uint32_t out = 0;
@@ -48,7 +48,7 @@ std::uint32_t secondCoordinate(std::uint32_t i) {
 }
 
 /// Inverse of the normal distribution function, to 1.2e-9 of its value (P. J. Acklam's rational functions):
-/// the same on every machine that divides and adds as IEEE 754 says, where the tails' logarithm is.
+/// the same on every machine with IEEE 754 arithmetic and the same logarithm in the tails.
 double normalQuantile(double p) {
     constexpr std::array a = {-3.969683028665376e+01, 2.209460984245205e+02,  -2.759285104469687e+02,
                               1.383577518672690e+02,  -3.066479806614716e+01, 2.506628277459239e+00};
@@ -88,7 +88,7 @@ void PixelPlaces::put(const glm::ivec2& pixel, std::uint32_t set, int first, std
     const std::uint64_t keyX = mixed(key + 1), keyY = mixed(key + 2), keyWithin = mixed(key + 3);
     auto i = static_cast<std::uint32_t>(first);
     for (glm::vec2& place : out) {
-        // Below those bits every sample is random by itself, as scrambling to the last one has it.
+        // Below those bits every sample is independently random, as with full scrambling.
         const std::uint64_t within = mixed(keyWithin + i);
         const auto unit = [](std::uint32_t upper, std::uint64_t bits24) {
             return (upper + (static_cast<double>(bits24 & 0xffffffu) + 0.5) / (1 << 24)) / kMostInSet;

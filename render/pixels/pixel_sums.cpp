@@ -28,7 +28,7 @@ glm::vec4 PixelSums::offset(std::size_t pixel) const {
     TESSERA_CHECK(hasBothSets(pixel));
     const Pixel& p = pixels_[pixel];
     const auto a = static_cast<float>(p.samples[0]), b = static_cast<float>(p.samples[1]);
-    // Sets of unequal size differ by more than the mean is off.
+    // Sets of unequal size differ by more than the error of the mean.
     return (p.sum[0] / a - p.sum[1] / b) * (std::sqrt(a * b) / (a + b));
 }
 

@@ -1,5 +1,5 @@
 // render/pixels/pixel_sums.h: the sums of a picture's pixel samples, and estimates of their error. Sums are
-// in linear premultiplied light, set by set (pixel_places.h), so a picture is there at any time.
+// in linear premultiplied light, set by set (pixel_places.h), so a picture is available at any time.
 #pragma once
 
 #include "core/image/image.h"
@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// How far means over samples are off, estimated from those samples: over the pixels that show something
-/// (alpha above 1/255), linear light with all four components, and CIE L*u*v* over black.
+/// Standard errors of means over samples, estimated from the samples, over visible pixels (alpha above
+/// 1/255). In linear light with all four components, and in CIE L*u*v* over black.
 struct StandardError {
     double rms = 0, luvMean = 0, luvP99 = 0;
 };
@@ -22,23 +22,22 @@ class PixelSums {
     const glm::ivec2& size() const { return size_; }
     std::size_t count() const { return pixels_.size(); }
 
-    /// The ray through a pixel's middle: all that is known of it until it has samples, of which it is none.
+    /// The ray through a pixel's centre: its value until it has samples; it is not one of them.
     void setMiddle(std::size_t pixel, const glm::vec4& colour) { pixels_[pixel].sum[0] = colour; }
-    /// Further samples of one of a pixel's two sets, by their sum.
+    /// Adds the sum of further samples to one of a pixel's two sets.
     void add(std::size_t pixel, int set, const glm::vec4& sum, int samples);
     int samplesOf(std::size_t pixel, int set) const { return pixels_[pixel].samples[set]; }
     int samples(std::size_t pixel) const { return samplesOf(pixel, 0) + samplesOf(pixel, 1); }
     bool hasBothSets(std::size_t pixel) const { return samplesOf(pixel, 0) > 0 && samplesOf(pixel, 1) > 0; }
-    /// What its middle shows where there are no samples; nothing where that is not known either.
+    /// The value at its centre if there are no samples; 0 if that is unknown too.
     glm::vec4 mean(std::size_t pixel) const;
-    /// As far as the mean can be off, and in a direction that is as likely as its opposite: half the
-    /// difference of both sets, where they are of one size. Its square is the variance of the mean, in the
-    /// mean over all that the samples could have been.
+    /// A deviation of the mean with random sign: half the difference of both sets, if they have one size. The
+    /// expectation of its square is the variance of the mean.
     glm::vec4 offset(std::size_t pixel) const;
 
     Image image() const;
 
-    /// RAM of a pixel.
+    /// RAM per pixel.
     static constexpr std::size_t bytesPerPixel() { return sizeof(Pixel); }
 
   private:
@@ -50,7 +49,7 @@ class PixelSums {
     std::vector<Pixel> pixels_;
 };
 
-/// Of pixels with two sets; the others are taken to be exact.
+/// Over pixels with two sets; the others count as exact.
 StandardError standardError(const PixelSums& sums);
 
 } // namespace tessera

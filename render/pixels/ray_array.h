@@ -1,6 +1,6 @@
-// render/pixels/ray_array.h: the layout of samples in an array of rays. Samples of a pixel, and pixels beside
-// one another, are drawn side by side. Patches of 4 x 4 rays have an order that their halves and quarters,
-// narrower packets, keep together.
+// render/pixels/ray_array.h: the layout of samples in an array of rays. Samples of a pixel, and neighbouring
+// pixels, are adjacent. Patches of 4 x 4 rays are ordered so that their halves and quarters, for narrower
+// packets, are compact too.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +14,14 @@ namespace tessera {
 constexpr std::size_t kPatchRays = 16;
 constexpr std::size_t kPatchesAcross = 16; // as wide as two tiles of the native engine
 
-/// Columns and rows of an array for so many rays; what is left over in it is less than a row of patches.
+/// Columns and rows of an array for a number of rays; less than a row of patches is unused.
 inline glm::ivec2 rayArraySize(std::size_t rays) {
     const std::size_t patches = (rays + kPatchRays - 1) / kPatchRays;
     const std::size_t across = std::clamp<std::size_t>(patches, 1, kPatchesAcross);
     return {static_cast<int>(4 * across), static_cast<int>(4 * ((patches + across - 1) / across))};
 }
 
-/// From a place in a square, x in the even bits.
+/// Morton order: x in the even bits.
 inline glm::ivec2 unzipped(std::uint32_t number) {
     const auto even = [](std::uint32_t n) { return static_cast<int>((n & 1u) | (n >> 1 & 2u)); };
     return {even(number), even(number >> 1)};
@@ -36,7 +36,7 @@ inline std::size_t raySlot(std::size_t k, const glm::ivec2& size) {
     return row * static_cast<std::size_t>(size.x) + column;
 }
 
-/// Calls visit(column, row) for every pixel of a picture, 4 x 4 of them after one another.
+/// Calls visit(column, row) for every pixel of a picture, by patches of 4 x 4.
 template <typename Visit> void forEachPixel(const glm::ivec2& size, const Visit& visit) {
     for (int y = 0; y < size.y; y += 4)
         for (int x = 0; x < size.x; x += 4)

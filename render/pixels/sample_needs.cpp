@@ -23,7 +23,7 @@ void forEachAround(const glm::ivec2& at, const glm::ivec2& size, const Visit& vi
             visit(indexOf({x, y}, size));
 }
 
-/// Of one sample of a pixel's neighbours that have two sets, in the mean over those, all components together.
+/// Mean variance of one sample over a pixel's neighbours with two sets, all components together.
 double varianceOfNeighbours(const PixelSums& sums, const glm::ivec2& at) {
     double variance = 0;
     int count = 0;
@@ -37,8 +37,8 @@ double varianceOfNeighbours(const PixelSums& sums, const glm::ivec2& at) {
     return count > 0 ? variance / count : 0;
 }
 
-/// Of the mean of a pixel with two sets, all components together. They can be alike by chance where its
-/// neighbours' differ: so those count too, as if they had as many samples.
+/// Variance of the mean of a pixel with two sets, all components together. Sets can be equal by chance while
+/// the neighbours' differ, so these count too, scaled to the same number of samples.
 double varianceOfSets(const PixelSums& sums, const glm::ivec2& at) {
     constexpr double kNeighbours = 0.5; // their part beside the pixel's own
     const std::size_t i = indexOf(at, sums.size());
@@ -47,14 +47,14 @@ double varianceOfSets(const PixelSums& sums, const glm::ivec2& at) {
     return (static_cast<double>(glm::dot(off, off)) + kNeighbours * around) / (1 + kNeighbours);
 }
 
-/// How fast L* rises with light, a component of linear light.
+/// The derivative of L* by a component of linear light.
 double lightnessSlope(double light) {
     constexpr double linearBelow = 0.008856451679035631; // CIE 1976
     return light > linearBelow ? 116.0 / 3 / std::cbrt(light * light) : 903.2962962962963;
 }
 
-/// Of a ray through a pixel's middle, all components together: of it and its eight neighbours around a plane
-/// through them. Pixels at the picture's edge take the nearest nine; a picture of fewer than three rows or
+/// Variance of a ray through a pixel's centre, all components together: of the 3x3 neighbourhood about a
+/// plane through it. Pixels at the picture's edge use the nearest nine; a picture of fewer than three rows or
 /// columns repeats its last.
 double varianceAround(const Image& means, const glm::ivec2& at) {
     const glm::ivec2 last = means.size - 1;
@@ -67,7 +67,7 @@ double varianceAround(const Image& means, const glm::ivec2& at) {
     const glm::vec4 mean = (c[0] + c[1] + c[2] + c[3] + c[4] + c[5] + c[6] + c[7] + c[8]) / 9.0f;
     const glm::vec4 right = (c[2] + c[5] + c[8] - c[0] - c[3] - c[6]) / 6.0f;
     const glm::vec4 down = (c[6] + c[7] + c[8] - c[0] - c[1] - c[2]) / 6.0f;
-    float scatter = 0; // around the plane, not as a difference of sums, which would leave little of floats
+    float scatter = 0; // about the plane, not as a difference of sums, which would cancel in floats
     for (int k = 0; k < 9; ++k) {
         const glm::vec4 off =
             c[k] - (mean + static_cast<float>(k % 3 - 1) * right + static_cast<float>(k / 3 - 1) * down);

@@ -8,18 +8,18 @@
 
 namespace tessera {
 
-/// What a pixel's standard error may be: linear light, the mean over all four components; and L*, as far as a
-/// component's error shows in it. 1/255 is what eight bits show, and what steps may err by. Errors of pixels
-/// that just reach 1.2 are 3 at the 99th percentile where they are normally distributed.
+/// Allowed standard error of a pixel: in linear light, the mean over all four components; and in L*, by the
+/// effect of a component's error. 1/255 is a step of eight bits, and the allowed error of steps. A normally
+/// distributed standard error of 1.2 gives 3 at the 99th percentile.
 struct PixelTarget {
     double linear = 1.0 / 255, lightness = 1.2;
 };
 
-/// The standard error of each pixel as a part of its target, row by row; above 1 it needs more. It follows
-/// from the pixel's two sets, and from its neighbours', for two sets can be alike by chance. A pixel of which
-/// only the middle is known is judged by how far it and its eight neighbours are from a plane. That is more
-/// than its error where light changes smoothly, and about its error at edges. It is judged by neighbours that
-/// have sets too, for what few rays hit can miss many middles.
+/// The standard error of each pixel relative to its target, row by row; above 1 it needs more samples. It is
+/// estimated from the two sets of the pixel and of its neighbours, because two sets can be equal by chance.
+/// For a pixel with only its centre it is the deviation of the 3x3 neighbourhood from a plane. That exceeds
+/// the error for smooth light, and is about the error at edges. Neighbours with sets count too, because small
+/// structures can miss many centres.
 std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads = 0);
 
 } // namespace tessera

@@ -10,14 +10,14 @@
 namespace tessera {
 namespace {
 
-/// From here on the midpoint rule misses or doubles features: its error on a steady rise is half of the
-/// integral. Below it midpoint with shorter steps is as exact in the same time
+/// From here on the midpoint rule misses or doubles features: its error on a linear rise is half of the
+/// integral. Below it midpoint with shorter steps is as accurate in the same time
 /// (docs/measurements/accuracy.md).
 constexpr double kSharp = 0.5;
 /// Up to here pre-integration gained nothing on any scan and preset.
 constexpr double kSmooth = 0.05;
 constexpr int kTriedPhases = 16;
-constexpr double kMostSegments = 20000; // of a rise: narrower ones differ in nothing
+constexpr double kMostSegments = 20000; // of a rise: narrower ones make no difference
 
 } // namespace
 
@@ -89,7 +89,7 @@ double attenuationDifference(const TransferTable& table, double change, double s
     Optics o;
     o.table = table.entries;
     setIntegrator(o, Integrator::preintegrated);
-    o.scale = 1; // places stand for stored values
+    o.scale = 1; // units are stored values
     const auto last = static_cast<double>(table.entries.size() - 1);
     const double step = std::min(change * static_cast<double>(table.entriesPerValue), last);
     const TableIntegral integral(o.table);

@@ -1,7 +1,7 @@
-// render/plan/choose_integrator.h: chooses the integrator for a transfer function on a volume, where the
-// scene leaves it open. The midpoint rule is cheapest and, where the function changes little over a segment,
-// the most exact. It misses or doubles features that are narrower than the change of the value over a
-// segment. There pre-integration is exact but for the value's own bend. docs/measurements/accuracy.md shows
+// render/plan/choose_integrator.h: chooses the integrator for a transfer function on a volume, if the scene
+// does not. The midpoint rule is cheapest and, if the function changes little over a segment, the most
+// accurate. It misses or doubles features that are narrower than the change of the value over a segment.
+// There pre-integration is exact apart from the curvature of the value. docs/measurements/accuracy.md shows
 // both sides of the threshold.
 #pragma once
 
@@ -12,22 +12,21 @@
 
 namespace tessera {
 
-/// The change of the value over a voxel where the picture is made. It is the 90th percentile, over the cells
-/// that can show something, of a third of their range, for edges are some three voxels wide. Physical units.
+/// The change of the value over a voxel in visible regions. It is the 90th percentile, over occupied cells,
+/// of a third of their range, because edges are some three voxels wide. Physical units.
 double typicalChangePerVoxel(const Statistics& statistics, const TransferTable& table,
                              const VolumeInfo& info);
 
-/// The error of the midpoint rule on the integral of extinction where the value rises steadily from lowest to
-/// highest by `change` a segment: rms over where segments begin, relative to the integral. 0
-/// where nothing shows.
+/// The error of the midpoint rule on the integral of extinction for a value that rises linearly from lowest
+/// to highest by `change` per segment. It is the rms over offsets of segments, relative to the integral. 0
+/// for an invisible function.
 double midpointRampError(const TransferTable& table, double change, double lowest, double highest);
 
-/// The largest difference in premultiplied colour, over the same rise and fall, that attenuation inside
-/// segments makes.
+/// The largest effect of attenuation inside segments on premultiplied colour, over the same rise and fall.
 /// @param segmentMm  length of a segment
 double attenuationDifference(const TransferTable& table, double change, double segmentMm);
 
-/// For a step in voxels: the midpoint rule misses features; or there is no doubt that it does not.
+/// For a step in voxels: true if the midpoint rule misses features; true if it certainly does not.
 bool isSharp(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,
              double stepVoxels);
 bool isSmooth(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,

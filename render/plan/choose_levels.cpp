@@ -18,7 +18,7 @@ InputError belowFloor(const MemoryBudget& gpu, std::size_t floorBytes, const cha
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");
 }
 
-/// Of the error that a picture may have; steps take what levels leave of it.
+/// Share of the error bound for levels; steps get the rest.
 constexpr double kShareOfLevels = 0.5;
 
 /// The finest level of at most 128 samples along every axis: a picture of it takes about a tenth of the time.
@@ -30,16 +30,16 @@ int quickLevel(const glm::ivec3& extentVoxels) {
     return level;
 }
 
-/// Pages that one level for all may take beyond those of a mix that would do: a mix is drawn more slowly, but
-/// pages take loading (docs/measurements/performance.md). As a share of the mix's pages, which is never much
-/// to load; and one for so many rays through bricks, for what they gain.
+/// Extra pages that one level for all may take over a sufficient mix: a mix is drawn more slowly, but pages
+/// take time to load (docs/measurements/performance.md). As a share of the mix's pages, which loads quickly;
+/// and one per this number of rays through bricks, for the gain.
 constexpr std::size_t kShareForSpeed = 4, kRaysForPage = 100;
-/// What a stride of a mix takes, in strides of one level: 2.5 to 3.3 on the CPU, and there are more of them
-/// than stridesOfRays() counts, because they are short beside finer bricks.
+/// The cost of a stride of a mix, in strides of one level: 2.5 to 3.3 on the CPU. There are more of them than
+/// stridesOfRays() counts, because they are short beside finer bricks.
 constexpr double kMixedStride = 4;
 
-/// Strides of rays through bricks that still show them, in strides through a brick of level 0: a ray counts
-/// for every brick that it is seen in, and half as much a level.
+/// Strides of rays through bricks where they are visible, in strides through a brick of level 0. A ray counts
+/// for every such brick, and half as much per level.
 double stridesOfRays(const Selection& s, const ViewWeights& weights, Visibility visible) {
     double strides = 0;
     for (std::size_t brick = 0; brick < s.levels.size(); ++brick)
@@ -49,7 +49,7 @@ double stridesOfRays(const Selection& s, const ViewWeights& weights, Visibility 
     return strides;
 }
 
-/// Every brick that is not empty, of one level.
+/// Gives every non-empty brick one level.
 void setLevels(Selection& s, int level) {
     for (std::uint8_t& mine : s.levels)
         if (mine != Selection::kEmpty) {
@@ -59,13 +59,12 @@ void setLevels(Selection& s, int level) {
         }
 }
 
-/// Levels finer than a pixel that the mean of its samples still shows: a level is a mean of values, a pixel
-/// one of what they look like. With two of them levels cost pictures of 48 to 320 pixels on three scans 0.07
-/// to 0.3 (L*u*v*, 99th percentile), with one 1.9 to 2.8, with none 4.5 to 8.9.
+/// Number of levels finer than a pixel that the mean of its samples still shows: a level averages values, a
+/// pixel averages colours. With two of them levels cost 0.07 to 0.3 (L*u*v*, 99th percentile; pictures of 48
+/// to 320 pixels, three scans). With one they cost 1.9 to 2.8, with none 4.5 to 8.9.
 constexpr int kLevelsWithinPixels = 2;
 
-/// View weights have half a brick of reach, 16 voxels: as far as a gradient and the samples that it is made
-/// of reach at this level.
+/// View weights reach half a brick, 16 voxels: the reach of a gradient with its samples at this level.
 constexpr int kCoarsestWithinReach = 2;
 
 /// Returns how many bricks were left out.
@@ -83,8 +82,8 @@ std::size_t leaveOutUnseen(Selection& s, const ViewWeights& weights) {
     return unseen;
 }
 
-/// One level for all in place of a mix that holds none finer, where that is within the pages and has no more
-/// to load than drawing gains.
+/// One level for all in place of a mix without finer ones, if it fits the pages and loading costs no more
+/// than drawing gains.
 std::optional<Selection> oneForMix(const Selection& mix, int level, const ViewWeights& weights,
                                    std::size_t pages, Visibility visible) {
     Selection one = mix;
@@ -124,8 +123,8 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 
 namespace {
 
-/// Of planes and means of rays: the finest level that a pixel can show of any brick. The greatest of means is
-/// not what is greatest, so that others take the finest there is.
+/// For planes and means of rays: the finest level that a pixel can show of any brick. The maximum of averaged
+/// values is not the maximum, so other modes take the finest level.
 int finestForValues(const Scene& scene, const ViewWeights& weights) {
     const bool plane = scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0);
     if ((!plane && reductionOf(scene) != Reduction::average) || scene.quality.maxError.value_or(0) > 0)
@@ -170,7 +169,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     // Fewer pages than the selection has: rays wait for bricks.
     const auto inPasses = [&] {
         const std::size_t wanted = pagesFor(chosen.selection.counts);
-        // Where none is named, one that takes ends comes only with room for far more pages than it needs.
+        // By default an integrator with values at ends is used only with room for far more pages than it
+        // needs.
         const Integrator named = scene.quality.integrator;
         const bool takesEnds = named != Integrator::automatic && named != Integrator::midpoint;
         chosen.atlasPages = std::min(std::max<std::size_t>(1, wanted), pages);
@@ -231,12 +231,12 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     else if (scene.quality.pixels.samples != 1 && !scene.quality.maxError)
         chooser->allowSubpixelLevels(kLevelsWithinPixels);
     chosen.predicted = true;
-    // Where something is cut away, what it hid is seen: nothing counts as hidden.
+    // With cuts, nothing counts as hidden, because cuts uncover bricks.
     const std::vector<float> visible = part.any() ? std::vector<float>() : chooser->predictedVisibility();
     if (scene.quality.maxError) {
         Selection& s = chosen.selection;
         s = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
-        // Nearer to the truth, and drawn sooner. Whatever the pages: they decide nothing about this picture.
+        // More accurate, and faster. The number of pages does not matter for this picture.
         Selection mix = s;
         const bool leavesOut =
             unseenBy(scene.lighting) == Unseen::leftOut && s.finest() <= kCoarsestWithinReach;
@@ -250,7 +250,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         chosen.unseenBricks += leaveOutUndrawn(s, part, info, takesGradients);
         inPasses();
     } else {
-        // What is hidden needs no memory that what is seen could have.
+        // Hidden bricks must not take memory from visible ones.
         BestLevels best =
             bestLevels(*chooser, statistics.brickMean, pages, visible, unseenBy(scene.lighting));
         chosen.selection = std::move(best.selection);
@@ -258,8 +258,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         chosen.unseenBricks =
             best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, takesGradients);
         chosen.atlasPages = pagesFor(chosen.selection.counts);
-        if (chosen.error.mean > 0 &&
-            !part.any()) { // memory is short: it is worth knowing better what is seen
+        if (chosen.error.mean > 0 && !part.any()) { // memory is scarce: better visibility pays
             chosen.atlasPages = pages;
             chosen.chooser = std::move(chooser);
         }

@@ -26,7 +26,7 @@ glm::dvec3 middleOf(const VolumeInfo& info) {
     return glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
 }
 
-/// Where the edges of the volume's box cross a plane; mm.
+/// The crossings of a plane with the edges of the volume's box; mm.
 std::vector<glm::dvec3> crossSection(const VolumeInfo& info, const glm::dvec3& point,
                                      const glm::dvec3& normal) {
     std::vector<glm::dvec3> found;
@@ -88,7 +88,7 @@ DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info) {
         part.flat = !(half > 0);
     }
     RayCuts others;
-    // A convex cut that is kept is slabs of every ray, as long as there is room.
+    // A kept convex cut becomes slabs of every ray, up to the largest number.
     const auto add = [&](const std::vector<RaySlab<double>>& slabs, Keep keep) {
         if (keep == Keep::inside && part.slabs.size() + slabs.size() <= static_cast<std::size_t>(kMostSlabs))
             part.slabs.insert(part.slabs.end(), slabs.begin(), slabs.end());

@@ -1,4 +1,4 @@
-// render/plan/frame_context.h: the budgets, the threads and the progress of whatever draws a picture.
+// render/plan/frame_context.h: the budgets, the threads and the progress of drawing.
 #pragma once
 
 #include "core/base/budget.h"
@@ -11,7 +11,7 @@ struct FrameContext {
     MemoryBudget& ram;
     MemoryBudget& gpu;
     int threads;        ///< of CPU engines, loaders and planning; 0: all processors
-    Progress& progress; ///< silent where nobody watches
+    Progress& progress; ///< may be silent
 
     FrameContext(MemoryBudget& ramOf, MemoryBudget& gpuOf, int threadsOf, Progress* said = nullptr)
         : ram(ramOf), gpu(gpuOf), threads(threadsOf), progress(said ? *said : silent()) {}

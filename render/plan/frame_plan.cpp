@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-/// What the eye cannot see in a segment's colour.
+/// Invisible difference of a segment's colour.
 constexpr double kAttenuationMatters = 1.0 / 255;
 
 } // namespace

@@ -17,15 +17,16 @@
 namespace tessera {
 namespace {
 
-/// Cells that a side may ask for; what they have not refuted then counts as shown. Some tenths of a second.
+/// Largest number of cells tested per side; the remaining candidates then count as shown. Some tenths of a
+/// second.
 constexpr std::size_t kMostCells = 1 << 13;
-constexpr std::size_t kCellsAtOnce = 32; // whatever the threads, so that these change nothing
+constexpr std::size_t kCellsAtOnce = 32; // independent of the number of threads
 constexpr int kMostTurns = 4;
 constexpr double kHardlyMoved = 0.1; // of its distance
 constexpr std::size_t kMostCacheBytes = std::size_t{64} << 20;
 
-/// Finds what decides the picture's edges: from each edge inwards, the cells that could be outermost are
-/// looked at, until one shows something further out than all others could.
+/// Finds the points that decide the picture's edges. From each edge inwards, cells that could be outermost
+/// are tested, until one is visible further out than all others could be.
 class EdgeSearch {
   public:
     /// @param empty  a fit that holds nothing yet
@@ -44,7 +45,7 @@ class EdgeSearch {
         lookFrom(all.camera());
     }
 
-    /// Everything that decides the edges of a picture from near where `camera` is, if anything is shown.
+    /// The fit of all points that decide the edges of a picture from near `camera`, if anything is shown.
     ViewFit run() const {
         ViewFit fit = empty_;
         for (std::size_t side = 0; side < 4 && !bricks_.empty(); ++side)
@@ -59,11 +60,11 @@ class EdgeSearch {
     }
 
   private:
-    /// Edge of the box around an outermost place, voxels: what the search for it may be off by.
+    /// Edge of the box around an outermost point, voxels: the error of its search.
     static constexpr double kAround = 0.25;
-    static constexpr std::size_t kVoxelsFollowed = 8; // of a cell, the outermost that show
-    /// The picture that things must be seen in: of the default size, whatever the size, so that a picture of
-    /// another size shows the same.
+    static constexpr std::size_t kVoxelsFollowed = 8; // of a cell, the outermost visible ones
+    /// The picture size for visibility: the default size for every picture, so that pictures of all sizes
+    /// show the same.
     static constexpr double kPicturePixels = 512;
     static constexpr double kOfPixel = 0.7;
     /// A brick or a cell that could be outermost.
@@ -124,7 +125,7 @@ class EdgeSearch {
                         std::push_heap(heap.begin(), heap.end());
                     }
             }
-            if (looked >= kMostCells) { // take the outermost that is left at its word
+            if (looked >= kMostCells) { // count the outermost remaining one as shown
                 if (!cells.empty())
                     fit.add(middleOf(cells.front(), false), halfOf(cells.front(), false));
                 return;
@@ -141,8 +142,8 @@ class EdgeSearch {
         }
     }
 
-    /// Where a cell shows something furthest towards a side; nothing where the ray through its strongest
-    /// voxel shows nothing.
+    /// The furthest visible point of a cell towards a side; nullopt if the ray through its strongest voxel is
+    /// invisible.
     std::optional<glm::dvec3> outermostOf(std::size_t cell, std::size_t side) const {
         struct Voxel {
             glm::ivec3 at;
@@ -169,7 +170,7 @@ class EdgeSearch {
             return std::nullopt;
         std::stable_sort(voxels.begin(), voxels.end(),
                          [](const Voxel& a, const Voxel& b) { return a.reach > b.reach; });
-        // Further in more is shown, as a rule: the outermost voxel whose ray shows something, by halving.
+        // Visibility usually grows inwards: the outermost visible voxel, by bisection.
         std::size_t out = 0, in = 0;
         while (voxels[in].at != strongest)
             ++in;
@@ -180,7 +181,7 @@ class EdgeSearch {
             else
                 out = middle + 1;
         }
-        // What a voxel shows reaches towards the next one: how far, by halving again.
+        // The visible extent of a voxel towards the next one, by bisection.
         const glm::dvec3 outwards = outwardsOf(side);
         glm::dvec3 best = centreOf(voxels[in].at);
         for (std::size_t n = in; n < std::min(in + kVoxelsFollowed, voxels.size()); ++n) {
@@ -198,7 +199,7 @@ class EdgeSearch {
         }
         return space_.at(best);
     }
-    /// From a voxel's centre towards a side of the picture, as far as its neighbours: voxels.
+    /// The vector from a voxel's centre towards a side of the picture, up to its neighbours: voxels.
     glm::dvec3 outwardsOf(std::size_t side) const {
         const glm::dvec3 toSide = side < 2 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
         const glm::dvec3 voxels = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * toSide) *
@@ -206,8 +207,8 @@ class EdgeSearch {
         return voxels / std::max({std::abs(voxels.x), std::abs(voxels.y), std::abs(voxels.z)});
     }
     static glm::dvec3 centreOf(const glm::ivec3& voxel) { return glm::dvec3(voxel) + 0.5; }
-    /// Whether so much shows around a place that a pixel cannot miss it: on the ray through it, and on two
-    /// more of four that are most of half a pixel away.
+    /// True if a pixel cannot miss the visible region around a point. The region must be visible on the ray
+    /// through the point, and on two of four rays nearly half a pixel away.
     /// @param place  voxels
     bool shows(LatticeReader& samples, const glm::dvec3& place) const {
         const glm::dvec3 at = space_.at(place);
@@ -237,12 +238,12 @@ class EdgeSearch {
     const ViewFit& empty_;
     int threads_;
     glm::dvec3 around_;
-    std::vector<std::uint32_t> bricks_; // that could show something
+    std::vector<std::uint32_t> bricks_; // possibly visible
     Camera camera_;                     // that sees them all; its rays are near those of the picture
     glm::dvec3 eye_{0};                 // of the view's axes
 };
 
-/// Bricks and cells that could be outermost, as the search holds them: cells of few bricks at a time.
+/// Memory of the candidates of the search: cells of few bricks at a time.
 std::size_t searchBytes(const VolumeInfo& info) {
     constexpr std::size_t kBytesPerBrick = 32, kBytesPerCell = 12, kMostBricksOpened = 512;
     const std::size_t bricks = cellCount(brickGrid(info.extentVoxels));
@@ -258,7 +259,7 @@ std::size_t framingBytes(const VolumeInfo& info, int threads) {
 
 namespace {
 
-/// Everything that decides the edges of a picture from a side; empty where nothing is shown.
+/// The fit of all points that decide the edges of a picture from a side; empty if nothing is shown.
 ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cache, const VolumeInfo& info,
                    const Statistics& statistics, const TransferTable& table, const DrawnPart* part,
                    const glm::ivec2& imageSize, int threads) {
@@ -266,7 +267,7 @@ ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cach
     const ViewSpace space(info, empty.axes());
     const ShownRays shown(cache, info, statistics, table, space, part, kLeastOpacityFramed, threads);
     EdgeSearch search(info, statistics, shown, space, empty, threads);
-    // What rays show depends on where the eye is, which is what is looked for: again, unless it hardly moved.
+    // Visibility depends on the eye, which is being searched: iterates until it hardly moves.
     for (int turn = 0;; ++turn) {
         ViewFit fit = search.run();
         if (fit.empty())

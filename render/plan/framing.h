@@ -1,4 +1,4 @@
-// render/plan/framing.h: fits a camera: what is shown of a volume fills its picture.
+// render/plan/framing.h: fits a camera to the visible part of a volume.
 #pragma once
 
 #include "bricking/statistics/statistics.h"
@@ -13,26 +13,25 @@
 
 namespace tessera {
 
-/// Opacity of what must be inside the picture; a little below 0.02, from which a pixel can be
-/// told from nothing.
+/// Least opacity of what must be inside the picture; a little below 0.02, from which a pixel is visible.
 constexpr double kLeastOpacityFramed = 0.015;
 
-/// The camera of a view: fitted to the volume's box, or to what table shows, of all or of part; to the box
-/// where it shows nothing. Statistics say which cells could be outermost, and rays through their voxels which
-/// are. So cells that show next to nothing, or nothing though their range says that they might, move no
-/// camera. Only the voxels near the picture's edges are read. The same whatever the threads, the engine and
-/// the budgets. Throws InputError where ram cannot hold framingBytes().
+/// The camera of a view: fitted to the volume's box, or to what table shows of all or of part; to the box if
+/// nothing is visible. Statistics give the cells that could be outermost, and rays through their voxels
+/// decide. So nearly invisible cells, and cells that are only possibly visible by their range, do not move
+/// the camera. Only voxels near the picture's edges are read. Independent of threads, engine and budgets.
+/// Throws InputError if ram cannot hold framingBytes().
 Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                     MemoryBudget& ram, int threads);
 
-/// A camera that holds as much whatever the turn about the patient's axis through its focal point, from the
-/// view's side at first: of a turntable. Some 12 times the work. Throws as fittedCamera() does.
+/// The camera of a turntable: fitted for every turn about the patient's axis through its focal point,
+/// starting from the view's side. Some 12 times the work. Throws as fittedCamera() does.
 Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                      MemoryBudget& ram, int threads);
 
-/// Memory that fitting to what is shown takes at least, while it lasts.
+/// Minimum memory for fitting to what is shown.
 /// @param threads  0: all processors
 std::size_t framingBytes(const VolumeInfo& info, int threads);
 

@@ -7,7 +7,7 @@
 namespace tessera {
 
 namespace {
-/// What filtered fetches are misplaced by, in voxels (docs/sampling.md, "Ray").
+/// Position error of filtered fetches, in voxels (docs/sampling.md, "Ray").
 double slackOf(const Quality& quality) {
     return quality.fetch == Fetch::hardware ? 1.0 / 256 : 0.0;
 }

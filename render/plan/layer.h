@@ -1,5 +1,5 @@
-// render/plan/layer.h: everything that pictures need of one volume, whichever engine draws it:
-// statistics, resolved transfer function, a level for every brick, occupancy, and the chunk cache.
+// render/plan/layer.h: the data of one volume for pictures by any engine: statistics, resolved transfer
+// function, a level for every brick, occupancy, and the chunk cache.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -30,33 +30,33 @@ struct Layer {
     int pageEdge = kBrickExtent; // samples along a page of bricks, ghost layers included
     LevelMap levels;             // of a selection of mixed levels; else empty
     MapScale mapScale = MapScale::bricks;
-    Occupancy occupancy; // and the distance map; none where rays keep one value
-    ValueLook look;      // of single values, where they do
-    ValueBounds bounds;  // then: what rays leap over, where they look for the greatest or the least
-    /// What isosurfaces alone show: a map of its own, where there are surfaces, the function shows something
-    /// too, and memory is ample.
+    Occupancy occupancy; // and the distance map; none if rays keep one value
+    ValueLook look;      // of single values, if they do
+    ValueBounds bounds;  // then: bounds for leaps of rays that keep the maximum or minimum
+    /// Occupancy of isosurfaces alone: a separate map, if there are surfaces, the function is visible too,
+    /// and memory suffices.
     bool mapsSurfaces = false;
     Occupancy surfaceOccupancy;
     TransferTable surfaceTable; // then
     Charge selectionCharge;
     Charge functionCharge;             // the transfer function's table, twice
-    Charge lightCharge;                // what computing the light of voxels takes
-    std::unique_ptr<BrickCache> cache; // last member: it goes first, its threads read the store
+    Charge lightCharge;                // memory for computing light per voxel
+    std::unique_ptr<BrickCache> cache; // last member: destroyed first, because its threads read the store
 
     const VolumeInfo& info() const { return store->info(); }
     bool mixed() const { return !levels.corners.empty(); }
-    /// Rays keep one value, not what the function makes of all.
+    /// True if rays keep one value instead of compositing.
     bool reduces() const { return optics.reduction != Reduction::composite; }
-    /// Proves anew what the selection's levels change; all of it the first time.
+    /// Updates occupancy for the selection's levels; computes all of it the first time.
     void mapEmptySpace(const Quality& quality, MemoryBudget& ram);
-    /// The table is another: proves anew what that changes.
+    /// Updates occupancy for a new table.
     void functionChanged(const Quality& quality, MemoryBudget& ram, int threads);
 };
 
-/// What presets may know of a volume.
+/// Statistics of a volume for presets.
 ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit = "");
 
-/// The edge of a cube of a voxel's volume.
+/// The edge of a cube with a voxel's volume.
 double typicalVoxelMm(const VolumeInfo& info);
 
 } // namespace tessera

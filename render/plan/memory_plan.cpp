@@ -15,7 +15,7 @@
 namespace tessera {
 namespace {
 
-/// What integrators need beside a table: bins and sums.
+/// Memory of integrators beside a table: bins and sums.
 std::size_t sumsBytes(std::size_t entries) {
     return (3 * entries + 5) * sizeof(glm::vec4);
 }

@@ -1,6 +1,6 @@
-// render/plan/memory_plan.h: the memory plan: one list of a scene's needs from both budgets besides its
-// bricks. A floor is minimum memory, taken in any case. A luxury is optional memory, granted where it is a
-// small part of what the floors leave.
+// render/plan/memory_plan.h: the memory plan: the list of a scene's needs from both budgets besides its
+// bricks. Minimum memory (a floor) is always taken. Optional memory (a luxury) is granted if it is a small
+// part of what minimum memory leaves.
 #pragma once
 
 #include "core/base/budget.h"
@@ -24,8 +24,7 @@ struct Need {
 class MemoryPlan {
   public:
     MemoryPlan() = default;
-    /// @param spareRam, spareGpu  what luxuries may be a share of: beyond the floors and what is
-    /// promised to bricks
+    /// @param spareRam, spareGpu  base of the shares of optional memory: what minimum memory and bricks leave
     MemoryPlan(std::size_t spareRam, std::size_t spareGpu) : spareRam_(spareRam), spareGpu_(spareGpu) {}
 
     void setSpare(std::size_t ramBytes, std::size_t gpuBytes) {
@@ -35,13 +34,13 @@ class MemoryPlan {
     void need(const char* what, std::size_t ramBytes, std::size_t gpuBytes) {
         needs_.push_back({what, ramBytes, gpuBytes});
     }
-    /// Takes it where it is at most one part in so many of what is spare; what it replaces is given back.
-    /// Returns whether it was granted.
-    /// @param replaces  what of a need, or null
+    /// Grants optional memory if it is at most one part in `parts` of the spare memory; a replaced need is
+    /// given back. Returns true if granted.
+    /// @param replaces  name of a need, or null
     bool grant(const char* what, std::size_t ramBytes, std::size_t gpuBytes, std::size_t ramParts,
                std::size_t gpuParts, const char* replaces = nullptr);
 
-    /// GPU memory besides bricks; RAM that must stay free for what is made later.
+    /// GPU memory besides bricks; RAM that must stay free for later allocations.
     std::size_t gpuBytes() const;
     std::size_t ramBytes() const;
 
@@ -50,25 +49,25 @@ class MemoryPlan {
     std::vector<Need> needs_;
 };
 
-/// RAM of a transfer function's tables: its own as TransferTable and as Optics hold it, sums, and the tables
-/// of colours with the one that an upload copies.
+/// RAM of a transfer function's tables: in TransferTable and Optics, sums, and the tables of colours with the
+/// copy for an upload.
 std::size_t tableRamBytes(std::size_t entries, Integrator integrator);
-/// GPU memory of the same tables, and the part of it that an integrator other than midpoint takes.
+/// GPU memory of the same tables, and the part of it for integrators other than midpoint.
 std::size_t tableGpuBytes(std::size_t entries, Integrator integrator);
 std::size_t integratorGpuBytes(std::size_t entries, Integrator integrator);
 
-/// RAM that is taken after the camera is known: the level map, the distance map, the smallest cache and the
-/// staging of uploads.
+/// RAM allocated once the camera is known: the level map, the distance map, the smallest cache and staging
+/// for uploads.
 /// @param threads  0: all processors
 std::size_t ramAfterCamera(const VolumeInfo& info, int threads, MapScale scale, bool skipping);
 
-/// RAM a pixel takes while it is drawn and written: two float pictures (as computed, and converted or on its
+/// RAM per pixel for drawing and writing: two float pictures (as computed, and converted or on its
 /// background) and the encoded one.
 constexpr std::size_t kPictureBytesPerPixel = 2 * sizeof(glm::vec4) + 4 * sizeof(std::uint16_t);
 /// RAM of a selection: levels and means.
 std::size_t selectionBytes(const VolumeInfo& info);
 
-/// The scene's floor of RAM, its store reader included: no smaller budget is accepted, and this one suffices.
+/// The scene's minimum RAM, with its store reader: no smaller budget is accepted, and this one suffices.
 /// @param threads  0: all processors
 std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
                              int threads, Integrator integrator = Integrator::automatic);

@@ -15,8 +15,8 @@
 namespace tessera {
 namespace {
 
-/// Pixels across a cell, 8 voxels, from which on some middle meets the smallest thing that a field can show:
-/// a single sample, which trilinear interpolation makes two voxels wide.
+/// Pixels across a cell, 8 voxels, from which on some centre meets the smallest possible structure: a single
+/// sample, which trilinear interpolation makes two voxels wide.
 constexpr double kLargeCell = 8;
 
 /// Columns and rows of pixels: from low up to, not with, high.
@@ -25,7 +25,7 @@ struct PixelBox {
     bool empty() const { return high.x <= low.x || high.y <= low.y; }
 };
 
-/// Boxes of voxels as they lie on the picture.
+/// Projects boxes of voxels onto the picture.
 class Projector {
   public:
     Projector(const RayPlane& plane, const VolumeInfo& info, const glm::ivec2& size)
@@ -37,8 +37,8 @@ class Projector {
         for (int axis = 0; axis < 3; ++axis)
             halfOfVoxel_[axis] = 0.5 * glm::abs(inView(linear[axis]));
     }
-    /// Of voxels from low up to, not with, high. Empty where it lies beside the picture, or around the eye or
-    /// behind it.
+    /// Of voxels from low up to, not with, high. Empty if it is outside the picture, or around or behind the
+    /// eye.
     PixelBox of(const glm::ivec3& lowVoxel, const glm::ivec3& highVoxel, bool& large) const {
         const glm::dvec3 middle = 0.5 * glm::dvec3(lowVoxel + highVoxel), voxels(highVoxel - lowVoxel);
         const glm::dvec3 place(patientFromVoxel_ * glm::dvec4(middle, 1));
@@ -74,7 +74,7 @@ class Projector {
     glm::dmat3 halfOfVoxel_{0}; // along the view, a column an axis of voxels
 };
 
-/// How many pixels of a box show something, from sums over all that lie above and to the left.
+/// The number of visible pixels in a box, from sums over all pixels above and to the left.
 class ShownPixels {
   public:
     explicit ShownPixels(const Image& image)

@@ -1,7 +1,6 @@
-// render/plan/overlooked_pixels.h: pixels where rays through the middles can have missed something. A cell
-// that can show something lies in such a pixel, and no pixel that the cell lies in shows anything. Nothing
-// else finds single voxels that are smaller than a pixel, or a part that reaches into the picture by less
-// than half a pixel.
+// render/plan/overlooked_pixels.h: pixels in which rays through the centres may have missed something. Such a
+// pixel contains an occupied cell none of whose pixels shows anything. Only this finds single voxels smaller
+// than a pixel, and parts that extend into the picture by less than half a pixel.
 #pragma once
 
 #include "core/image/image.h"
@@ -13,10 +12,10 @@
 
 namespace tessera {
 
-/// Numbers of such pixels, row by row, in ascending order; none where the plan has no distance map. Cells as
-/// large on the picture as what they hold is found anyway are passed over. Takes 8 bytes of RAM a pixel, its
-/// answer included.
-/// @param middles  what rays through the middles came to
+/// Numbers of such pixels, row by row, in ascending order; none if the plan has no distance map. Cells that
+/// are large on the picture are skipped, because their content is found anyway. Takes 8 bytes of RAM per
+/// pixel, including the result.
+/// @param middles  colours of rays through the centres
 std::vector<std::uint32_t> overlookedPixels(const FramePlan& plan, const Image& middles);
 
 } // namespace tessera

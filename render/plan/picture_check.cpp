@@ -52,8 +52,8 @@ StepError stepError(const Image& picture, const Image& half, const Image& quarte
     StepError e;
     if (first.rms > 0 && second.rms > 0)
         e.order = std::log2(first.rms / second.rms);
-    // Not extrapolated from the first two: on scans their errors hardly go together, and what would cancel in
-    // a smooth scene adds up. The quarter's own error is a 16th where the order is 2.
+    // Not extrapolated from the first two: on scans their errors are hardly correlated, and terms that would
+    // cancel in a smooth scene add up. The quarter's own error is a 16th where the order is 2.
     e.error = scaled(compare(picture, quarter), 16.0 / 15);
     return e;
 }

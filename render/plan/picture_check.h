@@ -1,6 +1,6 @@
 // render/plan/picture_check.h: estimates of a picture's error from itself: some pixels drawn again with other
-// steps and with exact fetches. Each cause is apart. They compare with better pictures of the same renderer,
-// not with the truth.
+// steps and with exact fetches. Each cause is estimated separately. Comparisons are with better pictures of
+// the same renderer, not with the truth.
 #pragma once
 
 #include "core/image/image.h"
@@ -18,7 +18,7 @@ class PixelGrid {
     static constexpr int kMostPixels = 48;
     explicit PixelGrid(const glm::ivec2& imageSize);
     const glm::ivec2& size() const { return size_; } // pixels of the grid
-    /// The picture's rays through the grid's pixels, in segments of a length in voxels.
+    /// Draws the picture's rays through the grid's pixels, with segments of a length in voxels.
     RayFrame<double> frame(const RayFrame<double>& picture, double segmentVoxels) const;
     Image of(const Image& picture) const;
 
@@ -34,21 +34,21 @@ struct EstimatedError {
 
 struct StepError {
     EstimatedError error; // of the picture's step, against a quarter of it
-    double order = 0;     // at which the difference to half the step falls
+    double order = 0;     // order of convergence: of the difference to half the step
 };
 
 /// @param picture, half, quarter  the grid's pixels with the picture's step, half and a quarter of it
 StepError stepError(const Image& picture, const Image& half, const Image& quarter);
-/// Of a picture against a better one.
+/// The error of a picture against a better one.
 EstimatedError errorBetween(const Image& picture, const Image& better);
 
-/// What is known of a picture's errors, each cause apart. None: not known, or there is no such cause.
+/// The estimated errors of a picture by cause. None: unknown, or no such cause.
 struct PictureErrors {
-    int pixels = 0; // that were drawn again
+    int pixels = 0; // pixels drawn again
     std::optional<StepError> step;
     std::optional<EstimatedError> filtering; // filtered against exact fetches
-    double terminationBound = 0;             // no component of a pixel lacks more than this; linear light
-    double tableRelativeError = 0;           // of extinction, against its largest
+    double terminationBound = 0;             // upper bound of a component's loss in a pixel; linear light
+    double tableRelativeError = 0;           // of extinction, relative to its largest
     std::optional<double> levelsLuvP99;      // predicted
     /// Sum of the 99th percentiles of step, filtering and levels, L*u*v*.
     double luvP99() const;

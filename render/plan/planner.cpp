@@ -19,7 +19,7 @@ namespace tessera {
 
 namespace {
 
-/// Integrators that use a segment's ends take the field to be continuous.
+/// Integrators that use a segment's ends assume a continuous field.
 void checkIntegrator(const Quality& quality) {
     if (quality.edgeFunction == EdgeFunction::nearest && quality.integrator != Integrator::automatic &&
         quality.integrator != Integrator::midpoint)
@@ -28,18 +28,17 @@ void checkIntegrator(const Quality& quality) {
             "found " +
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
 }
-/// What light needs, and what is not built.
+/// Rules for light, and combinations that are not implemented.
 void checkLight(const Scene& scene) {
     if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
         throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
                          "off); leave them out, or shade with ambient 1 and diffuse 0");
     if (ambientChannels(scene.lighting) > 1 && scene.lighting.occlusion->method != OcclusionMethod::local)
-        throw InputError(
-            "lighting.occlusion: light that tissue sends is gathered along a ray (method \"local\"), and "
-            "this method looks at the ray's end alone; set emission to 0, or take the other method");
+        throw InputError("lighting.occlusion: emission needs method \"local\", because other methods use "
+                         "only the light at a ray's end; set emission to 0, or use \"local\"");
 }
 
-/// Occlusion is added to colours that are drawn: of a surface it must be known what lies before it.
+/// Occlusion is added to drawn colours, so the transmittance in front of a surface must be known.
 void checkSurfaceOcclusion(const FramePlan& plan) {
     if (!plan.view.lighting.surfaceOcclusion)
         return;
@@ -52,25 +51,24 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
         throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
     if (plan.layer().optics.volumeShows)
         throw InputError(where +
-                         "expected isosurfaces alone (mode isosurface), found a transfer function that "
-                         "shows something too: what it shows before a surface is not known where "
-                         "occlusion is added; take lighting.occlusion");
+                         "expected isosurfaces alone (mode isosurface), found a visible transfer function "
+                         "too, whose share before a surface is unknown; use lighting.occlusion");
 }
 
-/// Without what nothing needs: light of each colour, where no tissue sends any; light of voxels that surfaces
-/// have an occlusion of their own in place of.
+/// Removes unneeded light: coloured ambient light without emissive tissue; light per voxel that occlusion of
+/// surfaces replaces.
 Scene withoutUnusedLight(Scene scene) {
     if (scene.lighting.surfaceOcclusion)
         scene.lighting.occlusion.reset();
     const auto* function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
-    if (scene.lighting.occlusion && !(function && function->emits())) // presets send none
+    if (scene.lighting.occlusion && !(function && function->emits())) // presets emit none
         scene.lighting.occlusion->emission = 0;
     return scene;
 }
 
-/// An integrator that is not asked for by name takes tables only where they are a small part of what is free.
+/// An integrator that was not requested uses tables only if they are a small part of the free memory.
 constexpr std::size_t kPartsForTables = 16;
-/// Of chunks that are on their way to where they are kept: as many as keep the loaders busy.
+/// Chunks in progress: as many as keep the loaders busy.
 constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
 
 } // namespace
@@ -82,7 +80,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
         setValues(scene, reduction);
         return;
     }
-    if (scene.mode == Mode::isosurface) { // what answers to light stays the function's
+    if (scene.mode == Mode::isosurface) { // the material response stays the function's
         layer().function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
         layer().function.setMaterials(f.materials());
     }
@@ -94,7 +92,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     const Integrator integrator =
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
     chargeTables(integrator);
-    Preintegration2d seen = std::move(layer().optics.seen); // may serve on
+    Preintegration2d seen = std::move(layer().optics.seen); // may be kept
     layer().optics =
         makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     layer().optics.seen = std::move(seen);
@@ -185,7 +183,7 @@ void Planner::prepareSegments() {
     const int first = layer().mixed() ? 0 : longest;
     preparePreintegration2d(layer().optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
                             longest - first + 1);
-    if (layer().optics.integrator == Integrator::preintegrated2d) // its tables are of a length
+    if (layer().optics.integrator == Integrator::preintegrated2d) // its tables depend on a length
         revisions.tables = PlanRevisions::next();
 }
 
@@ -301,19 +299,19 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
 }
 
 namespace {
-constexpr char kCellMap[] = "the map of empty space, by cells";
-constexpr char kBrickMap[] = "the map of empty space, by bricks";
-constexpr char kSurfaceMap[] = "the map of isosurfaces";
+constexpr char kCellMap[] = "the occupancy map, by cells";
+constexpr char kBrickMap[] = "the occupancy map, by bricks";
+constexpr char kSurfaceMap[] = "the occupancy map of isosurfaces";
 } // namespace
 
 void Planner::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
     const MemoryBudget &free = context.ram, &gpu = context.gpu;
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
-    // What is seen is counted before the picture, in its room; with quality to reach, rays wait for bricks.
+    // Visibility is counted before the picture, in its memory; with an error bound, rays wait for bricks.
     const int channels = keptLightChannels(view.lighting);
     layer().lightCharge = {};
-    const int layers = view.shadowQuality.layers; // as it was asked for
+    const int layers = view.shadowQuality.layers; // the requested one
     view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
     view.shadowQuality.layers = layers;
     const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
@@ -323,19 +321,19 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     MemoryPlan floors;
     floors.need("rays", 0, rays);
     if (view.lighting.surfaceOcclusion)
-        floors.need("what rays hit first", 0, hitsBytes(view.imageSize));
-    if (view.part.cuts) // an interval and a half of each, and where they begin
+        floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
+    if (view.part.cuts) // one and a half intervals each, and their starts
         floors.need("intervals of rays", 0,
                     (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
-    floors.need("light of voxels while it is computed",
+    floors.need("light per voxel while it is computed",
                 lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads), 0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
                 ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
-    // Luxuries are a share of what is left beyond what is promised to bricks.
+    // Optional memory is a share of what bricks leave.
     const std::size_t promised =
         floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
     memory = std::move(floors);
@@ -343,12 +341,12 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     if (!view.quality.skipping)
         return;
     memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
-    // Cells where their map is a small part of both budgets.
+    // Cells if their map is a small part of both budgets.
     const std::size_t cellMap = Occupancy::bytes(extent, MapScale::cells);
     const std::size_t cellTexels = mapBytes(extent, MapScale::cells);
     const bool cells = memory.grant(kCellMap, cellMap, cellTexels, 16, 4, kBrickMap);
     layer().mapScale = cells ? MapScale::cells : MapScale::bricks;
-    // Without a map of their own, rays solve for surfaces wherever anything shows.
+    // Without a separate map, rays search surfaces in all occupied space.
     layer().mapsSurfaces = cells && !changing && !layer().optics.surfaces.empty() &&
                            layer().optics.volumeShows &&
                            memory.grant(kSurfaceMap, cellMap, cellTexels, 31, 8);
@@ -358,13 +356,13 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 
 void Planner::openCache(bool readsOnce) {
     if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
-        layer().lightCharge = ram->charge(light, "light of voxels while it is computed");
-    // It takes what is left, less upload staging and, where there is plenty, some air.
+        layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
+    // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());
     const std::size_t left = free > staging ? free - staging : 0;
     const std::size_t floor = std::min(left, latticeCacheFloorBytes(info(), used));
-    // Memory that is used for the first time costs more than what is in it.
+    // First use of memory costs more than its content.
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
     layer().cache = std::make_unique<BrickCache>(*layer().store, *ram, bytes, used);
@@ -380,7 +378,7 @@ void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const
 void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
                           LevelChoice choice) {
     const Scene scene = asDrawn(given);
-    layer().cache.reset(); // it holds all memory that was left
+    layer().cache.reset(); // it has all remaining memory
     view.quality = scene.quality;
     TextureLimits most = engineLimits;
     most.lightChannels = keptLightChannels(view.lighting);
@@ -398,7 +396,7 @@ void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits,
                           limits, choice, memory.gpuBytes(), memory.ramBytes(), context);
     setSelection(std::move(chosen.selection));
     aim();
-    openCache(limits.readsOnce && !scene.quality.maxError); // passes read again
+    openCache(limits.readsOnce && !scene.quality.maxError); // passes read chunks again
 }
 
 } // namespace tessera

@@ -24,7 +24,7 @@ double valueAt(LatticeReader& samples, const glm::dvec3& p) {
     return low + part.z * (high - low);
 }
 
-/// Where a line leaves a box that it is in.
+/// The exit of a line from a box.
 double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) {
     double end = std::numeric_limits<double>::max();
     for (int axis = 0; axis < 3; ++axis)
@@ -101,13 +101,13 @@ double ShownRays::strength(LatticeReader& samples, const glm::ivec3& voxel, doub
 bool ShownRays::onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const {
     const glm::dvec3 perMm = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * direction);
     const double mmPerVoxel = 1 / glm::length(perMm);
-    // From the place on both ways: what is asked about is most often there.
+    // From the point in both directions: it is most often visible there.
     double depth = 0;
     return reaches(samples, place, perMm * mmPerVoxel, mmPerVoxel, depth) ||
            reaches(samples, place, -perMm * mmPerVoxel, mmPerVoxel, depth);
 }
 
-/// Adds what lies from a place on along a unit direction, in voxels, to the depth: true once it is enough.
+/// Adds the depth from a point along a unit direction, in voxels: true once it is enough.
 bool ShownRays::reaches(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction,
                         double mmPerVoxel, double& depth) const {
     RayLine<double> line;

@@ -1,5 +1,5 @@
-// render/plan/shown_rays.h: tells whether a ray shows something, from the finest level without light. It
-// needs no levels, maps or device, so the camera can be fitted before there are any.
+// render/plan/shown_rays.h: tests whether a ray is visible, at the finest level without light. It needs no
+// levels, maps or device, so the camera can be fitted before these exist.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -20,11 +20,11 @@
 
 namespace tessera {
 
-/// Places and boxes along a view's axes: right, up and towards the viewer, mm.
+/// Points and boxes along a view's axes: right, up and towards the viewer, mm.
 struct ViewSpace {
     glm::dmat3 patientFromView;
     glm::dmat4 voxelFromPatient;
-    glm::dvec3 origin{0}, i{0}, j{0}, k{0}; // of voxel space: its corner, and steps of a voxel
+    glm::dvec3 origin{0}, i{0}, j{0}, k{0}; // origin and voxel steps of voxel space
     ViewSpace(const VolumeInfo& info, const ViewAxes& axes)
         : patientFromView(axes.right, axes.up, axes.towards),
           voxelFromPatient(glm::inverse(info.patientFromVoxel)) {
@@ -42,8 +42,8 @@ struct ViewSpace {
 class ShownRays {
   public:
     /// All must outlive this.
-    /// @param leastOpacity  from which on a ray shows something
-    /// @param part  outside of which nothing shows; null: all of the volume
+    /// @param leastOpacity  from which on a ray is visible
+    /// @param part  the drawn part; null: all of the volume
     /// @param threads  0: all processors
     ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
               const TransferTable& table, const ViewSpace& space, const DrawnPart* part, double leastOpacity,
@@ -51,22 +51,22 @@ class ShownRays {
 
     /// For one thread.
     LatticeReader reader() const { return {cache_, info_, 0, nullptr}; }
-    /// Of a brick's 4^3 cells those that could show something: bits, x + 4y + 16z.
+    /// The cells of a brick that could be visible: bits, x + 4y + 16z.
     std::uint64_t shownCells(std::size_t brick) const { return shownCells_[brick]; }
     static glm::ivec3 cellOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
     static constexpr std::size_t kCellVoxels = std::size_t{kCellExtent} * kCellExtent * kCellExtent;
-    /// How much each voxel of a cell could show, x fastest: extinction, or the depth of an isosurface between
-    /// it and a neighbour. 0 beyond the volume.
+    /// Possible visibility of each voxel of a cell, x fastest: extinction, or the depth of an isosurface
+    /// between it and a neighbour. 0 beyond the volume.
     /// @param first  the cell's first voxel
     void strengths(LatticeReader& samples, const glm::ivec3& first,
                    std::array<double, kCellVoxels>& out) const;
-    /// Whether a ray through a place shows something. Single voxels that stand out are peaks, so a sample's
-    /// extinction says little, and the mean over the values between samples is taken.
-    /// @param place  voxels; one of the ray's samples is there
+    /// True if a ray through a point is visible. Outlying voxels are narrow peaks, so the mean over the
+    /// values between samples is used instead of a sample's extinction.
+    /// @param place  voxels; one of the ray's samples is at this point
     /// @param direction  unit, of the view's axes
     bool onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const;
 
-    /// Memory that one takes. Of a volume as large as this.
+    /// Memory of one, for a volume of this size.
     static std::size_t bytes(const VolumeInfo& info);
 
   private:
@@ -75,15 +75,15 @@ class ShownRays {
     };
     bool reaches(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction,
                  double mmPerVoxel, double& depth) const;
-    /// @param value  physical, of the voxel
+    /// @param value  of the voxel, physical
     double strength(LatticeReader& samples, const glm::ivec3& voxel, double value) const;
     double physical(double stored) const { return info_.rescaleSlope * stored + info_.rescaleIntercept; }
     bool emptyOver(float lowest, float highest) const;
-    /// Of a place in voxels. A box around it would say more than is asked.
+    /// Of a point in voxels.
     bool drawn(const glm::dvec3& place) const { return !part_ || part_->meets(place, place); }
     double lookUp(double entry) const;
     double sumTo(double entry) const;
-    /// Place of a value in the table, in entries.
+    /// A value in units of the table's entries.
     double entryOf(double value) const {
         return (value - static_cast<double>(table_.firstValue)) * static_cast<double>(table_.entriesPerValue);
     }

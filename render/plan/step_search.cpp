@@ -11,10 +11,10 @@ namespace {
 constexpr double kSteps[] = {2, 1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
 constexpr std::size_t kJudged = std::size(kSteps) - 2;
 static_assert(kSteps[kJudged - 1] == StepSearch::kFinestStep);
-/// Times a step that is good enough, where twice it is not.
+/// Factors on a step that is good enough, if twice the step is not.
 constexpr double kBetween[] = {1.75, 1.5, 1.25};
 
-/// A figure, not a measurement, so that a picture does not depend on how busy its machine is
+/// A constant, not a measurement, so that a picture does not depend on the machine's load
 /// (docs/measurements/accuracy.md has the measurement).
 double costOfSegment(Integrator integrator) {
     return integrator == Integrator::midpoint ? 1 : 1.5;
@@ -38,7 +38,7 @@ double StepSearch::chooseStep(const Goal& goal) {
     const auto measured = [&](const EstimatedError& e) {
         return goal.measure == Goal::Measure::rms ? e.rms : e.luvP99;
     };
-    std::optional<Choice> best, closest; // closest: where none is good enough
+    std::optional<Choice> best, closest; // closest: if none is good enough
     for (const Integrator integrator : integrators) {
         plan_.setIntegrator(integrator);
         std::vector<Image> drawn;

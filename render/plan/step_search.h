@@ -13,33 +13,32 @@
 
 namespace tessera {
 
-/// Draws rays of a plan to their end, as the picture itself is drawn.
+/// Draws rays of a plan completely, like the picture itself.
 using PixelDrawer = std::function<Image(const RayFrame<double>&, const Strides&)>;
 
 class StepSearch {
   public:
-    /// The plan outlives it; its step and integrator are those that are chosen.
+    /// The plan outlives it, and gets the chosen step and integrator.
     StepSearch(Planner& plan, PixelDrawer drawer)
         : plan_(plan), drawer_(std::move(drawer)), grid_(plan.view.imageSize) {}
 
-    /// What a step's error must stay below, over the grid's pixels: CIE L*u*v* at the 99th
-    /// percentile, or rms.
+    /// Bound of a step's error over the grid's pixels: CIE L*u*v* at the 99th percentile, or rms.
     struct Goal {
         enum class Measure { luvP99, rms } measure;
         double limit;
     };
-    /// Takes the step and integrator that cost the least of those that reach the goal, and the best that was
-    /// found where none does: of 2, 1, 1/2 ... 1/16 voxel, and where half a step is good enough and the whole
-    /// is not, of those between that are within kLuvOfLonger too. Returns the error, by the goal's measure.
+    /// Chooses the cheapest step and integrator that reach the goal, or the best found if none does. Steps
+    /// are 2, 1, 1/2 ... 1/16 voxel. If half a step is good enough and the whole is not, steps between are
+    /// tried, which must be within kLuvOfLonger too. Returns the error, by the goal's measure.
     double chooseStep(const Goal& goal);
-    /// Voxels; none is finer.
+    /// The finest step, voxels.
     static constexpr double kFinestStep = 1.0 / 16;
-    /// L*u*v* at the 99th percentile: what steps may err by of the 3 that can be told apart, so that samples
-    /// of pixels, which are apart from them, have as much.
+    /// L*u*v* at the 99th percentile: the share of steps in a visible difference of 3, so that the
+    /// independent error of pixel samples has an equal share.
     static constexpr double kLuvOfLonger = 2;
-    /// Of the picture that was drawn. The plan fetches exactly afterwards.
+    /// Estimates errors of the drawn picture. The plan fetches exactly afterwards.
     PictureErrors errorsOf(const Image& picture, double brightest);
-    /// The same of a picture whose pixels are no rays through their middles: those are drawn again.
+    /// The same for a picture whose pixels are not rays through their centres: these are drawn again.
     PictureErrors errors(double brightest);
 
   private:

@@ -1,4 +1,4 @@
-// render/plan/visibility_rays.h: rays that measure the visibility of every brick: those of a picture of a
+// render/plan/visibility_rays.h: rays that measure the visibility of every brick: those of a picture with a
 // quarter of the pixels along each axis, in long segments.
 #pragma once
 
@@ -18,11 +18,11 @@ struct VisibilityRays {
 VisibilityRays visibilityRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
                               const Strides& strides);
 
-/// What rays that count take beside rayStateBytes().
+/// Memory of counting rays beside rayStateBytes().
 inline std::size_t countingBytes(const glm::ivec2& size, const glm::ivec3& bricks) {
     return kRayLastBrickBytes * rayCount(size) + sizeof(SeenBrick) * cellCount(bricks);
 }
-/// What counting takes of a device, the transfer function's table not included.
+/// Device memory for counting, without the transfer function's table.
 /// @param imageSize  of the picture
 std::size_t visibilityBytes(const glm::ivec2& imageSize, const glm::ivec3& bricks);
 

@@ -102,8 +102,8 @@ void BrickResidency::serve(std::span<const std::size_t> bricks, BrickCache& cach
         if (!isResident(b))
             missing.push_back(b);
     }
-    // Others go only when their room is needed, then all at once, because a page holds bricks of one level.
-    // Where pages of which little is kept still stand in the way, everything is packed anew.
+    // Others are evicted only when their memory is needed, then all at once, because a page holds bricks of
+    // one level. If sparse pages still block, everything is repacked.
     const auto evictUnless = [&](bool kept) {
         for (std::size_t b = 0; b < entries_.size(); ++b)
             if (isResident(b) && !(kept && keep[b]))

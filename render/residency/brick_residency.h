@@ -1,6 +1,6 @@
-// render/residency/brick_residency.h: the residency of bricks. Pages of 32^3 samples are cut into slots of
-// one level (page_allocator.h). Every brick has an entry that says where it is, or what value it stands for.
-// It is CPU only: planes hold the bricks' data, in GL or in host memory (plane.h).
+// render/residency/brick_residency.h: the residency of bricks. Pages of 32^3 samples are divided into slots
+// of one level (page_allocator.h). Every brick has an entry with its slot, or with its value. It is CPU only:
+// planes hold the bricks' data, in GL or in host memory (plane.h).
 //
 // An entry (two 32-bit words):
 //   resident: x = page.x | page.y << 10 | page.z << 20, y = slot.x | slot.y << 5 | slot.z << 10
@@ -34,42 +34,42 @@ struct BrickToPlace {
 
 class BrickResidency {
   public:
-    /// Nothing is resident: every brick that has samples of its own is absent.
-    /// @param planes  hold what is placed; each has room for boxOf(pages); they outlive this
-    /// @param pages   at least 1; may be fewer than the selection takes, where rays wait (kFeaturePasses)
+    /// Initially nothing is resident: every brick with samples of its own is absent.
+    /// @param planes  hold the bricks' data; each has room for boxOf(pages); they outlive this
+    /// @param pages  at least 1; may be fewer than the selection's if rays can wait (kFeaturePasses)
     BrickResidency(const VolumeInfo& info, const Selection& selection, std::size_t pages,
                    const TextureLimits& limits, std::vector<Plane*> planes, MemoryBudget& ram);
 
-    /// One picture. load() brings every brick of the selection through the cache, batch by batch; adopt()
-    /// takes another selection, keeping what it has in common with the last. Both publish the entries.
+    /// For one picture. load() loads every brick of the selection through the cache, batch by batch; adopt()
+    /// takes another selection, keeping common bricks. Both publish the entries.
     void load(BrickCache& cache, Work& work);
     void adopt(const Selection& selection);
-    /// Makes the given bricks resident, evicting others where there is no room, and publishes the entries.
+    /// Makes the given bricks resident, evicting others if needed, and publishes the entries.
     /// @param bricks  numbers in the brick grid, each once; must fit into the pages together
     void serve(std::span<const std::size_t> bricks, BrickCache& cache, Work& work);
 
-    /// Pictures that follow one another: bricks move one by one, each standing as its mean while it has no
-    /// samples here. Places them at their levels, each in the stead of what it was, until there is no room;
-    /// returns how many. publish() must follow before rays are drawn.
+    /// For interactive pictures: bricks move one by one, and are drawn as means while they have no samples.
+    /// Places bricks at their levels, replacing their slots, until there is no room; returns their number.
+    /// publish() must follow before rays are drawn.
     std::size_t place(std::span<const BrickToPlace> bricks, Work& work);
-    /// The brick stands as its mean, and gives its room back.
+    /// Frees the brick's slot; it is drawn as its mean.
     void dropToMean(std::size_t brick, float mean);
-    /// Bricks of the page that holds the fewest, where pages of their level have room for all of them
-    /// elsewhere: dropping them frees the page at no cost in the end. Empty where there is none.
+    /// Bricks of the sparsest page whose bricks all fit into other pages of their level: dropping them frees
+    /// the page. Empty if there is none.
     std::vector<std::size_t> bricksOfSparsestPage() const;
-    /// Gives the planes the entries as they are.
+    /// Passes the current entries to the planes.
     void publish();
 
-    /// Level of a brick that has samples here; nothing for all others.
+    /// Level of a brick with samples here; nullopt for others.
     std::optional<int> residentLevel(std::size_t brick) const;
-    /// Where they are; likewise.
+    /// Their slot; likewise.
     std::optional<AtlasSlot> slotOf(std::size_t brick) const;
     std::size_t pages() const { return pages_; }
 
   private:
     bool isResident(std::size_t brick) const;
     void evict(std::size_t brick);
-    /// False when there is no room; then those loaded so far stay.
+    /// False if there is no room; bricks loaded so far stay.
     bool loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Work& work);
     bool put(std::size_t brick, const Chunk& chunk, Work& work);
     void finish();

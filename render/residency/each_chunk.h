@@ -1,4 +1,4 @@
-// render/residency/each_chunk.h: visits many chunks through the cache, as many at a time as it can pin.
+// render/residency/each_chunk.h: visits many chunks through the cache, in batches that it can pin.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-/// Chunks in batches the cache can pin at once while others are decoded, until visit says false.
+/// Visits chunks in batches that the cache can pin while others are decoded, until visit returns false.
 template <typename Visit>
 void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
     const std::size_t batch = std::max<std::size_t>(1, cache.pinnableChunks() / 2);

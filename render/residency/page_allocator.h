@@ -1,5 +1,5 @@
-// render/residency/page_allocator.h: allocates bricks' slots in the atlas. Pages of 32^3 texels are each cut
-// into slots of one level. Every plane of the atlas shares the same slots.
+// render/residency/page_allocator.h: allocates bricks' slots in the atlas. Pages of 32^3 texels are each
+// divided into slots of one level. Every plane of the atlas shares the same slots.
 #pragma once
 
 #include "core/base/brick.h"
@@ -11,25 +11,25 @@
 
 namespace tessera {
 
-/// A brick's place: page in units of pages, slot in units of (32 >> level) texels inside the page.
+/// A brick's slot: page in units of pages, slot in units of (32 >> level) texels inside the page.
 struct AtlasSlot {
     glm::ivec3 page{0}, slot{0};
     int level = 0;
     glm::ivec3 originTexels() const { return page * kBrickExtent + slot * (kBrickExtent >> level); }
 };
 
-/// Hands out slots of any level; a page holds one level at a time and returns to the pool when it is empty.
+/// Allocates slots of any level; a page holds one level at a time and returns to the pool when it is empty.
 class PageAllocator {
   public:
     explicit PageAllocator(const glm::ivec3& pages);
-    /// Nothing when no page is left.
+    /// Nullopt if no page is left.
     std::optional<AtlasSlot> allocate(int level);
     void release(const AtlasSlot& slot);
     std::size_t freePages() const { return freePages_.size(); }
 
     static int slotsPerEdge(int level) { return 1 << level; }
     static std::size_t slotsPerPage(int level) { return std::size_t{1} << (3 * level); }
-    /// Pages that `bricks` bricks of one level take.
+    /// Pages for `bricks` bricks of one level.
     static std::size_t pagesFor(std::size_t bricks, int level) {
         return (bricks + slotsPerPage(level) - 1) / slotsPerPage(level);
     }

@@ -1,6 +1,6 @@
-// render/residency/plane.h: Plane, the interface of one kind of data that bricks have in their slots: values,
-// and what is made from them (light). Residency decides where a brick is. Every plane keeps its own data in
-// the same slot, in GL (gpu/atlas_plane.h) or in host memory.
+// render/residency/plane.h: Plane, the interface of one kind of data in bricks' slots: values, and data
+// derived from them (light). Residency decides the slot of a brick. Every plane keeps its own data in the
+// same slot, in GL (gpu/atlas_plane.h) or in host memory.
 #pragma once
 
 #include "bricking/cache/brick_cache.h" // Chunk
@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// Where a brick is, or what it stands for (brick_residency.h).
+/// The slot or the value of a brick (brick_residency.h).
 using BrickEntry = glm::uvec2;
 
 /// A brick's samples inside a chunk of the cache.
@@ -27,11 +27,11 @@ struct BrickSamples {
 class Plane {
   public:
     virtual ~Plane() = default;
-    /// Puts a brick's data where residency has placed it. Counts what it took in work.
+    /// Puts a brick's data into its slot. Counts the effort in work.
     virtual void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) = 0;
-    /// No more bricks come for a while: lets go of what putting them took, in memory too.
+    /// No more bricks come for a while: releases temporary memory.
     virtual void finish() {}
-    /// Entries as rays are to read them from now on, [z][y][x].
+    /// Entries for rays from now on, [z][y][x].
     virtual void publish(std::span<const BrickEntry> entries) = 0;
 };
 

@@ -10,7 +10,7 @@ namespace tessera {
 /// Bytes of one texel. 8-bit volumes take 16 bits too: llvmpipe filters R8 to 256 levels only.
 std::size_t texelBytes(ValueType type);
 
-/// stored = 65535 * texel + bias for 16-bit texels; floats are what they are.
+/// stored = 65535 * texel + bias for 16-bit texels; floats are unchanged.
 struct TexelFormat {
     bool normalised; // 16-bit texels
     float bias;

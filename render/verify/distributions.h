@@ -12,7 +12,7 @@ double incompleteBeta(double a, double b, double x);
 /// (DLMF 8.17.5).
 double binomialAtMost(int k, int n, double chance);
 
-/// The t that Student's distribution stays below with a chance, which is at least 0.5.
+/// The quantile t of Student's distribution for a probability of at least 0.5.
 /// @param degreesOfFreedom  at least 1
 double studentQuantile(double chance, double degreesOfFreedom);
 

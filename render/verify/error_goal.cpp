@@ -8,12 +8,11 @@ namespace tessera {
 namespace {
 
 /// Errors of a normal distribution are 2.6 times their standard deviation at the 99th percentile of their
-/// size; in two dimensions of colour 3. Errors of pixels that have just enough samples are what is asked
-/// then.
+/// size; in two dimensions of colour 3. Pixels with just enough samples then have the requested error.
 constexpr double kDeviationOfAsked = 1.0 / 3;
-/// A cause that alone takes more than this part of what is asked is made smaller.
+/// A cause with more than this share of the requested error is refined.
 constexpr double kPartOfCause = 0.5;
-/// Predictions are wrong by more than a few times now and then, measurements are not.
+/// Predictions are sometimes wrong by more than a small factor, measurements are not.
 constexpr double kLeastCorrection = 0.1, kMostCorrection = 0.7;
 
 double correction(double asked, double is) {

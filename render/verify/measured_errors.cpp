@@ -21,7 +21,7 @@ double root(double square) {
     return std::sqrt(std::max(0.0, square));
 }
 
-/// Means of the L*u*v* distance by how noise is taken out of it.
+/// Means of the L*u*v* distance by method of noise correction.
 struct Luv {
     double value, proportional, rooted; // measured_errors.h: of squares, of the variance, of its root
     Luv(double once, double twice)
@@ -50,7 +50,7 @@ struct Means {
     Luv luv() const { return {once, twice}; }
 };
 
-/// Ends around a value that they belong to, none below 0.
+/// Makes an interval include its value, with no end below 0.
 Estimate estimateOf(double value, double low, double high) {
     value = std::max(0.0, value);
     return {value, std::clamp(low, 0.0, value), std::max(value, high)};
@@ -87,7 +87,7 @@ void measureTail(MeasuredErrors& m, const std::vector<PixelError>& errors, int c
     m.tailDesignEffect = clusters < m.pixels ? tailDesignEffect(errors, tail, clusters) : 1;
     m.noiseShare = tail.noiseShare();
     const int worth = std::clamp(static_cast<int>(m.shown / m.tailDesignEffect), m.clusters, m.shown);
-    // No estimate in between: whatever pixels of a cluster have in common, clusters are independent.
+    // No other estimate: pixels of a cluster may be correlated, clusters are independent.
     if (const auto rank = rankAbove(m.clusters, kTailShare, boundChance))
         m.luvP99Bound = tail.atRank(*rank, m.clusters);
     const auto ranks = ranksAround(worth, kTailShare, 0.95);
@@ -110,7 +110,7 @@ NoiseSpread spreadOfRedraws(const PixelPairs& pairs, float alphaAbove) {
     if (pairs.replicates < 2)
         return {};
     const auto each = static_cast<std::size_t>(pairs.replicates);
-    // Residuals of a mean of few are too small by this.
+    // Correction of residuals, which are too small for a mean of few.
     const float widen = std::sqrt(static_cast<float>(each) / static_cast<float>(each - 1));
     RandomNumbers random(0);
     PixelPairs again = pairs;

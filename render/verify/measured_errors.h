@@ -1,6 +1,6 @@
-// render/verify/measured_errors.h: the measured error of a picture, from a sample of pixels that were drawn
-// again as they should be. Results are numbers with intervals, or none: docs/measurements/measured-errors.md
-// says what they mean.
+// render/verify/measured_errors.h: the measured error of a picture, from a sample of pixels drawn again at
+// full accuracy. Results are numbers with confidence intervals, or none: docs/measurements/measured-errors.md
+// explains them.
 #pragma once
 
 #include "render/verify/pixel_pairs.h"
@@ -9,59 +9,61 @@
 
 namespace tessera {
 
-/// A number and the interval that holds the truth in 95 of 100 choices of pixels.
+/// A number and its 95 % confidence interval over choices of pixels.
 struct Estimate {
     double value = 0, low = 0, high = 0;
 };
 
-/// Why there is no 99th percentile.
+/// The reason if there is no 99th percentile.
 enum class NotMeasured { no, tooFewPixels, truthTooNoisy };
 
-/// Over the pixels that show something. None: not measured.
+/// Over visible pixels. None: not measured.
 struct MeasuredErrors {
     int pixels = 0;                  // drawn again
-    int shown = 0;                   // of these, where the truth shows something
-    int clusters = 0;                // that have such pixels: what is independent
+    int shown = 0;                   // of these, with a visible truth
+    int clusters = 0;                // clusters with such pixels, which are independent
     std::optional<Estimate> rms;     // linear light, all four components
     std::optional<Estimate> luvMean; // CIE L*u*v* distance
     std::optional<Estimate> luvP99;  // its 99th percentile
     NotMeasured whyNoP99 = NotMeasured::no;
-    /// The 99th percentile is at most this, with 95 %, whatever the errors' distribution. The truth's noise
-    /// is left in, which makes it larger, so it may be far above luvP99 where the truth has few samples.
+    /// Upper bound of the 99th percentile at 95 %, for any distribution. The truth's noise is included and
+    /// makes it larger, so it may be far above luvP99 if the truth has few samples.
     std::optional<double> luvP99Bound;
-    double tailDesignEffect = 1; // how many pixels say as much as one, where large errors come in clusters
-    double noiseShare = 0;       // of the squares of large L*u*v* distances: the truth's noise
+    double tailDesignEffect =
+        1;                 // design effect: pixels per independent observation for clustered large errors
+    double noiseShare = 0; // share of the truth's noise in the squares of large L*u*v* distances
 };
 
-/// Fewer independent clusters that show something tell nothing of the 99th percentile: Wilks 1941.
+/// Least number of independent visible clusters for the 99th percentile: Wilks 1941.
 constexpr int kFewestForP99 = 299;
-/// Nor of means, whose intervals held too seldom with fewer pixels that show something, or clusters that do.
+/// Least numbers of visible pixels and clusters for means: with fewer their intervals held too seldom.
 constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 
 /// rms: the mean of squares without the truth's noise, its interval by clusters (cluster_interval.h).
 ///
-/// luvMean: distances are not squares, noise makes them longer, by how much depends on what they are without
-/// it. Measured with the noise (m1) and with twice its variance (m2, half of the replicates) they are
-/// extrapolated to none (SIMEX: Cook and Stefanski 1994): 2 m1^2 - m2^2 of squares is the value, exact where
-/// error and noise are alike in kind. The interval spans the results of two extremes. In one, noise adds to a
-/// distance in proportion to its variance (2 m1 - m2). In the other it adds in proportion to its standard
-/// deviation, as where nothing else is there ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
+/// luvMean: noise lengthens distances, by an amount that depends on the distance without noise. They are
+/// measured with the noise (m1) and with twice its variance (m2, half of the replicates), and extrapolated to
+/// none (SIMEX: Cook and Stefanski 1994). The value is that of squares, 2 m1^2 - m2^2, exact if error and
+/// noise have the same kind of distribution. The interval spans the results of two extremes. In one, noise
+/// adds to a distance in proportion to its variance (2 m1 - m2). In the other it adds in proportion to its
+/// standard deviation, as without any error ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
 ///
-/// luvP99: order statistics (quantile_bounds.h; Woodruff 1952 for the principle), of as many values as the
-/// sample is worth: shown pixels over the design effect of their tail (Korn and Graubard 1998), never fewer
+/// luvP99: order statistics (quantile_bounds.h; Woodruff 1952 for the principle) with an effective sample
+/// size. That is shown pixels over the design effect of their tail (Korn and Graubard 1998), but not fewer
 /// than clusters. Value and lower end are multiplied by the same extrapolation of the tail's squares; the
-/// upper end is left as it is. There is no number where noise is more than half of them, and no lower end but
-/// 0 as that comes near.
+/// upper end is unchanged. There is no value if noise is more than half of these squares, and near that the
+/// lower end is 0.
 ///
-/// Where all pixels were taken nothing is left to chance but the truth's noise: its share of the interval is
-/// what estimates spread by when each pixel's replicates are drawn anew from themselves.
+/// If all pixels were taken, only the truth's noise is random. Its share of the interval is the spread of
+/// estimates when each pixel's replicates are resampled (bootstrap).
 /// @param alphaAbove  as for pixelErrors()
-/// @param boundChance  with which luvP99Bound holds
+/// @param boundChance  confidence of luvP99Bound
 MeasuredErrors measuredErrors(const PixelPairs& pairs, float alphaAbove, double boundChance = 0.95);
 
-/// The chance to ask of the bound where the first bound that is low enough certifies, on fresh pixels each
-/// time. All attempts together are then wrong in at most 5 %, however many there are. Each attempt takes half
-/// of what is left: it may be wrong in 2.5 %, which takes 368 clusters, the next in 1.25 %: 437, then 506.
+/// The confidence of the bound in repeated attempts, each on other pixels, of which the first low enough
+/// bound decides. All attempts together are then wrong in at most 5 %, however many there are. Each attempt
+/// takes half of the rest: the first may be wrong in 2.5 %, which needs 368 clusters, the next in 1.25 %:
+/// 437, then 506.
 /// @param attempt  from 0 on
 double chanceOfAttempt(int attempt);
 

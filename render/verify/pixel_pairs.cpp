@@ -38,7 +38,7 @@ double squareWithoutNoise(const glm::dvec4& picture, std::span<const glm::vec4> 
     return sum / 4;
 }
 
-/// The truth as half of the replicates have it: two groups of two, or every two of four.
+/// The truth by half of the replicates: two groups of two, or every pair of four.
 std::vector<glm::dvec4> halvesOf(std::span<const glm::vec4> replicates) {
     const std::size_t groups = replicates.size() % 4 == 0 ? 4 : 2, each = replicates.size() / groups;
     std::vector<glm::dvec4> means(groups, glm::dvec4(0)), halves;

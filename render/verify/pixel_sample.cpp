@@ -12,11 +12,11 @@
 namespace tessera {
 namespace {
 
-/// Pixels to choose from in a tile, for each pixel of a cluster. A tile as long as t strata is drawn from at
-/// most 2t + 4 times; while at most 3/4 of all pixels are taken, one with so many has enough for that.
+/// Least population of a tile, per pixel of a cluster. A tile as long as t strata is drawn from at most 2t +
+/// 4 times. While at most 3/4 of all pixels are taken, its pixels suffice for that.
 constexpr int kPixelsPerDraw = 16;
 
-/// The place along Hilbert's curve through a square of `side` tiles (a power of two).
+/// The position along the Hilbert curve through a square of `side` tiles (a power of two).
 std::uint64_t hilbertPlace(int side, int x, int y) {
     std::uint64_t place = 0;
     for (int s = side / 2; s > 0; s /= 2) {
@@ -62,7 +62,7 @@ std::vector<Tile> tilesInARow(const glm::ivec2& size, int side, std::span<const 
     return tiles;
 }
 
-/// Neighbours become one until each has enough.
+/// Merges neighbours until each has enough.
 std::vector<Tile> merged(std::vector<Tile> tiles, std::size_t enough) {
     std::vector<Tile> out;
     for (Tile& tile : tiles) {
@@ -78,7 +78,7 @@ std::vector<Tile> merged(std::vector<Tile> tiles, std::size_t enough) {
     return out;
 }
 
-/// Takes the pixels out of the tiles.
+/// Draws the pixels from the tiles.
 PixelSample takeRound(std::vector<Tile>& tiles, const SampleDesign& design, int round) {
     PixelSample sample;
     for (const Tile& tile : tiles)

@@ -26,7 +26,7 @@ std::optional<int> rankBelow(int n, double share, double chance) {
 }
 
 std::optional<QuantileRanks> ranksAround(int n, double share, double chance) {
-    // No rank leaves less above than the largest value does; a little more, lest rounding takes that away.
+    // The largest value is the last possible rank; with a margin for rounding.
     const double above = std::max((1 - chance) / 2, std::pow(share, n) * (1 + 1e-9));
     const double below = 1 - chance - above;
     if (below <= 0)

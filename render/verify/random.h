@@ -13,7 +13,7 @@ class RandomNumbers {
     std::uint64_t next() { return mixed(state_ += 0x9E3779B97F4A7C15u); }
     /// From 0 to below 1.
     double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-    /// From 0 to count - 1, each as likely as another: what is left over of 2^64 is drawn again.
+    /// Uniform from 0 to count - 1: values of the incomplete last interval of 2^64 are rejected.
     std::uint64_t below(std::uint64_t count) {
         const std::uint64_t leftOver = (0 - count) % count;
         for (;;)

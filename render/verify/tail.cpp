@@ -14,7 +14,7 @@ double quantile(const std::vector<double>& ascending, double share) {
     return ascending[static_cast<std::size_t>(share * static_cast<double>(ascending.size() - 1))];
 }
 
-/// What is noise of the squares of quantiles from one per mille to another: what doubling it adds to them.
+/// The noise in squares of quantiles between two per mille: the increase when noise is doubled.
 /// @param twice  each against one half of the replicates, so that all have as many values as once
 double noiseOf(const std::vector<double>& once, const std::vector<std::vector<double>>& twice, int from,
                int to) {

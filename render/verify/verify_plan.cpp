@@ -16,8 +16,8 @@ constexpr int kMostSamples = 256; // of a pixel
 // tile of a quarter of a brick lies in 1.6 bricks in the mean, one of a brick in four.
 constexpr double kClusters = 64;
 constexpr int kPerCluster = 8, kTilesOfBrick = 4, kLeastTile = 12;
-// Pixels that show something. Of the least that promise a 99th percentile 299 do with 2 standard deviations
-// to spare.
+// Pixels that show something. With the least number for a 99th percentile, 299 are reached with a margin of 2
+// standard deviations.
 constexpr double kMany = 1000, kSome = 400, kFull = 2000, kLeast = 340;
 
 } // namespace
@@ -37,7 +37,7 @@ VerifyPlan verifyPlan(const VerifyInput& input) {
     if (input.mode == Verify::none || shown == 0)
         return plan;
     const double pictureRays = shown * input.samplesPerPixel;
-    // A truth whose noise is a quarter of one like the picture's own, or less.
+    // Rays for a truth with at most a quarter of the noise of the picture's own samples.
     const int wanted =
         std::clamp(4 * input.samplesPerPixel, input.mode == Verify::full ? 64 : 16, kMostSamples);
     const auto costOf = [&](double count, int samples) {
@@ -57,7 +57,7 @@ VerifyPlan verifyPlan(const VerifyInput& input) {
     count = std::min(count, shown);
     plan.tellsP99 = count >= kLeast || count == shown;
     if (input.mode == Verify::quick && input.brickPixels > 0) {
-        // Clusters cost bytes, pixels of them rays: where these are short, each has fewer.
+        // Clusters cost bytes, their pixels rays: if these are scarce, there are fewer.
         plan.design.perCluster = std::clamp(static_cast<int>(count / kClusters), 1, kPerCluster);
         plan.design.tile = std::max(input.brickPixels / kTilesOfBrick, kLeastTile);
         count = std::min(count, kClusters * kPerCluster);

@@ -296,47 +296,45 @@ void runAccuracy(const AccuracyArguments& arguments, const CommonOptions& common
 
 void addAccuracyCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command(
-        "accuracy", "Measure how wrong a scene's picture is, and what less error costs in time");
+        "accuracy", "Measure the error of a scene's picture, and the time that a smaller error takes");
     auto a = std::make_shared<AccuracyArguments>();
     command.option("SCENE", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...");
     command.option("-o,--output", a->out,
                    "folder for the page accuracy.md and the folder accuracy beside it");
     command.flag("--all", a->all, "the scenes of docs/measurements/accuracy.md instead of one");
-    command.option("--only", a->only, "with --all: of these scenes only: " + joinNames(standardSceneNames()));
+    command.option("--only", a->only, "with --all: only these scenes: " + joinNames(standardSceneNames()));
     command.option("--scans", a->scans,
                    "with --all: folder with the public scans (default: $TESSERA_TEST_DATA)");
-    command.flag("--pixels-only", a->pixelsOnly,
-                 "measure what samples of a pixel cost and gain, and nothing else");
-    command
-        .flag("--light-only", a->lightOnly,
-              "measure what light of voxels errs by and takes, and nothing else")
+    command.flag("--pixels-only", a->pixelsOnly, "measure only cost and gain of samples per pixel");
+    command.flag("--light-only", a->lightOnly, "measure only error and cost of light per voxel")
         .excludes("--pixels-only");
     command.flag("--quick", a->quick, "small pictures, fewer settings and repeats: about a minute");
     command
         .option("--seconds", a->seconds,
-                "for the first pictures of a scene; settings that come later are left out, and listed, "
-                "and times are taken in fewer repeats (default: 40 with --quick, else no limit)")
+                "time for the first pictures of a scene; later settings are left out, and listed, and times "
+                "have fewer repeats (default: 40 with --quick, else no limit)")
         .check(numberWithin(std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
                             "seconds, more than 0"));
     command.option("--integrators", a->integrators,
-                   "to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
+                   "integrators to compare, of " + joinNames(integratorNames()) + " (default: all but auto)");
     command.option("--peers", a->peers,
                    "CSV files of other renderers on the same scenes: scene, renderer, time_min_ms, rmse");
     command.option("--keep-scenes", a->keptScenes,
-                   "with --all: folder for the scenes as files, with their volumes, which other renderers "
-                   "can be measured on; without -o nothing else is done");
-    command.option("--size", a->size, "pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
-    command.option("--preset", a->preset, "instead of the scene's transfer function");
-    command.flag("--no-shading", a->noShading, "colours as the transfer function has them");
+                   "with --all: folder for the scenes as files, with their volumes, for other renderers; "
+                   "without -o nothing else is done");
+    command.option("--size", a->size,
+                   "size in pixels, WIDTHxHEIGHT, at most 512 are drawn (default: the scene's)");
+    command.option("--preset", a->preset, "preset in place of the scene's transfer function");
+    command.flag("--no-shading", a->noShading, "draw the transfer function's colours, unlit");
     command.option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
-    command
-        .option("--engine", a->engine, "that draws what is measured: " + joinNames(bench::studyEngineNames()))
+    command.option("--engine", a->engine, "engine to measure: " + joinNames(bench::studyEngineNames()))
         .showsDefault();
     command.option("--gl-device", a->device, "auto, software or a number").showsDefault();
     command.option("--series", a->input.series, "source files: number of the DICOM series")
         .check(wholeNumberFrom(1));
-    command.flag("--largest", a->input.largest, "source files: of a folder with several, the largest CT");
+    command.flag("--largest", a->input.largest,
+                 "source files: the largest CT of a folder with several volumes");
     command.flag("--resample-z", a->input.resampleZ, "source files: interpolate uneven slices");
     command.footer("Example:\n  tessera accuracy scene.json -o results --quick");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runAccuracy(*a, common); }; });

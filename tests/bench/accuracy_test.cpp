@@ -1,6 +1,5 @@
-// The parts of `tessera accuracy` that compute: which settings are measured, envelopes and what is read off
-// them, orders, intervals, the columns of runs.csv, curves of other renderers, and stiff
-// extinction.
+// The computations of `tessera accuracy`: the choice of settings, envelopes and their readings, orders and
+// intervals. Also the columns of runs.csv, curves of other renderers, and stiff extinction.
 #include "tests/bench/accuracy/pareto.h"
 #include "tests/bench/accuracy/runs_table.h"
 #include "tests/bench/accuracy/scene_section.h"

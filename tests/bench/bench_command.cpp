@@ -179,8 +179,8 @@ void addCommon(Command& command, BenchArguments& arguments, const Page& page) {
         .required();
     command.option("--scans", arguments.scans,
                    "folder with the public scans that the page names (default: $TESSERA_TEST_DATA)");
-    command.option("--volumes", arguments.volumes, "of these volumes only: " + joinNames(volumesOf(page)));
-    command.flag("--quick", arguments.quick, "small volumes and pictures: to see that all works");
+    command.option("--volumes", arguments.volumes, "only these volumes: " + joinNames(volumesOf(page)));
+    command.flag("--quick", arguments.quick, "small volumes and pictures, for a quick check");
     command.option("--ram", arguments.ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command
         .option("--engine", arguments.engine,
@@ -194,8 +194,8 @@ void addCommon(Command& command, BenchArguments& arguments, const Page& page) {
 } // namespace
 
 void addBenchCommand(Command& program, const CommonOptions& common, Action& action) {
-    Command command = program.command("bench", "Measure first pictures and levels of detail; makes the pages "
-                                               "of docs/ again");
+    Command command =
+        program.command("bench", "Measure first pictures and levels of detail, for the pages of docs/");
     command.needsCommand();
     command.footer("Example:\n  tessera bench lod -o results --quick");
     auto arguments = std::make_shared<BenchArguments>();
@@ -213,14 +213,15 @@ void addBenchCommand(Command& program, const CommonOptions& common, Action& acti
         action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
     });
 
-    Command memory = add("memory", "Budgets of GPU memory, from a scene's floor to unlimited", levelsPage());
+    Command memory =
+        add("memory", "Budgets of GPU memory, from a scene's minimum to unlimited", levelsPage());
     memory.footer("Example:\n  tessera bench memory -o results --quick");
     memory.whenChosen([arguments, &common, &action] {
         arguments->only = {"memory"};
         action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
     });
 
-    Command picture = add("picture", "What fills the picture, and how smooth surfaces look", picturePage());
+    Command picture = add("picture", "The fitted camera, and the smoothness of surfaces", picturePage());
     picture.option("--only", arguments->only,
                    "sections to make: " + joinNames(experimentNames(picturePage())));
     picture.footer("Example:\n  tessera bench picture -o results --scans scans --volumes abdomen");

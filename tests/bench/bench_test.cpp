@@ -22,7 +22,7 @@
 namespace tessera::bench {
 namespace {
 
-// Figure 2.24's claim: maximum distance gives the smoothest picture, the nearest brick alone the roughest.
+// As in figure 2.24, maximum distance gives the smoothest picture, the nearest brick alone the roughest.
 TEST(GradientOfRandomLevels, MaximumDistanceIsTheSmoothest) {
     constexpr unsigned kSeeds = 4;
     const std::vector<EdgeFunctionRow> rows = compareEdgeFunctions(kSeeds);

@@ -1,7 +1,8 @@
 // tests/bench/bench_tools.h: tools that the benchmarks share: a scene loaded once and drawn many times on one
-// device, volumes in memory or in a scratch store, minima and medians, and options of the form --name value.
+// device, and volumes in memory or in a scratch store. Also minima and medians, and options of the form
+// --name value.
 //
-// What a frame's time is: all dispatches of the march, each waited for, and the copy of the float picture to
+// A frame's time: all dispatches of the GPU ray caster, each waited for, and the copy of the float picture to
 // the host. Compilation and uploads happen once a scene in a viewer; they are not part of a frame.
 #pragma once
 
@@ -36,7 +37,7 @@ int runMain(const char* name, void (*run)(int, char**), int argc, char** argv);
 double minimum(const std::vector<double>& values); // of at least one
 double median(std::vector<double> values);         // of at least one; the mean of the middle two
 
-/// Ledgers wide enough that no benchmark is about budgets.
+/// Memory budgets wide enough that they affect no benchmark.
 struct Budgets {
     explicit Budgets(std::size_t gpuBytes = std::size_t{4} << 30)
         : gpu("GPU memory", "--gpu-memory", gpuBytes) {}

@@ -1,5 +1,6 @@
-// tests/bench/contest.h: renderers of one picture side by side: each at ever finer settings until it is good
-// enough, then all in turn, timed; and how long each takes to be just good enough. Nothing is extrapolated.
+// tests/bench/contest.h: renderers of one picture side by side. Each takes ever finer settings until it is
+// good enough, then all are timed in turn. The result is the time that each takes to be just good enough.
+// Nothing is extrapolated.
 #pragma once
 
 #include "core/base/work.h"

@@ -1,7 +1,7 @@
-// tests/bench/flight_study.cpp: a flight through the torso phantom's colon, whose surface is known: how near
-// the camera comes to the wall, pixels that show none where there is one, light that jumps from frame to
-// frame, polyps that are seen, how much of the wall is; some frames against the reference; and what pictures
-// that follow one another miss.
+// tests/bench/flight_study.cpp: a flight through the torso phantom's colon, whose surface is known. It
+// measures the camera's distance to the wall, pixels that miss the wall, light that jumps from frame to
+// frame, visible polyps, and the visible share of the wall. Some frames are compared with the reference. It
+// also measures the errors of successive pictures.
 //
 //   flight_study --store torso.zarr --scene colon.json --size 320x240x1 --frames 500 --angle 130 --reference
 //   20

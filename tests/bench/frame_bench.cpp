@@ -1,10 +1,10 @@
 // tests/bench/frame_bench.cpp: time of whole frames of committed scenes by resolution and fetch mode, with
-// the work behind each, as CSV. Needs neither importers, nor image files, nor the viewer: the volume is a
-// store, generated on the spot where it is absent, so that it runs on a bare GPU machine.
+// the work behind each, as CSV. Runs on a bare GPU machine: it needs neither importers, nor image files, nor
+// the viewer. The volume is a store, which is generated if it is absent.
 //
 //   frame_bench --store build/bench-data/torso-thorax.zarr --sizes 128,256,512,1024 --repeats 7 --device auto
 //
-// --check 1 first holds every scene's march against the float mirror, and ends where they differ.
+// --check 1 first compares every scene's GPU picture with the float mirror's, and ends where they differ.
 //
 // All cases run once a round, every other round backwards, after one round of warming up that also counts the
 // work. Timed frames do not count: the counters are compiled out of them. Frames above --slow-ms are timed
@@ -68,7 +68,7 @@ void runRound(std::vector<Case>& cases, bool backwards, bool warmUp, double slow
     }
 }
 
-/// The march with exact fetches must give what the float mirror gives on the device's own rays
+/// The GPU ray caster with exact fetches must give the float mirror's result on the device's own rays
 /// (docs/sampling.md, "Equalities and tolerances").
 void checkAgainstMirror(const std::string& name, Scene scene, const StoreReader& store,
                         const GlContext& context, Budgets& budgets) {

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # For a bare machine with a GPU, a compiler, CMake, Ninja, and the packages of core and render (glm, nlohmann-json, blosc,
-# epoxy, Google Benchmark): builds march, mirror and benchmarks without importers, picture files and viewer, holds the
-# march against the float mirror on every scene, and times frames. Nothing is downloaded; the volume is generated.
-#   tests/bench/gpu_machine.sh [--quick] [device]      auto (default), software, or a number
-#   --quick                 a small volume, small pictures, timed once: whether all of it works, in a minute after building
-#   TESSERA_BENCH_PHANTOM   extent of the volume (default: 512x512x749; quick: 96x96x128)
-#   TESSERA_BENCH_SIZES     pixels an axis (default: 256,512,1024; quick: 64)
-# CSV goes to build/gpu-results/frame.csv.
+# epoxy, Google Benchmark): builds the GPU ray caster, the mirror and benchmarks without importers, picture
+#files and viewer, holds the march against the float mirror on every scene, and times frames. Nothing is
+#downloaded; the volume is generated. tests/bench/gpu_machine.sh [--quick] [device] auto (default), software,
+#or a number --quick a small volume, small pictures, timed once: whether all of it works, in a minute after
+#building TESSERA_BENCH_PHANTOM extent of the volume (default: 512x512x749; quick: 96x96x128)
+#TESSERA_BENCH_SIZES pixels an axis (default: 256,512,1024; quick: 64) CSV goes to
+#build/gpu-results/frame.csv.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root"

@@ -1,15 +1,14 @@
-// tests/bench/interactive_bench.cpp: pictures that follow one another: a camera goes around a volume in
-// steps, and for every step the time to the first picture of the new view, to the last, and how long a single
-// call of advance() took beyond its deadline, as CSV; with and without being told the path.
+// tests/bench/interactive_bench.cpp: successive pictures: a camera goes around a volume in steps. For every
+// step the CSV has the time to the first picture of the new view, the time to the last, and how far a single
+// call of advance() exceeded its deadline. Runs are with and without the path known in advance.
 //
 //   interactive_bench --store t512.zarr --preset bone --size 512 --steps 12 --gpu-memory 64MiB --ram 512MiB
 //                     --deadline-ms 16 --device auto
 //
-// With --edit PRESET the camera stays, and what is timed is an edit of the transfer function, as a window
-// makes it: to a first picture of few pixels, to one of all, to one whose bricks are at their levels, and to
-// the last, whose light is whole too; each with the processor time that the program took until then. --light
-// gives the scene a look, --relight another one that comes after the edits; --engine native draws on the
-// processor.
+// With --edit PRESET the camera stays, and an edit of the transfer function is timed, as a window makes it.
+// Times are to a first picture of few pixels, to one of all pixels, to one with all bricks at their levels,
+// and to the last, whose light is complete too. Each has the program's CPU time until then. --light gives the
+// scene a lighting preset, --relight another one that follows the edits; --engine native draws on the CPU.
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "render/backends/gpu/gl/context.h"

@@ -1,6 +1,6 @@
 // tests/bench/micro_bench.cpp: the parts of a frame one by one (Google Benchmark): import, codec, cache,
-// sampler, march. Names are stable: part/what/type/size. Rates say how fast, counters say how much work it
-// was; on a noisy machine the counters are what to compare.
+// sampler, GPU ray caster. Names are stable: part/what/type/size. Rates say how fast, counters say how much
+// work it was; on a noisy machine the counters are what to compare.
 //
 //   micro_bench --benchmark_filter=decode --benchmark_out=micro.csv --benchmark_out_format=csv
 #include "tests/bench/bench_tools.h"
@@ -225,7 +225,7 @@ void sampleOnDevice(benchmark::State& state, Workbench& bench, ValueType type, F
     state.counters["bytes_uploaded"] = static_cast<double>(upload.bytesUploaded);
 }
 
-/// The same samples by the contract's twin on the CPU, all threads.
+/// The same samples by the contract's C++ counterpart on the CPU, all threads.
 template <typename Real>
 void sampleOnMirror(benchmark::State& state, Workbench& bench, ValueType type, Order order) {
     const StoreReader& store = bench.store(type);

@@ -1,6 +1,6 @@
-// tests/bench/native_bench.cpp: how near the native engine is to what the processor can do: a scene drawn
-// many times, with every instruction set that the processor has, as milliseconds, samples a second, and lanes
-// in use; and the bare loop to compare with, trilinear samples along a line and nothing else.
+// tests/bench/native_bench.cpp: how near the native engine is to the CPU's limit. A scene is drawn many times
+// with every ISA that the CPU has, and milliseconds, samples per second and lanes in use are reported. The
+// comparison is a bare loop with nothing but trilinear samples along a line.
 //
 //   native_bench --store build/bench-data/torso-thorax.zarr --preset bone --light on --step 0.5 --rounds 5
 #include "tests/bench/bench_tools.h"

@@ -132,8 +132,8 @@ Image drawn(Planner& p, const Selection& selection, int threads) {
     return image;
 }
 
-/// What is seen of each brick, as the march counts it. Rays through level 2, which is
-/// fine enough to know what hides what.
+/// The visibility of each brick, as the GPU ray caster counts it. Rays through level 2, which is fine enough
+/// to know what hides what.
 std::vector<SeenBrick> visibleCounts(const WholeLevels& levels, const TransferTable& table,
                                      const Camera& camera, const glm::ivec2& size, int threads) {
     constexpr int level = 2;

@@ -4,17 +4,17 @@
 //   tests/bench/run.sh six
 //   xvfb-run -a six_scenes --stores torso=T.zarr,abdomen=A.zarr,chest=C.zarr --truths FOLDER --csv FILE.csv
 //
-// A picture is good enough at an rms of 1/255 and a 99th percentile of 3 in CIE L*u*v*, both, against the
-// true integral in double, on every n-th pixel of every n-th row, 128 along the longer side. Errors are of
+// A picture is good enough at both an rms of 1/255 and a 99th percentile of 3 in CIE L*u*v* against the true
+// integral in double. Every n-th pixel of every n-th row counts, 128 along the longer side. Errors are of
 // linear light rounded to 8 bits, which is all that VTK hands out. In dark pictures rounding alone comes near
 // 3, so that what the reference itself has when it is rounded is added in quadrature (--with-rounding 0: it
-// is not). Renderers take ever finer settings until they meet that; the last that missed and the first that
-// met it are then timed, all renderers in turn, and the time at the target lies between the two, log-log.
-// Times are by the clock: from the request to the picture in memory, 8 bits of VTK's, floats of Tessera's;
-// what is made once a scene (tables, uploads, normals of VTK's CPU mapper) is in none. Lit scenes have no
-// highlight, which the two define otherwise (vtk_renderer.h), and a camera in parallel projection, but for
-// the one in the body. Pictures whose store is not given are left out, and named. References take a minute:
-// they are kept (--truths).
+// is not). Renderers take ever finer settings until they meet that. The last setting that missed it and the
+// first that met it are then timed, all renderers in turn. The time at the target is interpolated between the
+// two, log-log. Times are wall-clock times from the request to the picture in memory, 8 bits of VTK's, floats
+// of Tessera's. They exclude work done once per scene: tables, uploads, normals of VTK's CPU mapper. Lit
+// scenes have no highlight, which the two define otherwise (vtk_renderer.h), and a camera in parallel
+// projection, but for the one in the body. Pictures whose store is not given are left out, and named.
+// References take a minute: they are kept (--truths).
 #include "core/base/error.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/bench/contest.h"

@@ -3,10 +3,10 @@
 //   skipping_bench --stores a.zarr,b.zarr --functions bone,vessels --size 512 --repeats 5
 //   skipping_bench --map 1024 --repeats 5
 //
-// The first prints, per scan and function: samples taken against those of an oracle that knows which strides
-// have extinction before their ray ends, and milliseconds of a frame without skipping, with a map of bricks,
-// and with a map of cells. The second times proof and map for a made-up volume of cubic extent: all of it,
-// after a change of the function, and after changes of some bricks' levels.
+// The first prints, per scan and function, samples against those of an oracle that knows which strides have
+// extinction before a ray's end. It also prints milliseconds of a frame without skipping, with a map of
+// bricks, and with a map of cells. The second times proof and map for a made-up volume of cubic extent: all
+// of it, after a change of the function, and after changes of some bricks' levels.
 #include "core/base/error.h"
 #include "core/scene/preset.h"
 #include "render/backends/gpu/features.h"

@@ -1,5 +1,5 @@
-// tests/bench/tessera_peer.h: Tessera's march beside other renderers: a scene on the device, drawn with any
-// integrator, fetch and step.
+// tests/bench/tessera_peer.h: Tessera's GPU ray caster beside other renderers: a scene on the device, drawn
+// with any integrator, fetch and step.
 #pragma once
 
 #include "core/image/image.h"

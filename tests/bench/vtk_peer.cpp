@@ -1,6 +1,6 @@
-// tests/bench/vtk_peer.cpp: a plain scene drawn by Tessera's march, with each integrator, and by VTK's two
-// volume mappers in one interleaved run, and how far each is from the true integral: time at equal error,
-// never at equal step.
+// tests/bench/vtk_peer.cpp: a plain scene drawn by Tessera's GPU ray caster, with each integrator, and by
+// VTK's two volume mappers in one interleaved run. It measures each one's distance to the true integral: time
+// at equal error, never at equal step.
 //
 //   xvfb-run -a vtk_peer --scene SCENE.json --rounds 5 --csv build/bench-results/vtk_peer.csv
 //   xvfb-run -a vtk_peer --store build/bench-data/torso-thorax.zarr --rounds 5       (the thorax-sized torso)

@@ -90,10 +90,10 @@ void setVoxels(vtkImageData& image, const VolumeInfo& info, std::span<const std:
 
 /// Calls add(value, point) for each point, in stored values, ascending. VTK knows one point a value: the left
 /// one of a step goes a little to the left, by less than the tables of both mappers tell apart.
-/// Both mappers draw from tables that they sample the points into: the CPU's has 2^15 entries at most, the
-/// GPU's as many as the smallest distance between two nodes asks for over the values' range, from 1024 to the
-/// widest texture that the device has (vtkOpenGLVolumeLookupTable). A step thus gets the widest; what a table
-/// cannot resolve is VTK's error and stays in it.
+/// Both mappers draw from tables that they sample the points into. The CPU's has 2^15 entries at most. The
+/// GPU's has as many as the smallest distance between two nodes needs over the values' range, from 1024 to
+/// the device's widest texture (vtkOpenGLVolumeLookupTable). A step thus gets the widest; what a table cannot
+/// resolve is VTK's error and stays in it.
 template <typename Point, typename Add>
 void addPoints(const std::vector<Point>& points, const VolumeInfo& info, const Add& add) {
     if (points.empty())

@@ -1,13 +1,13 @@
-// tests/bench/vtk_renderer.h: VTK's two volume mappers behind one face, set up as its users set them up for a
-// comparison of equals: nothing adaptive, nothing random, the same camera, transfer function and light.
-// All calls come from one thread; the GL context is VTK's own.
+// tests/bench/vtk_renderer.h: VTK's two volume mappers behind one interface, set up for an equal comparison
+// as VTK's users do. Nothing is adaptive or random, and camera, transfer function and light are the same. All
+// calls come from one thread; the GL context is VTK's own.
 //
 // Light. VTK's highlight is pow(n.h, power), h half way between light and eye; ours is pow(r.v, power). With
-// a head light both are of the angle between normal and eye, cos(a)^p' and cos(2a)^p, which are alike for p'
-// = 4p (they differ by at most 0.007 at a power of 20): so VTK gets four times the power. The CPU mapper
-// knows one direction of light and of view for a whole picture, which a head light has in parallel projection
-// only; the GPU mapper takes its head light from where the camera stands, in parallel projection too, so that
-// the camera stands far off then.
+// a head light both depend on the angle between normal and eye, as cos(a)^p' and cos(2a)^p. These are alike
+// for p' = 4p (they differ by at most 0.007 at a power of 20), so VTK gets four times the power. The CPU
+// mapper has one direction of light and of view for a whole picture, which is right for a head light in
+// parallel projection only. The GPU mapper takes its head light from the camera's position, also in parallel
+// projection, so the camera is far away then.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -42,9 +42,9 @@ class VtkRenderer {
     VtkRenderer(const VtkRenderer&) = delete;
     VtkRenderer& operator=(const VtkRenderer&) = delete;
 
-    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back. The first frame of all, and of
-    /// the CPU mapper every first one at another distance, is drawn twice and timed once: what is made then
-    /// (uploads, tables, normals) is a scene's, not a frame's.
+    /// Milliseconds of one frame: render, wait for it, read 8-bit RGBA back. The first frame, and with the
+    /// CPU mapper the first one at every other distance, is drawn twice and timed once. Its uploads, tables
+    /// and normals count for the scene, not for a frame.
     double drawMs(double sampleDistanceMm);
     /// The last frame. VTK's 8-bit values are taken as linear, as the transfer function's colours went in.
     Image picture() const;

@@ -50,7 +50,8 @@ def planted(edit, text, place):
 class Copy:
     """The copy of the sources in which mutants are planted, and its build."""
 
-    # What cmake is told; a kind of copy has its own. What compiles with a warning is no mutant: nobody would keep it.
+    # What cmake is told; a kind of copy has its own. A change that compiles with a warning is no mutant,
+    # because it would not be kept.
     CONFIGURE = ("--preset", "release", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON")
     BUILD = "release"  # folder of the build, in build/ of the copy
 

@@ -240,7 +240,7 @@ TEST_F(ImportCache, IsListedAndCleared) {
     EXPECT_EQ(run("cache list").exitCode, 0);
 }
 
-// Where a link in the cache leads to is somebody's: it is neither counted nor removed.
+// The target of a link in the cache belongs to its owner: it is neither counted nor removed.
 TEST_F(ImportCache, LinksAreNotFollowed) {
     ASSERT_EQ(render("v").exitCode, 0);
     write("precious.bin", std::string(3 << 20, 'p'));

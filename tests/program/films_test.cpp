@@ -147,7 +147,7 @@ TEST_F(Films, AFolderHoldsOneFilm) {
     expectRefused("render scene.json --path flight.json -o film --engine native", {"frames"});
     expectRefused("render scene.json --path path.json -o film --engine mirror",
                   {"engine", "mirror", "native"});
-    // frames of nobody knows what, and no folder
+    // frames of an unknown film, and a file instead of a folder
     fs::remove(folder_ / "film" / "film.json");
     expectRefused("render scene.json" + film, {"film", "without a film.json"});
     write("plain", "x");
@@ -261,7 +261,7 @@ TEST_F(Films, SurviveKillsWithTwoProcesses) {
     EXPECT_GT(byBoth, 5);
 }
 
-/// Frames that a process claims are nobody else's until it ends, however it ends.
+/// A frame that a process has locked stays locked until the process ends, however it ends.
 class Claims : public ::testing::TestWithParam<ClaimKind> {
   protected:
     static constexpr double kLease = 0.4;

@@ -127,7 +127,7 @@ TEST_F(Folders, AScoutAndASliceExplainThemselvesInsteadOfABlankPicture) {
     EXPECT_EQ(readAll(folder_ / "a.png"), asShown);
     EXPECT_EQ(run(render + " --view superior").exitCode, 0);
     EXPECT_EQ(run(render + " --mm-per-pixel 0.5").exitCode, 0) << "a slice has one scale";
-    EXPECT_EQ(run(render + " --mode maximum -q").exitCode, 0) << "from where it faces";
+    EXPECT_EQ(run(render + " --mode maximum -q").exitCode, 0) << "from the side that it faces";
     EXPECT_THAT(run("import scan/IM0002 one.zarr").problems,
                 AllOf(HasSubstr("one slice only"), HasSubstr("name the folder")));
     EXPECT_EQ(run("render one.zarr -q --engine mirror --size 16x16 -o b.png").exitCode, 0);

@@ -1,5 +1,5 @@
-// tests/program/manifest_test.cpp: what options and scenes become, as the manifest of the picture tells it,
-// and what `info` tells of volumes whose numbers are not the plain ones: a negative slope, a turned affine.
+// tests/program/manifest_test.cpp: the result of options and scenes, as in the picture's manifest. Also
+// `info` of volumes with a negative slope or a rotated affine.
 #include "tests/support/program_fixture.h"
 #if TESSERA_WITH_IMPORT
 #include "tests/support/import_test_tools.h"
@@ -143,7 +143,7 @@ TEST_F(Manifest, SaysWhatIsNotInTheError) {
     const Outcome lit = run(render + "--light studio --max-error 20");
     ASSERT_EQ(lit.exitCode, 0) << lit.problems;
     EXPECT_THAT(lit.out, HasSubstr("what light itself errs by is not in it"));
-    EXPECT_THAT(lit.problems, HasSubstr("what light itself errs by is not measured"));
+    EXPECT_THAT(lit.problems, HasSubstr("the error of the light itself is not measured"));
     EXPECT_THAT(run("info a.png").out, HasSubstr("what light itself errs by"));
     EXPECT_EQ(json::parse(run("info a.png --json").out)["errors"]["measured"]["notCounted"], json({"light"}));
     const Outcome plain = run(render + "--samples 1");

@@ -1,5 +1,5 @@
-// tests/program/modules_test.cpp: what the program loads when it is needed is a part of it: its errors are
-// the program's errors, Ctrl-C ends it, and it says so where it is missing or is something else.
+// tests/program/modules_test.cpp: modules that the program loads on demand are parts of it. Their errors are
+// the program's errors, Ctrl-C ends them, and a missing or wrong module is reported.
 #include "viewer/cli/modules/load_module.h"
 
 #include "core/base/error.h"
@@ -54,10 +54,10 @@ TEST(Modules, ErrorsOfPicturesAreOurs) {
 
 TEST(Modules, WhatIsMissingOrAnotherIsNamed) {
     EXPECT_THAT(said([] { loadModule("tessera_nothing"); }),
-                HasSubstr("tessera_nothing.so: expected a part of tessera"));
+                HasSubstr("tessera_nothing.so: expected a module of tessera"));
     const fs::path text = fs::read_symlink("/proc/self/exe").parent_path() / "tessera_no_module_test.so";
     std::ofstream(text) << "no library";
-    EXPECT_THAT(said([] { loadModule("tessera_no_module_test"); }), HasSubstr("what cannot be loaded"));
+    EXPECT_THAT(said([] { loadModule("tessera_no_module_test"); }), HasSubstr("one that cannot be loaded"));
     fs::remove(text);
 }
 

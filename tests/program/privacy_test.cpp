@@ -1,8 +1,8 @@
 // tests/program/privacy_test.cpp: identifiers planted in DICOM files come out nowhere: not in the store, the
-// pictures and their manifests, the cache, the answers or the messages, damaged files included. What was
-// decided about paths: a message may name the file that it speaks of, and --json the output that was asked
-// for, because the reader of a terminal typed or owns those names; nothing that is written to be kept (store,
-// picture, cache, their names included) holds a path of the input, since folders carry patients' names.
+// pictures and their manifests, the cache, the answers or the messages, damaged files included. The rule for
+// paths: a message may name its file, and --json the requested output, because the user typed or owns those
+// names. Files that are kept (store, picture, cache, and their names) hold no path of the input, since
+// folders carry patients' names.
 #include "tests/support/dicom_writer.h"
 #include "tests/support/program_fixture.h"
 

@@ -1,5 +1,5 @@
-// tests/program/start_test.cpp: what the program loads and takes before it has anything to do: no library of
-// GL, of pictures or of importers, and little memory; and each of them only where it is needed.
+// tests/program/start_test.cpp: libraries and memory at the program's start: no library of GL, pictures or
+// importers, and little memory. Each library is loaded only where it is needed.
 #include "core/base/scratch_folder.h"
 
 #include <cstdlib>

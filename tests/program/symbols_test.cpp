@@ -1,7 +1,7 @@
-// tests/program/symbols_test.cpp: packets of rays are compiled for processors that may not be this one. What
-// a linker may share of them (inline functions, templates) must be theirs alone, by the namespace in its
-// name: of several copies it keeps any, and one made for AVX-512 would end the program elsewhere. Nor may
-// anything of theirs run before a processor was asked what it can, or round twice as once.
+// tests/program/symbols_test.cpp: packets of rays are compiled for processors that may not be this one. Their
+// inline functions and templates, which a linker may share, must be in a namespace of their own. Of several
+// copies it keeps any, and one made for AVX-512 would end the program elsewhere. Nor may anything of theirs
+// run before a processor was asked what it can, or round twice as once.
 #include <gmock/gmock.h>
 #include <regex>
 #include <string>

@@ -1,4 +1,4 @@
-// What somebody at a terminal sees: the line that tells how far a job is, and what Ctrl-C leaves behind.
+// The output on a terminal: the line that shows the progress of a job, and the files that Ctrl-C leaves.
 #include "tests/support/program_fixture.h"
 
 #include "core/base/file_handle.h"

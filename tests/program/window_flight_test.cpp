@@ -51,8 +51,8 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
     EXPECT_FALSE(isBlank(readImage(folder_ / "patch.png")));
 }
 
-// Two places in a pipe with a piece between them that is as dark as the lung which it opens to: a line
-// through it may lie in the lung, and is not flown before somebody says so.
+// Two places in a pipe, and between them a piece as dark as the lung that it opens to. A line through it may
+// lie in the lung, and is not flown before the user confirms it.
 TEST_F(WindowTest, ALineThatMayHaveLeftTheLumenIsAskedAbout) {
     writeNifti(folder_ / "pipe.nii", {90, 60, 90}, {-30, -30, -5}, [](const glm::dvec3& p) {
         const double away = glm::length(p - glm::dvec3(0, 0, std::clamp(p.z, 0.0, 80.0)));

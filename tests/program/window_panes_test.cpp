@@ -34,8 +34,8 @@ TEST_F(WindowTest, OnAFineDisplayUnitsHaveMorePixels) {
     }
 }
 
-// One rule: what shows fits the pane that it is shown in, of whatever shape, from every side, and after every
-// preset; what a hand has moved stays in the picture where the pane gets narrower.
+// One rule: the visible region fits its pane, whatever the pane's shape, from every side and after every
+// preset. A view that the user moved stays in the picture if the pane gets narrower.
 TEST_F(WindowTest, WhatShowsFitsItsPane) {
     std::ofstream(folder_ / "s.txt") << "wait still\npicture first.png\n"
                                         "view left\nwait still\npicture left.png\n"

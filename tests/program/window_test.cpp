@@ -1,5 +1,5 @@
-// tests/program/window_test.cpp: what a hand does in the window is, saved, bit for bit what `tessera render`
-// draws of the scene that was saved beside it; what cannot be done is said.
+// tests/program/window_test.cpp: a saved picture is bit for bit the one that `tessera render` draws of the
+// scene saved beside it. Impossible actions give a message.
 #include "tests/support/window_fixture.h"
 
 namespace tessera::test {

@@ -1,8 +1,7 @@
 // tests/support/covering_array.h: rows of a test that, for every two factors, hold every pair of their levels
-// at least once: far fewer than all combinations, and most faults need no more than two things to meet.
+// at least once. These are far fewer than all combinations, and most faults need at most two conditions.
 // Greedy, a row at a time (Cohen, Dalal, Fredman, Patton 1997, "The AETG system", IEEE TSE 23(7)): a row
-// starts with a pair that is still missing; every further factor, in random order, takes the level that
-// covers most.
+// starts with a missing pair. Every further factor, in random order, takes the level that covers most.
 #pragma once
 
 #include <algorithm>

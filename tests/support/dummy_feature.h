@@ -1,5 +1,5 @@
-// tests/support/dummy_feature.h: a feature that marks pixels, as an example of how one is added: all that it
-// is stands here, and a line among the modules brings it into a program.
+// tests/support/dummy_feature.h: a feature that marks pixels, as an example of how one is added. All of it is
+// in this file, and one line in the list of modules adds it to a program.
 #pragma once
 
 #include "render/backends/gpu/features.h"

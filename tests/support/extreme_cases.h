@@ -1,7 +1,8 @@
-// tests/support/extreme_cases.h: the nasty cases that pictures must survive, as factors and their levels:
-// stiff and narrow transfer functions, degenerate ones, volumes of one voxel and of extreme values, slices
-// 1000 times thicker than pixels, far origins, cameras on faces, edges and corners, every step. A case is one
-// level per factor; it becomes a volume, a scene, and a text that names it completely.
+// tests/support/extreme_cases.h: the nasty cases that pictures must survive, as factors and their levels.
+// These are stiff, narrow and degenerate transfer functions, volumes of one voxel and of extreme values, and
+// slices 1000 times thicker than pixels. They also are far origins, cameras on faces, edges and corners, and
+// every step. A case is one level per factor; it becomes a volume, a scene, and a text that names it
+// completely.
 #pragma once
 
 #include "bricking/import/importer.h"
@@ -33,8 +34,8 @@ struct Structure {
     bool operator==(const Structure&) const = default;
 };
 
-/// With exact fetches, which are compared bit by bit, every pair of choices of what is compiled; with
-/// filtered ones each integrator once; and the one choice that the scene leaves open.
+/// With exact fetches, which are compared bit by bit, every pair of compile-time choices; with filtered ones
+/// each integrator once. Also the one choice that the scene leaves open.
 inline const std::vector<Structure>& structures() {
     static const std::vector<Structure> all = [] {
         std::vector<Structure> out;
@@ -160,7 +161,7 @@ struct ExtremeVolume {
     VolumeInfo info;
     HashSource::Formula formula;    // none: noise over the type's whole range
     double lowest = 0, highest = 1; // physical values that functions spread over
-    /// Values or their differences are beyond what a float can hold or resolve: no claim of equality.
+    /// Values or their differences are beyond the range or resolution of floats: equality is not expected.
     bool beyondFloat = false;
 };
 
@@ -453,9 +454,9 @@ inline std::vector<glm::dvec4> widened(const std::vector<glm::vec4>& pixels) {
     return {pixels.begin(), pixels.end()};
 }
 
-/// Finite; alpha in [0,1]; no component above what alpha allows: colours of transfer functions are at most 1,
-/// so premultiplied ones are at most alpha, and lit ones at most alpha times the sum of light's parts. Sums
-/// of n rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
+/// Finite; alpha in [0,1]; no component above its bound. Colours of transfer functions are at most 1, so
+/// premultiplied ones are at most alpha, and lit ones at most alpha times the sum of light's parts. Sums of n
+/// rounded terms may exceed this by n/2^24 of themselves: 1e-5 is for 170 segments in one direction.
 inline void expectInRange(const std::vector<glm::dvec4>& pixels, const Scene& scene, const char* what) {
     const double brightestHere = brightest(scene.shading, scene.lighting);
     for (std::size_t i = 0; i < pixels.size(); ++i)

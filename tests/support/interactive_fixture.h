@@ -68,7 +68,7 @@ struct Session {
     }
     MemoryBudget ram, gpu;
     StoreReader reader;
-    std::unique_ptr<GlContext> context; // of the march
+    std::unique_ptr<GlContext> context; // of the GPU ray caster
     std::unique_ptr<Engine> engine;
     InteractiveRenderer renderer;
 };

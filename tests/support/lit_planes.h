@@ -1,5 +1,5 @@
-// tests/support/lit_planes.h: a field of planes that is known in patient space, so that its normal is too,
-// whatever the voxels' spacing and shear; scenes that look at it, and what all pixels of their pictures are.
+// tests/support/lit_planes.h: a field of planes that is known in patient space, and so is its normal,
+// whatever the voxels' spacing and shear. Also scenes of it and the expected pixels of their pictures.
 #pragma once
 
 #include "tests/support/surface_fixture.h"

@@ -89,8 +89,8 @@ inline glm::dvec4 trueIntegral(const Optics& optics, const LineField& line, doub
         }
         integral.add(start, b, radiant);
     };
-    // Pieces so short that a smooth field is monotone on them but for one turning point in some; there the
-    // integrator's own halving is left to find the entries that it meets twice.
+    // Pieces so short that a smooth field is monotone on them, except for one turning point in some. There
+    // the integrator's own bisection must find the entries that the field crosses twice.
     std::vector<double> cuts = line.breaks;
     constexpr int kPieces = 256;
     for (int i = 0; i <= kPieces; ++i)

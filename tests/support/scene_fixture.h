@@ -92,8 +92,8 @@ struct OnDevice {
     Work work;
 };
 
-/// Marches a prepared scene on the software device; features beside those of the volume's type are the
-/// caller's.
+/// Draws a prepared scene by the GPU ray caster on the software device; features beside those of the volume's
+/// type are the caller's.
 struct GpuPicture {
     Image image;
     Work work;

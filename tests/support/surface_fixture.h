@@ -61,7 +61,7 @@ struct Drawn {
     std::vector<SurfaceHit> hits;
     Work work;
 };
-/// By the march on the software device, with what its rays hit.
+/// By the GPU ray caster on the software device, with its rays' hits.
 inline Drawn draw(Prepared& prepared, std::uint32_t without = 0, const Slicing& slicing = {},
                   bool refine = false) {
     Planner& p = prepared.p;

@@ -1,5 +1,5 @@
 // tests/support/walled_airways.h: a windpipe and its tree in a lung that is nearly as dark, with walls that
-// thin out: what leaks in real scans leaks here, and every branch's curve is known.
+// thin out. Leaks occur as in real scans, and every branch's curve is known.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"

@@ -67,16 +67,16 @@ void clear(const CommonOptions& common) {
 } // namespace
 
 void addCacheCommand(Command& program, const CommonOptions& common, Action& action) {
-    Command command = program.command("cache", "Imports that `render` keeps for the next time");
+    Command command = program.command("cache", "The cache of imports of `render`");
     command.needsCommand();
-    command.footer("TESSERA_CACHE_SIZE bounds it (default: 20GiB); XDG_CACHE_HOME moves it.\n"
-                   "Example:\n  tessera cache list");
+    command.footer("TESSERA_CACHE_SIZE limits it (default: 20GiB); XDG_CACHE_HOME moves it.\nExample:\n  "
+                   "tessera cache list");
     auto asJson = std::make_shared<bool>(false);
-    Command listing =
-        command.command("list", "Entry, size, last use and kind of volume, the last used first");
+    Command listing = command.command(
+        "list", "List entries with size, last use and kind of volume, most recently used first");
     listing.flag("--json", *asJson, "as JSON");
     listing.whenChosen([asJson, &common, &action] { action = [asJson, &common] { list(*asJson, common); }; });
-    command.command("clear", "Remove all that no process is using").whenChosen([&common, &action] {
+    command.command("clear", "Remove all imports that no process uses").whenChosen([&common, &action] {
         action = [&common] { clear(common); };
     });
     command.command("path", "Print the folder").whenChosen([&action] {

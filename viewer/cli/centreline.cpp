@@ -32,7 +32,7 @@ struct CentrelineArguments {
 /// "12.5,-40,103": patient space, mm.
 glm::dvec3 parsePlace(const std::string& text, const std::string& option) {
     const auto refuse = [&] {
-        return badFile(option, "a place as x,y,z, millimetres in patient space", "'" + text + "'");
+        return badFile(option, "a point as x,y,z, millimetres in patient space", "'" + text + "'");
     };
     glm::dvec3 place;
     std::istringstream words(text);
@@ -62,7 +62,7 @@ CentrelineRequest requestOf(const CentrelineArguments& arguments) {
     if (!std::isnan(arguments.threshold))
         request.threshold = arguments.threshold;
     if (arguments.mayLeak && !request.threshold)
-        throw badFile("--may-leak", "--threshold beside it, which it keeps", "none");
+        throw badFile("--may-leak", "--threshold with it, which it keeps", "none");
     request.mayLeak = arguments.mayLeak;
     request.tree = arguments.tree;
     request.mostGenerations = arguments.generations;
@@ -109,29 +109,29 @@ void runCentreline(const CentrelineArguments& arguments, const CommonOptions& co
 
 void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command(
-        "centreline", "Find the middle of a hollow organ (colon, airways, aorta) as a path to fly along");
+        "centreline",
+        "Find the centre-line of a hollow organ (colon, airways, aorta) as a path to fly along");
     auto arguments = std::make_shared<CentrelineArguments>();
     command.option("IN", arguments->in, "store, or source files").required();
-    command.option("--from", arguments->from, "where it begins: x,y,z in the lumen, patient space, mm")
-        .required();
-    command.option("--to", arguments->to, "where it ends (default: the place furthest from --from)");
+    command.option("--from", arguments->from, "start: x,y,z in the lumen, patient space, mm").required();
+    command.option("--to", arguments->to, "end (default: the point furthest from --from)");
     command
         .option("--through", arguments->through,
-                "a place on the way, beside or in a gap, which is then bridged; may be given again")
+                "a point on the way, beside or in a gap, which is then bridged; may be repeated")
         .oneValueEach();
     command
         .option("--threshold", arguments->threshold,
-                "where lumen ends, physical units, tightened where it leaks (default: half way to the wall, "
-                "from around the seeds)")
+                "value at which the lumen ends, physical units; tightened if it leaks (default: half way to "
+                "the wall, by values around the seeds)")
         .check(numberWithin(-1e30, 1e30, "a value"));
-    command.flag("--may-leak", arguments->mayLeak,
-                 "with --threshold: keep it where the lumen leaks into what is beyond its wall");
-    command.flag("--tree", arguments->tree,
-                 "all branches beyond --from, as of the airways from the windpipe");
-    command.option("--generations", arguments->generations, "with --tree: forks between --from and a branch")
+    command.flag("--may-leak", arguments->mayLeak, "with --threshold: keep it even if the lumen leaks");
+    command.flag("--tree", arguments->tree, "all branches beyond --from, such as airways from the windpipe");
+    command
+        .option("--generations", arguments->generations,
+                "with --tree: most forks between --from and a branch")
         .showsDefault()
         .check(wholeNumberFrom(0));
-    command.option("--spacing", arguments->spacing, "mm between the path's points, at most")
+    command.option("--spacing", arguments->spacing, "largest distance between the path's points, mm")
         .inUnit("mm")
         .showsDefault()
         .check(numberWithin(0.05, 100, "mm from 0.05 to 100"));

@@ -1,6 +1,5 @@
 // viewer/cli/commands.h: the commands of the program, one file each. A command declares its options.
-// Once it is chosen and parsed it leaves its work in `action`, so errors of parsing and of
-// running stay apart.
+// Once chosen and parsed it stores its work in `action`, so errors of parsing and of running stay separate.
 #pragma once
 
 #include "viewer/cli/options/run_commands.h"

@@ -107,26 +107,27 @@ void runCoverage(const CoverageArguments& arguments, const CommonOptions& common
 
 void addCoverageCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command(
-        "coverage", "Tell what share of a hollow organ's wall a flight along its line sees, and where not");
+        "coverage", "Report the share of a hollow organ's wall that a flight sees, and the unseen patches");
     auto arguments = std::make_shared<CoverageArguments>();
     command.option("IN", arguments->in, "store, or source files").required();
     command.option("--path", arguments->path, "the path, as tessera centreline writes it").required();
-    command.option("--size", arguments->size, "of the pictures, whose proportion decides what they hold")
+    command.option("--size", arguments->size, "size of the pictures; only its aspect ratio matters")
         .showsDefault();
-    command.option("--view-angle", arguments->viewAngle, "vertical, degrees (default: the path's)")
+    command
+        .option("--view-angle", arguments->viewAngle, "vertical angle of view, degrees (default: the path's)")
         .check(numberWithin(1, Path::kMostViewAngle, "degrees from 1 to 170"));
-    command.option("--every", arguments->every, "mm from a picture to the next, at most")
+    command.option("--every", arguments->every, "largest distance between pictures, mm")
         .inUnit("mm")
         .showsDefault()
         .check(numberWithin(0.05, 1000, "mm from 0.05 to 1000"));
     command.flag("--backwards", arguments->backwards, "fly from the route's end to its beginning");
-    command.flag("--both-ways", arguments->bothWays, "fly there and back: seen is what either sees");
+    command.flag("--both-ways", arguments->bothWays, "fly there and back, and count what either flight sees");
     command
         .option("--farthest", arguments->farthest,
-                "mm from the eye, beyond which wall is not seen (default: any distance)")
+                "distance from the eye, mm, beyond which wall is not seen (default: unlimited)")
         .inUnit("mm")
         .check(numberWithin(0.1, 1e6, "mm from 0.1 to 1e6"));
-    command.option("--smallest", arguments->smallest, "mm2, below which unseen patches are not listed")
+    command.option("--smallest", arguments->smallest, "smallest unseen patch that is listed, mm2")
         .inUnit("mm2")
         .showsDefault()
         .check(numberWithin(0, 1e9, "mm2 from 0 to 1e9"));

@@ -35,7 +35,7 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
 } // namespace
 
 void addImportCommand(Command& program, const CommonOptions& common, Action& action) {
-    Command command = program.command("import", "Turn files into a store, streaming, in bounded memory");
+    Command command = program.command("import", "Import files into a store, streaming, in bounded memory");
     auto arguments = std::make_shared<ImportArguments>();
     command
         .option("IN", arguments->in,
@@ -45,8 +45,8 @@ void addImportCommand(Command& program, const CommonOptions& common, Action& act
     command.flag("--force", arguments->force, "replace an existing store");
     addSelectionOptions(command, arguments->input);
     command.option("--unit", arguments->unit,
-                   "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: of a PET whose "
-                   "header tells weight, dose and times");
+                   "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: for a PET whose "
+                   "header has weight, dose and times");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
     command.whenChosen(

@@ -87,7 +87,7 @@ void printPlace(const VolumeInfo& info) {
                formatNumber(box.high[axis], 6);
     };
     printLine("place", range(0) + ", " + range(1) + ", " + range(2) + " mm (to the left, back and head" +
-                           (info.orientationKnown ? ")" : ", if the source lies as it says)"));
+                           (info.orientationKnown ? ")" : ", if the source's orientation is right)"));
 }
 
 void printVolume(const VolumeInfo& info) {
@@ -118,7 +118,7 @@ void printVolume(const VolumeInfo& info) {
     printLine("acquisition", text);
     printLine("order", orderText(info.originalOrder));
     if (!info.orientationKnown)
-        printLine("orientation", "not told by the source: left may be right");
+        printLine("orientation", "not stated by the source: left may be right");
     if (info.nonFiniteVoxels)
         printLine("absent", sayAbsent(info));
     if (info.lossy)
@@ -203,7 +203,7 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
             printLine("passed over", listing.passedOver);
         std::fflush(stdout); // before what goes to stderr
     };
-    // What is no volume gets the importer's own explanation.
+    // For a path that is no volume the importer explains.
     if (listed.empty()) {
         if (isFolder && !listing.rows.empty() && !arguments.asJson)
             printTable();
@@ -254,7 +254,7 @@ void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
 
 void addInfoCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command(
-        "info", "Tell what a store or source files hold, or how a picture was made and how wrong it is");
+        "info", "Describe a store or source files, or the settings and the error of a picture");
     auto arguments = std::make_shared<InfoArguments>();
     command.option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...").required();
     command.flag("--json", arguments->asJson, "as JSON");

@@ -39,7 +39,7 @@ std::string errorText(const json& of) {
           std::tuple("luvMean", "L*u*v* ", " in the mean"), std::tuple("rms", "rms ", "")})
         if (const std::string e = estimateText(of, key); !e.empty())
             text += (text.empty() ? "" : ", ") + (before + e) + after;
-    return text.empty() ? "too few pixels show something to tell" : text;
+    return text.empty() ? "too few visible pixels" : text;
 }
 
 void printErrors(const json& errors) {
@@ -90,7 +90,7 @@ void infoPicture(const std::filesystem::path& path, bool asJson) {
                                  manifest.at("engine").get<std::string>() + ", " +
                                  manifest.at("device").get<std::string>());
         const json& pixels = manifest.at("pixels");
-        printLine("samples", numberText(pixels.at("samplesTaken")) + " a pixel in the mean, " +
+        printLine("samples", numberText(pixels.at("samplesTaken")) + " per pixel in the mean, " +
                                  numberText(pixels.at("samplesTakenAtMost")) + " at most");
         const json& segments = manifest.at("segments");
         printLine("segments", numberText(segments.at("stepVoxels")) + " voxels, " +

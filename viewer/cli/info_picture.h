@@ -6,13 +6,13 @@
 
 namespace tessera {
 
-/// A line of what `info` prints; controls in value are escaped.
+/// Prints a line of `info`; control characters in value are escaped.
 void printLine(const char* key, const std::string& value);
-/// Whether it is a file with a name that pictures have.
+/// True if it is a file with the name of a picture.
 bool isPictureName(const std::filesystem::path& path);
 
-/// Prints what the manifest in a picture says: how it was made and how wrong it is; or all of it, as JSON.
-/// Throws InputError naming path for what is no picture, or has no manifest.
+/// Prints the manifest of a picture: its settings and its error; or all of it, as JSON. Throws InputError
+/// naming path for a file that is no picture, or has no manifest.
 void infoPicture(const std::filesystem::path& path, bool asJson);
 
 } // namespace tessera

@@ -44,8 +44,9 @@ void addPhantomCommand(Command& program, const CommonOptions& common, Action& ac
     command.option("NAME", arguments->name, "one of " + joinNames(phantomNames())).required();
     command.option("--size", arguments->size, "voxels, XxYxZ").showsDefault();
     command.option("-o,--output", arguments->out, "store to write, OUT.zarr").required();
-    command.option("--curves", arguments->curves,
-                   "of a torso: write the middles of its colon, airways and aorta, and its polyps, as JSON");
+    command.option(
+        "--curves", arguments->curves,
+        "for a torso: write the centre-lines of colon, airways and aorta, and the polyps, as JSON");
     command.flag("--force", arguments->force, "replace an existing store");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Example:\n  tessera phantom torso --size 256x192x300 -o torso.zarr");

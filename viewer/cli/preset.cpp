@@ -82,19 +82,19 @@ void run(const PresetArguments& arguments, const CommonOptions& common) {
 
 void addPresetCommand(Command& program, const CommonOptions& common, Action& action) {
     const auto a = std::make_shared<PresetArguments>();
-    Command command = program.command(
-        "preset", "Lists presets; shows, converts and keeps one (Tessera, 3D Slicer, ParaView)");
+    Command command =
+        program.command("preset", "List presets; show, convert or keep one (Tessera, 3D Slicer, ParaView)");
     command.option("preset", a->name,
-                   "a name, or a file: ours, a scene, 3D Slicer's (.vp.json, .vp, MRML), ParaView's JSON; "
-                   "FILE#NAME where it holds several");
-    command.option("-o,--output", a->out, "writes it there (default: shows it as JSON)");
+                   "a name, or a file of Tessera (preset or scene), 3D Slicer (.vp.json, .vp, MRML) or "
+                   "ParaView (JSON); FILE#NAME if it holds several");
+    command.option("-o,--output", a->out, "file to write (default: print it as JSON)");
     command
         .option("--format", a->format,
                 joinNames(presetFormatNames()) + " (default: slicer for .vp.json, else tessera)")
         .needs("--output");
-    command.option("--range", a->range, "LOW,HIGH: the values that 0 and 1 of a normalised map stand for");
-    command.option("--keep", a->keep, "keeps it under this name, for --preset and the window");
-    command.flag("--forget", a->forget, "removes one that was kept");
+    command.option("--range", a->range, "LOW,HIGH: the values of 0 and 1 in a normalised map");
+    command.option("--keep", a->keep, "keep it under this name, for --preset and the window");
+    command.flag("--forget", a->forget, "remove a kept preset");
     command.footer("Example:\n  tessera preset \"presets.xml#CT-Bone\" --keep slicer-bone\n"
                    "  tessera render abdomen.zarr -o bone.png --preset slicer-bone");
     command.whenChosen([a, &common, &action] { action = [a, &common] { run(*a, common); }; });

@@ -40,116 +40,110 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                 "for frames, or "
                 "a film: .mp4, .mov, .mkv")
         .required();
-    command.option(
-        "--path", a->path,
-        "draw a film: cameras, and what else changes, from a path (.json); frames that are there stay, "
-        "and several processes may draw into one folder");
-    command.flag(
-        "--unfold", a->unfold,
-        "with --path: one picture of the wall around the line, slit open: angles from left to right, the "
-        "line from top to bottom");
-    command.flag("--may-leak", a->mayLeak, "with --unfold: also of a lumen that is known to leak");
+    command.option("--path", a->path,
+                   "draw a film, with cameras and other changes from a path (.json); existing frames stay, "
+                   "and several processes may share a folder");
+    command.flag("--unfold", a->unfold,
+                 "with --path: one picture of the wall around the line, cut open: angles from left to right, "
+                 "the line from top to bottom");
+    command.flag("--may-leak", a->mayLeak, "with --unfold: allow a lumen that leaks");
     command
         .option("--turn", a->turn,
-                "draw a film that goes around by so many degrees, 360 for a whole turn, from --view on")
+                "draw a film of a turntable over this many degrees, 360 for a whole turn, from --view on")
         .check(numberWithin(-3600, 3600, "degrees from -3600 to 3600, not 0"))
         .check([](const std::string& text) {
             return std::stod(text) == 0 ? "expected degrees from -3600 to 3600, not 0, found 0"
                                         : std::string();
         });
-    command.option("--frames", a->frames,
-                   "of the film, from 0: A or A-B (default: all); beside --turn how many (default: 120)");
-    command.option("--fps", a->framesPerSecond, "frames per second (default: as the path says)")
+    command.option(
+        "--frames", a->frames,
+        "frames of the film, from 0: A or A-B (default: all); with --turn their number (default: 120)");
+    command.option("--fps", a->framesPerSecond, "frames per second (default: the path's)")
         .check(numberWithin(0.1, 1000, "a number from 0.1 to 1000"));
-    command.option("--speed", a->speed, "of the flight, mm/s (default: as the path says)")
+    command.option("--speed", a->speed, "speed of the flight, mm/s (default: the path's)")
         .inUnit("mm/s")
         .check(numberWithin(0.01, 1e5, "mm/s from 0.01 to 100000"));
-    command.option("--seconds", a->seconds, "that the flight takes, whatever its speed")
+    command.option("--seconds", a->seconds, "duration of the flight, in place of a speed")
         .inUnit("s")
         .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
-    command.option("--size", a->size, "pixels, WIDTHxHEIGHT (default: 512x512)");
+    command.option("--size", a->size, "size in pixels, WIDTHxHEIGHT (default: 512x512)");
     command.option("--light", a->light,
                    joinNames(lookNames()) +
                        ": lights, shadows and occlusion (default: plain, or the scene's)");
     command.option("--preset", a->preset,
-                   joinNames(presetNames()) +
-                       ", one that was kept, or a file as `tessera preset` reads it (default: bone-1 "
-                       "for HU, auto for other values)");
+                   joinNames(presetNames()) + ", a kept one, or a file that `tessera preset` reads (default: "
+                                              "bone-1 for HU, auto for other values)");
     command.option("--view", a->view,
                    joinNames(viewNames()) +
-                       "; also front, back, top, bottom; or TURN,RISE: degrees about the patient's axis (0: "
-                       "anterior, 90: left) and up (default: anterior)");
+                       "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "
+                       "anterior, 90: left), and up (default: anterior)");
     addModeOptions(command, a->mode);
     command.option("--fit", a->fit,
-                   "what fills the picture: all that is shown, or the volume's box: " +
+                   "what the camera is fitted to, such as all that is shown, or the volume's box: " +
                        joinNames(fitNames()) + " (default: shown)");
     command.option("--projection", a->projection, joinNames(namesOf<Projection>().all()));
     command
         .option("--mm-per-pixel", a->mmPerPixel,
-                "edge of a pixel of a parallel picture, so that several have one scale (default: as it fits)")
+                "edge of a pixel of a parallel picture, for one scale of several pictures (default: fitted)")
         .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
     a->keys.word(command, "--background", "image.background",
                  "a colour (black, red, #rrggbb), or transparent (default: black)");
-    command.flag("--scale-bar", a->scaleBar,
-                 "draw a bar of a round length into the picture: right everywhere in a parallel one, else at "
-                 "its centre");
+    command.flag(
+        "--scale-bar", a->scaleBar,
+        "draw a bar of a round length; it holds everywhere in a parallel picture, else at the centre");
     command
-        .option("--engine", a->engine,
-                joinNames(engineNames()) + "; auto: gpu where there is one, else native")
+        .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")
         .showsDefault();
     a->keys
         .number(command, "--step", "quality.stepVoxels",
-                "distance of samples at the finest level, in voxels (default: the longest whose estimated "
-                "error is within 1/255)")
+                "distance of samples at the finest level, voxels (default: the longest with an estimated "
+                "error within 1/255)")
         .takes("FLOAT")
         .check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
     command
-        .option(
-            "--max-error", a->maxError,
-            "error to stay below (L*u*v*, 99th percentile; measured, or with --verify none predicted): takes "
-            "levels, step, integrator and samples that cost the least, in as many passes as the budget "
-            "needs; "
-            "0: the finest levels that a pixel can show (default: the best that fits at once)")
+        .option("--max-error", a->maxError,
+                "error bound (L*u*v*, 99th percentile; measured, or with --verify none predicted), met at "
+                "least cost in as many passes as the budget needs; 0: the finest levels that a pixel can "
+                "show (default: the best picture of one pass)")
         .check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
-    command.option("--first", a->first,
-                   "write a first, coarse picture here as soon as there is one, before the picture itself");
+    command.option("--first", a->first, "file for a first, coarse picture, written as soon as it is ready");
     a->keys.word(command, "--edge-function", "quality.edgeFunction",
-                 "blend between bricks: {names} (default: {default})");
+                 "blending between bricks of different levels: {names} (default: {default})");
     a->keys.word(command, "--sampling", "quality.sampling",
-                 "steps in coarse bricks: {names} (default: {default})");
-    command.option("--isosurface", a->surfaces,
-                   "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); "
-                   "several are drawn with several such options");
+                 "step in coarse bricks: {names} (default: {default})");
+    command.option(
+        "--isosurface", a->surfaces,
+        "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); may be repeated");
     a->keys.word(command, "--integrator", "quality.integrator",
-                 "what a segment of a ray adds: {names} (default: {default}, as the transfer function asks)");
+                 "integration of a ray's segment: {names} (default: {default}, by the transfer function)");
     command.option("--samples", a->samples,
-                   "rays through each pixel, 1 to " + std::to_string(PixelSampling::kMost) +
+                   "rays per pixel, 1 to " + std::to_string(PixelSampling::kMost) +
                        ", whose mean it shows, or auto: more where they are needed; 1: one through its "
-                       "middle (default: auto; 1 with --engine " +
+                       "centre (default: auto; 1 with --engine " +
                        singleRayEngines() + ")");
-    a->keys.word(command, "--pixel-filter", "quality.pixelFilter",
-                 "what a pixel with several samples is the mean of: its own area, or a Gaussian that reaches "
-                 "beyond: {names} (default: {default})");
+    a->keys.word(
+        command, "--pixel-filter", "quality.pixelFilter",
+        "filter of a pixel with several samples, its area or a wider Gaussian: {names} (default: {default})");
     a->keys
         .number(command, "--seed", "quality.seed",
-                "another choice of where in a pixel samples lie (default: {default})")
+                "seed of the positions of samples in a pixel (default: {default})")
         .takes("INT")
         .check(wholeNumberFrom(0));
     a->keys.word(command, "--fetch", "quality.fetch", "{names}");
     a->keys.word(command, "--gradient", "shading.gradient",
-                 "how surfaces are found for shading: {names} (default: {default})");
-    a->keys.noFlag(command, "--no-shading", "shading.shade", "colours as the transfer function has them");
-    a->keys.noFlag(command, "--no-skipping", "quality.skipping",
-                   "sample empty space too; the picture is the same, but where --samples auto asks empty "
-                   "space where to look");
+                 "gradient operator of shading: {names} (default: {default})");
+    a->keys.noFlag(command, "--no-shading", "shading.shade", "draw the transfer function's colours, unlit");
+    a->keys.noFlag(
+        command, "--no-skipping", "quality.skipping",
+        "disable empty-space skipping; slower, and may change --samples auto, else the same picture");
     command.option("--verify", a->verify,
-                   "draw some pixels again as they should be and say how wrong the picture is: " +
+                   "draw some pixels again at full accuracy and report the picture's error: " +
                        joinNames(verifyNames()) + " (default: quick)");
     command.flag("--no-check", a->noCheck, "the same as --verify none");
     command.option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.option("--gl-device", a->device, "auto, software, or a device's number").showsDefault();
-    command.flag("--explain", a->explain, "list what is in the picture and what was left out");
+    command.flag("--explain", a->explain, "list what the picture contains and what was left out");
     command.flag("--json", a->json, "print the picture's manifest and timings");
     addSelectionOptions(command, a->input);
     a->keys.set(command);

@@ -61,22 +61,21 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
         "X", a->in,
         "scene (.json), store (.zarr), DICOM folder, .nii, ... (default: none, drop one on the window)");
     command.option("--size", a->size,
-                   "of the window, WIDTHxHEIGHT (default: as it was last, 1280x720 at first)");
+                   "size of the window, WIDTHxHEIGHT (default: the last one, at first 1280x720)");
     command
         .option("--engine", a->engine,
-                joinNames(engineNames(true)) + "; auto: gpu where there is one, else native")
+                joinNames(engineNames(true)) + "; auto: gpu if there is one, else native")
         .showsDefault();
     command.option(
         "--gpu-memory", a->gpuMemory,
-        "budget, e.g. 256MiB (default: 1 GiB at most); half of it for what moves, half for stills");
+        "budget, e.g. 256MiB (default: 1 GiB at most); half for interactive pictures, half for stills");
     command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most); halved in the same way");
-    command.option("--frame-ms", a->frameMs, "milliseconds that a picture may take while something moves")
+    command.option("--frame-ms", a->frameMs, "time of a picture during motion, milliseconds")
         .check(numberWithin(5, 10000, "milliseconds from 5 to 10000"))
         .showsDefault();
-    command.flag("--no-stills", a->noStills, "at rest stays at one ray a pixel");
-    command.flag("--no-panels", a->noPanels, "begins with the picture alone");
-    command.option("--script", a->script,
-                   "file of steps to take instead of a hand (user guide, \"The window\")");
+    command.flag("--no-stills", a->noStills, "draw no stills: one ray per pixel at rest");
+    command.flag("--no-panels", a->noPanels, "start without panels");
+    command.option("--script", a->script, "file of input for the window (user guide, \"The window\")");
     addSelectionOptions(command, a->input);
     command.footer("Example:\n  tessera view ct-abdomen/");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });

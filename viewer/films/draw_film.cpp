@@ -34,10 +34,10 @@ std::string hashOf(const std::string& text) {
     return hex;
 }
 
-/// All that decides about the pixels of the frames. No paths: they may name a patient.
+/// All inputs that determine the pixels of the frames. No paths: they may name a patient.
 json recordOf(const FilmJob& job, const EngineMaker& engine) {
     Scene scene = job.scene;
-    scene.camera = Camera{}; // the path's
+    scene.camera = Camera{}; // comes from the path
     for (SceneVolume& volume : scene.volumes) {
         volume.path = "content-" + job.store->contentHash() + ".zarr";
         volume.source = {};
@@ -143,7 +143,7 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
         report.frameSeconds.push_back(secondsSince(began));
         count(at, report.drawn);
     };
-    // Again and again over what is missing: others finish theirs, or end without having done so.
+    // Repeat over the missing frames: other processes finish theirs or end without finishing them.
     bool waits = false;
     for (std::size_t left = 1; left > 0;) {
         left = 0;
@@ -164,7 +164,7 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
         }
         if (left > 0 && !drew) {
             if (!std::exchange(waits, true)) {
-                renderer.forget(); // memory that the others can use
+                renderer.forget(); // leaves its memory to the other processes
                 common.progress->stage("waiting for frames that other processes draw");
             }
             tell();

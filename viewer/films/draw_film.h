@@ -1,5 +1,5 @@
-// viewer/films/draw_film.h: draws the frames of a film, one after another, into a folder that others may fill
-// too, and writes the film as one file.
+// viewer/films/draw_film.h: draws the frames of a film, one after another, into a folder that other processes
+// may share, and writes the film as one file.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -36,21 +36,22 @@ struct FilmJob {
 };
 
 struct FilmReport {
-    std::size_t frames = 0, drawn = 0, there = 0, byOthers = 0; // of the range; before this process came
-    std::size_t goneOn = 0;                                     // drawn with the bricks of the one before
-    std::size_t blank = 0;                                      // of those that were drawn
+    std::size_t frames = 0, drawn = 0, there = 0,
+                byOthers = 0; // frames of the range; those that existed before
+    std::size_t goneOn = 0;   // drawn with the bricks of the frame before
+    std::size_t blank = 0;    // of the drawn frames
     double seconds = 0, preparing = 0, loading = 0, drawing = 0;
-    std::vector<double> frameSeconds; // of those that were drawn, in that order
-    std::filesystem::path folder;     // where the frames are; empty: they are gone into the file
+    std::vector<double> frameSeconds; // of the drawn frames, in order
+    std::filesystem::path folder; // folder of the frames; empty: they were removed after the file was written
 };
 
-/// Writes a frame: its picture and what it tells about itself.
+/// Writes a frame: its picture and its manifest.
 using WriteFrame =
     std::function<void(const std::filesystem::path&, const Image&, const std::string& manifest)>;
 
-/// Draws what is not there yet. Frames that other processes are drawing are waited for, and taken over when
-/// such a process ends without them. Interrupted, or killed, it leaves whole frames; the same command goes
-/// on. Throws InputError for a folder of another film; what renderScene() throws.
+/// Draws missing frames. It waits for frames of other processes, and draws them if such a process ends
+/// without them. After an interruption or a kill the folder has complete frames, and the same command
+/// continues. Throws InputError for a folder of another film, and as renderScene() does.
 FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const WriteFrame& write);
 
 } // namespace tessera

@@ -31,8 +31,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kFilmFile[] = "film.json";
-/// A frame takes longer than a claim: claims are renewed while it is drawn. A process that stands still for
-/// so long (a stopped laptop) may lose its claim, and its frame is drawn twice.
+/// Lock files are renewed while a frame is drawn, which may take longer than this. A process that is stopped
+/// for so long (a suspended laptop) may lose its lock file, and its frame is drawn twice.
 constexpr double kLeaseSeconds = 60;
 
 bool isFrame(const std::string& name) {
@@ -41,9 +41,9 @@ bool isFrame(const std::string& name) {
            name.find_first_not_of("0123456789", kBegin.size()) == name.size() - kEnd.size();
 }
 constexpr std::string_view kClaimEnd = ".claim";
-const std::string kOwnFilm = ".film-"; // a process's own text of the film, before it is everybody's
+const std::string kOwnFilm = ".film-"; // a process's own film file before it is published
 
-bool isClaim(const std::string& name) { // of a frame: "." before its name, kClaimEnd behind it
+bool isClaim(const std::string& name) { // the lock file of a frame: "." before its name, kClaimEnd after it
     return name.starts_with(".frame-") && name.ends_with(kClaimEnd);
 }
 
@@ -83,7 +83,7 @@ double secondsSince(const struct stat& facts, const struct stat& now) {
 
 } // namespace
 
-/// Keeps a claim's time new, on a thread of its own.
+/// Renews the time of a lock file, on a thread of its own.
 struct FrameFolder::Claim::Renewal {
     Renewal(const fs::path& claim, double seconds)
         : path(claim), thread([this, seconds] {
@@ -112,7 +112,8 @@ FrameFolder::Claim::Claim(fs::path path, FileHandle lock, double renewSeconds)
         renewal_ = std::make_unique<Renewal>(path_, renewSeconds);
 }
 
-/// The name goes before the lock: who opened it meanwhile sees that it is gone (tryLock()).
+/// Removes the name before releasing the lock, so that a process that opened the file meanwhile sees its
+/// removal (tryLock()).
 FrameFolder::Claim::~Claim() {
     renewal_.reset();
     std::error_code ignored;
@@ -144,7 +145,7 @@ FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kin
             open_ = std::move(lock.file);
             removeUselessClaims();
             return;
-        } else if (!lock.busy && fs::exists(folder_ / kFilmFile)) { // no locks to be had
+        } else if (!lock.busy && fs::exists(folder_ / kFilmFile)) { // the file system has no locks
             kind_ = ClaimKind::lease;
             leaseSeconds_ = leaseSeconds_ > 0 ? leaseSeconds_ : kLeaseSeconds;
             removeUselessClaims();
@@ -157,7 +158,7 @@ FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kin
 
 FrameFolder::~FrameFolder() = default;
 
-/// Writes what the film is, where nobody has; else it must be the same.
+/// Writes the film file if there is none; otherwise the existing one must be equal.
 void FrameFolder::adopt(const json& film) {
     const fs::path file = folder_ / kFilmFile;
     const std::string text = film.dump(1, ' ', true, json::error_handler_t::replace) + "\n";
@@ -167,9 +168,9 @@ void FrameFolder::adopt(const json& film) {
                 throw badFile(folder_.string(),
                               "an empty folder, or one with this film's frames and its film.json",
                               entry.path().filename().string() + " without a film.json");
-        // A whole file appears under the name at once, or another process's is there: link() replaces
-        // nothing. (Not named as what OutputFile leaves behind, which others sweep away.)
-        static std::atomic<int> folders{0}; // of this process: several may begin at once
+        // link() publishes a whole file at once and replaces nothing: if it fails, another process's file is
+        // there. (Not named like a leftover of OutputFile, which other processes remove.)
+        static std::atomic<int> folders{0}; // number within this process: several may begin at once
         const fs::path own =
             folder_ / (kOwnFilm + std::to_string(::getpid()) + "-" + std::to_string(folders++) + ".json");
         writeOutputFile(own, text);
@@ -193,8 +194,9 @@ void FrameFolder::adopt(const json& film) {
                   "those of another (" + shortText(a) + "); choose another folder, or remove this one");
 }
 
-/// Of frames that are there: who was killed between a frame's last step and its claim's left one, and nobody
-/// asks for that frame again. And what a process wrote of the film before it was killed: the film is there.
+/// Removes lock files of finished frames. A process that was killed between writing a frame and removing its
+/// lock file leaves one, and that frame is not requested again. Also removes unpublished film files of killed
+/// processes, since the film file exists.
 void FrameFolder::removeUselessClaims() {
     std::error_code ignored;
     std::vector<fs::path> useless;
@@ -237,7 +239,8 @@ std::unique_ptr<FrameFolder::Claim> FrameFolder::claim(std::size_t frame) {
         };
         FileHandle made = make();
         if (made.descriptor() < 0) {
-            // Somebody's: taken over where it was not renewed. A file that is made now tells the time.
+            // Another process's lock file, which is taken over if it was not renewed. A new file gives the
+            // file system's time.
             const fs::path clock = folder_ / temporaryName(kFilmFile, "tessera", 1);
             struct stat theirs {
             }, now{};
@@ -250,13 +253,13 @@ std::unique_ptr<FrameFolder::Claim> FrameFolder::claim(std::size_t frame) {
             if (!timed || ::stat(path.c_str(), &theirs) != 0 || secondsSince(theirs, now) < leaseSeconds_)
                 return nullptr;
             fs::remove(path, ignored);
-            made = make(); // one of those who saw that it was old
+            made = make(); // succeeds for one of the processes that saw its age
             if (made.descriptor() < 0)
                 return nullptr;
         }
         claim.reset(new Claim(path, FileHandle(), leaseSeconds_ / 4));
     }
-    if (has(frame)) // whoever had the claim before has finished
+    if (has(frame)) // the earlier holder of the lock file has finished
         return nullptr;
     return claim;
 }

@@ -1,7 +1,7 @@
 // viewer/films/frame_folder.h: the frames of one film in a folder that several processes may fill together. A
-// frame is there once it has its name. Its process holds a lock file (a claim) beside it,
-// ".frame-000012.png.claim". A claim ends with its process, however that ends, and another process takes the
-// frame. Claims only save work: frames are equal whoever draws them, and get their names whole.
+// frame exists once it has its name. The process that draws it holds a lock file beside it,
+// ".frame-000012.png.claim". The lock ends with its process, however that ends, and another process takes the
+// frame. Lock files only save work: frames do not depend on the process, and get their names when complete.
 #pragma once
 
 #include "core/base/file_handle.h"
@@ -16,17 +16,16 @@
 
 namespace tessera {
 
-/// The kind of claims. Locks, which the kernel drops when a process ends; or files whose time their owner
-/// renews, where other machines may share the folder and locks prove nothing.
+/// The kind of lock files. Kernel locks, which end with the process; or files whose time the owner renews, if
+/// other machines may share the folder and kernel locks prove nothing.
 enum class ClaimKind { lock, lease };
 
 class FrameFolder {
   public:
     /// Opens the folder, or makes it.
-    /// @param film  all that decides about pixels, by names that a person understands: kept in the folder as
-    ///     film.json
-    /// Throws InputError naming the folder for one that has another film's frames, or frames of none, or is
-    /// no folder; Error for one that cannot be made.
+    /// @param film  everything that affects pixels, by readable names: kept in the folder as film.json
+    /// Throws InputError naming the folder if it has another film's frames, or frames without a film, or is
+    /// no folder; Error if it cannot be made.
     FrameFolder(const std::filesystem::path& folder, const nlohmann::json& film);
     /// For tests.
     FrameFolder(const std::filesystem::path& folder, const nlohmann::json& film, ClaimKind kind,
@@ -40,12 +39,11 @@ class FrameFolder {
     std::filesystem::path pathOf(std::size_t frame) const { return folder_ / nameOf(frame); }
     bool has(std::size_t frame) const;
 
-    /// While it lives, nobody else draws the frame.
+    /// While it lives, no other process draws the frame.
     class Claim;
-    /// Nothing where the frame is there, or somebody is drawing it.
+    /// Null if the frame exists, or another process is drawing it.
     std::unique_ptr<Claim> claim(std::size_t frame);
-    /// Removes all that the film has in the folder, and the folder if nothing else is in it, unless another
-    /// process has it open.
+    /// Removes all files of the film, and the folder if it is then empty, unless another process has it open.
     void removeIfAlone();
 
   private:
@@ -54,7 +52,7 @@ class FrameFolder {
     std::filesystem::path folder_;
     ClaimKind kind_;
     double leaseSeconds_;
-    FileHandle open_; // film.json, with a lock that others share
+    FileHandle open_; // film.json, with a shared lock
 };
 
 class FrameFolder::Claim {

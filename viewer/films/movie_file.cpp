@@ -42,7 +42,7 @@ std::optional<fs::path> findProgram(const char* name) {
     return std::nullopt;
 }
 
-/// Ends with this, however that ends.
+/// A child process that ends with this object.
 class Child {
   public:
     Child(const fs::path& program, const std::vector<std::string>& arguments) {
@@ -76,7 +76,7 @@ class Child {
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
 
-    /// Its exit status, and the last of what it said.
+    /// Returns its exit status; `said` gets the end of its output.
     int wait(std::string& said) {
         constexpr std::size_t kMost = 2000;
         for (bool open = true; open;) {
@@ -140,7 +140,7 @@ void writeMovie(const fs::path& path, const fs::path& folder, std::size_t first,
     std::ostringstream rate;
     rate.precision(12);
     rate << framesPerSecond;
-    // Players take even sizes and 4:2:0 only. Frames are sRGB; films say how their colours are coded.
+    // Players support only even sizes and 4:2:0. Frames are sRGB; the movie states how its colours are coded.
     const std::vector<std::string> arguments = {
         "ffmpeg",
         "-nostdin",
@@ -164,7 +164,7 @@ void writeMovie(const fs::path& path, const fs::path& folder, std::size_t first,
         "bt709",
         "-color_trc",
         "iec61966-2-1",
-        "-crf", // of encoders that know it; others take the next
+        "-crf", // for encoders that support it; others take the next option
         "17",
         "-q:v",
         "2",

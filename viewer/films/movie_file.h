@@ -1,4 +1,4 @@
-// viewer/films/movie_file.h: writes frames as one film file, by ffmpeg's program where it is installed.
+// viewer/films/movie_file.h: writes frames as one film file, by the program ffmpeg if it is installed.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@ namespace tessera {
 
 /// .mp4, .mov, .mkv
 bool isMovieFile(const std::filesystem::path& path);
-/// Throws InputError naming the file for a machine without ffmpeg, saying what to install, and for a place
-/// where no file can be written: long before there are frames.
+/// Early check: throws InputError naming the file without ffmpeg, with what to install, and if no file can be
+/// written there.
 void checkMovieFile(const std::filesystem::path& path);
-/// Frames folder/frame-NNNNNN.png from first on become the file, which appears when it is whole.
-/// Throws Error with what ffmpeg said.
+/// Writes frames folder/frame-NNNNNN.png from first on as the file, which appears when it is complete. Throws
+/// Error with ffmpeg's message.
 void writeMovie(const std::filesystem::path& path, const std::filesystem::path& folder, std::size_t first,
                 std::size_t count, double framesPerSecond);
 

@@ -16,12 +16,12 @@
 namespace tessera {
 namespace {
 
-constexpr int kDeepest = 12;       // halvings of what lies between two points
-constexpr double kBeside = 1e-7;   // of an interval: where its ends are looked at from inside
-constexpr double kSame = 1e-5;     // a point's own value and the curve's limit there
-constexpr double kSteepest = 1e-9; // of a step, relative to where it is
+constexpr int kDeepest = 12;     // bisections of an interval between two points
+constexpr double kBeside = 1e-7; // fraction of an interval: offset at which the limits at its ends are taken
+constexpr double kSame = 1e-5;   // tolerance between a point's value and the curve's limit there
+constexpr double kSteepest = 1e-9; // width of a step, relative to its position
 
-/// What screens show of linear light, and back.
+/// sRGB from linear light, and back.
 glm::dvec3 shown(const glm::dvec3& linear) {
     return {srgbFromLinear(linear.r), srgbFromLinear(linear.g), srgbFromLinear(linear.b)};
 }
@@ -29,8 +29,8 @@ glm::dvec3 linearOf(const glm::dvec3& screen) {
     return {linearFromSrgb(screen.r), linearFromSrgb(screen.g), linearFromSrgb(screen.b)};
 }
 
-/// A curve between two places in straight pieces: `add` gets every place after `a` but `b`.
-/// @param isStraight  whether the curve at a place between is near enough to the straight line of two others
+/// Divides a curve between two places into linear pieces. `add` gets every place after `a` except `b`.
+/// @param isStraight  whether the curve between two places is linear within the tolerance
 void inStraightPieces(double a, double b, int depth,
                       const std::function<bool(double from, double to, double at)>& isStraight,
                       const std::function<void(double at)>& add) {
@@ -53,9 +53,10 @@ double largest(const glm::dvec3& x) {
     return std::max({std::abs(x.r), std::abs(x.g), std::abs(x.b)});
 }
 
-/// The points of a curve that is `at` inside the intervals of places, and has values of its own at them.
-/// @param own    value of a point, where it is the curve's limit
-/// @param error  between what the straight line and the curve show
+/// The points of linear pieces of a curve. The curve is `at` within its intervals; its points have their own
+/// values.
+/// @param own  the point's own value
+/// @param error  of the linear piece against the curve
 template <typename Point, typename Value>
 std::vector<std::pair<double, Value>>
 straightened(const std::vector<Point>& points, const std::function<Value(double)>& at,
@@ -96,7 +97,7 @@ straightened(const std::vector<Point>& points, const std::function<Value(double)
     return out;
 }
 
-/// Of points at one place VTK keeps the last: a step's others come to lie beside it.
+/// Moves points at the same position apart, because VTK keeps only the last of them.
 template <typename Point> void setApart(std::vector<Point>& points) {
     for (std::size_t i = points.size(); i-- > 1;)
         if (points[i - 1].x >= points[i].x)
@@ -128,7 +129,7 @@ std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points, double mos
 
 double thinned(std::vector<OpacityPoint>& points, std::size_t most) {
     const std::vector<OpacityPoint> all = points;
-    const auto errorWithout = [&](std::size_t i) { // of all points between the two that stay
+    const auto errorWithout = [&](std::size_t i) { // largest error of the points between the two that stay
         const OpacityPoint &left = points[i - 1], &right = points[i + 1];
         double worst = 0;
         for (const OpacityPoint& p : all)

@@ -1,5 +1,4 @@
-// viewer/presets/curves.h: curves and colour maps as VTK interpolates them, as points between which ours are
-// straight, and back.
+// viewer/presets/curves.h: conversion of VTK's curves and colour maps to piecewise linear points, and back.
 #pragma once
 
 #include "core/scene/transfer_function.h"
@@ -11,33 +10,34 @@
 
 namespace tessera {
 
-/// Of a curve in a file: VTK sorts all points at each that is added, and looks for a value from the first on.
+/// Largest number of points of a curve in a file: VTK sorts all points for each one added, and searches
+/// linearly.
 constexpr std::size_t kMostCurvePoints = 2048;
 
 /// A point of vtkPiecewiseFunction.
 struct VtkPoint {
     double x = 0, y = 0, midpoint = 0.5, sharpness = 0;
 };
-/// A point of vtkColorTransferFunction; the colour as screens show it (sRGB), [0,1].
+/// A point of vtkColorTransferFunction; sRGB colour, [0,1].
 struct VtkColour {
     double x = 0;
     glm::dvec3 colour{0};
     double midpoint = 0.5, sharpness = 0;
 };
-/// As ParaView's files name them; what vtkColorTransferFunction interpolates in.
+/// ParaView's names of the spaces in which vtkColorTransferFunction interpolates.
 enum class ColourSpace { rgb, hsv, lab, diverging, labCiede2000, step };
 
-/// Points in any order; two at one place are a step. y is clamped to [0,1].
-/// @param mostError  of an opacity, where a curve is not straight
+/// Points in any order; two at one value are a step. y is clamped to [0,1].
+/// @param mostError  of an opacity, where the curve is not linear
 std::vector<OpacityPoint> opacityPoints(std::vector<VtkPoint> points, double mostError = kOpacityError);
-/// Takes the points away that matter least, until there are as many as asked for, 2 at least. Returns the
-/// largest error that one of them leaves.
+/// Removes the least important points until `most` are left, at least 2. Returns the largest error of a
+/// removed point.
 double thinned(std::vector<OpacityPoint>& points, std::size_t most);
 std::vector<ColourPoint> colourPoints(std::vector<VtkColour> points, ColourSpace space, bool wrapsHue);
 
-/// Straight between sRGB colours what is straight in linear light here.
+/// Converts functions linear in linear light to ones linear in sRGB.
 std::vector<VtkColour> screenColours(const std::vector<ColourPoint>& points);
-/// Points that no two of share a place, as VTK keeps them: steps become as steep as numbers allow.
+/// Points with distinct values, as VTK needs them: steps become as steep as doubles allow.
 std::vector<VtkPoint> distinct(const std::vector<OpacityPoint>& points);
 
 } // namespace tessera

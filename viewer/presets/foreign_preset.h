@@ -1,7 +1,7 @@
 // viewer/presets/foreign_preset.h: transfer functions of other programs' files: 3D Slicer (.vp.json, .vp,
-// MRML scenes and presets.xml) and ParaView (JSON). Their colours are what a screen shows (sRGB), ours are
-// linear light. Their curves may bend between points, ours are straight. Where a few points are not exact,
-// points are added, to within kColourError and kOpacityError.
+// MRML scenes and presets.xml) and ParaView (JSON). Their colours are sRGB, ours are linear light. Their
+// curves may bend between points, ours are linear. Points are added as needed, to within kColourError and
+// kOpacityError.
 #pragma once
 
 #include "core/scene/preset_file.h"
@@ -13,24 +13,24 @@ namespace tessera {
 
 enum class PresetFormat { slicerJson, slicerText, slicerXml, paraView };
 
-constexpr double kColourError = 0.5 / 255; // of an sRGB component, between points that were added
-constexpr double kOpacityError = 1e-3;     // of an opacity, where a curve is not straight
+constexpr double kColourError = 0.5 / 255; // of an sRGB component, between added points
+constexpr double kOpacityError = 1e-3;     // of an opacity, where a curve is not linear
 
-/// A preset of another program's file, and what of it our scenes cannot say, a sentence each.
+/// A preset of another program's file, and the settings that our scenes lack, a sentence each.
 struct ForeignPreset {
     Preset preset;
     std::vector<std::string> leftOut;
 };
 
-/// All functions that a text in that format holds, in its order; at least one. Slicer's lighting becomes the
-/// look's shading. ParaView's over [0,1] are over shares of a range; its colours without opacities get
-/// ParaView's own, a ramp from 0 to 1.
-/// Throws InputError naming where, what was expected and what was found for truncated texts, wrong counts of
-/// numbers, numbers that are not finite, and files without a function.
+/// All functions of a text in that format, in order; at least one. Slicer's lighting becomes the preset's
+/// shading. ParaView's functions over [0,1] are over shares of a range; colours without opacities get
+/// ParaView's default, a ramp from 0 to 1. Throws InputError naming where, what was expected and what was
+/// found for truncated texts, wrong counts of numbers, numbers that are not finite, and files without a
+/// function.
 std::vector<ForeignPreset> readForeignPresets(const std::string& text, PresetFormat format,
                                               const std::string& where);
 
-/// A preset as one of slicerJson or paraView writes it, and what of it was left out.
+/// A preset in the format slicerJson or paraView, and the settings left out.
 struct ForeignText {
     std::string text;
     std::vector<std::string> leftOut;

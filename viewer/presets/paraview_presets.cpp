@@ -66,7 +66,7 @@ ForeignPreset readMap(const JsonValue& map) {
         highest = std::max(highest, std::max_element(opacity.begin(), opacity.end(), byPlace)->x);
     } else {
         opacity = {{lowest, 0}, {highest, 1}};
-        out.leftOut.push_back("no opacities are there: a ramp from 0 to 1 takes their place");
+        out.leftOut.push_back("there are no opacities: a ramp from 0 to 1 replaces them");
     }
     out.preset.name = map.has("Name") ? map.at("Name").text() : "";
     out.preset.description =
@@ -119,7 +119,7 @@ ForeignText writeParaView(const Preset& preset) {
         out.leftOut.push_back("the unit distance of opacities (in ParaView, ScalarOpacityUnitDistance: " +
                               json(f.referenceLengthMm()).dump() + ")");
     if (!f.gradientOpacity().isOne())
-        out.leftOut.push_back("opacity by gradient");
+        out.leftOut.push_back("gradient opacity");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
     for (const std::string& key : lookSaysOf(preset))

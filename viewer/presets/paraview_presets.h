@@ -1,4 +1,4 @@
-// viewer/presets/paraview_presets.h: ParaView's colour maps as JSON. Inside of this room.
+// viewer/presets/paraview_presets.h: ParaView's colour maps as JSON. Private to this room.
 #pragma once
 
 #include "viewer/presets/foreign_preset.h"

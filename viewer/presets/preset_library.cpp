@@ -46,7 +46,7 @@ fs::path ownFile(const std::string& name) {
 }
 
 #if TESSERA_WITH_FOREIGN_PRESETS
-/// What the text of a file is, by what it begins with and its keys; none: a preset or a scene of ours.
+/// The format of a file's text, by its beginning and its keys; none: a preset or a scene of ours.
 std::optional<PresetFormat> formatOf(const std::string& text, const std::string& where) {
     const std::size_t begin = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
     const char first = begin == std::string::npos ? '\0' : text[begin];

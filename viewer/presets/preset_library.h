@@ -10,33 +10,31 @@
 
 namespace tessera {
 
-/// ${XDG_CONFIG_HOME}/tessera/presets or ~/.config/tessera/presets; empty where there is no such
-/// folder to be.
+/// ${XDG_CONFIG_HOME}/tessera/presets or ~/.config/tessera/presets; empty without either variable.
 std::filesystem::path ownPresetsFolder();
-/// Names of what was kept there, alphabetical.
+/// Names of presets kept there, alphabetical.
 std::vector<std::string> ownPresetNames();
-/// Keeps a preset under its name, in place of one that has it.
-/// Throws InputError for a name that is a built-in one's or is no file's name (letters, digits, "-", "_",
-/// blanks and dots inside, at most 64); Error where it cannot be written.
+/// Keeps a preset under its name, replacing an earlier one. Throws InputError for a built-in or invalid name
+/// (letters, digits, "-", "_", blanks and dots inside, at most 64); Error if it cannot be written.
 std::filesystem::path keepPreset(const Preset& preset);
 /// Throws InputError for a name that was not kept.
 void forgetPreset(const std::string& name);
 
-/// A preset that was looked for, and what of its file could not be taken, a sentence each.
+/// A found preset, and the settings of its file that were left out, a sentence each.
 struct FoundPreset {
     Preset preset;
     std::vector<std::string> leftOut;
 };
-/// Whether findPreset() would look for a file, or for a name that was kept: the text is no built-in name.
+/// True if findPreset() would look for a file or a kept name: the text is no built-in name.
 bool isOwnOrFile(const std::string& text);
-/// The preset of a name that was kept, of FILE, or of FILE#NAME where it holds several: ours, a scene,
-/// Slicer's (.vp.json, .vp, MRML), ParaView's. What a file is, its text says, not its name.
-/// Throws InputError naming what was looked for, with the names that there are.
+/// The preset of a kept name, of FILE, or of FILE#NAME if it holds several: ours, a scene, Slicer's
+/// (.vp.json, .vp, MRML), ParaView's. The format follows from a file's content, not its name. Throws
+/// InputError naming the text, with the known names.
 FoundPreset findPreset(const std::string& text);
 
-/// Writes a preset as ours, or as Slicer's or ParaView's JSON. Returns what was left out.
+/// Writes a preset as ours, or as Slicer's or ParaView's JSON. Returns the settings left out.
 /// @param format  "tessera", "slicer", "paraview"; empty: slicer for .vp.json, else tessera
-/// Throws InputError for another format, Error where it cannot be written.
+/// Throws InputError for another format, Error if it cannot be written.
 std::vector<std::string> writePreset(const Preset& preset, const std::filesystem::path& file,
                                      const std::string& format);
 const std::vector<std::string>& presetFormatNames();

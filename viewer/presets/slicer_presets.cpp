@@ -41,12 +41,12 @@ struct Property {
     double ambient = 0.1, diffuse = 0.7, specular = 0.2, specularPower = 10; // vtkVolumeProperty's
 };
 
-/// VTK tells lengths by the mean of the volume's spacings.
+/// VTK scales gradients by the mean of the volume's spacings.
 /// @param isExact  false where points are left out
 GradientOpacity gradientOpacityOf(std::vector<VtkPoint> curve, bool& isExact, const std::string& where) {
     constexpr std::size_t kMostRead = 256;
     if (curve.size() > kMostRead)
-        throw badFile(where, "at most " + std::to_string(kMostRead) + " points of opacity by gradient",
+        throw badFile(where, "at most " + std::to_string(kMostRead) + " points of gradient opacity",
                       std::to_string(curve.size()));
     for (VtkPoint& point : curve)
         point.x = std::max(0.0, point.x);
@@ -84,7 +84,7 @@ ForeignPreset presetFrom(const Property& p, const std::string& where) {
         bool isExact = true;
         out.preset.function.setGradientOpacity(gradientOpacityOf(p.gradientOpacity, isExact, where));
         if (!isExact)
-            out.leftOut.push_back("points of the opacity by gradient beyond " +
+            out.leftOut.push_back("points of the gradient opacity beyond " +
                                   std::to_string(GradientOpacity::kMostPoints) +
                                   " (those that matter least)");
     }
@@ -271,7 +271,7 @@ std::vector<ForeignPreset> readSlicerText(const std::string& text, const std::st
 }
 
 std::vector<ForeignPreset> readSlicerXml(const std::string& text, const std::string& where) {
-    const bool wasLoud = vtkObject::GetGlobalWarningDisplay() != 0; // what is wrong is told below
+    const bool wasLoud = vtkObject::GetGlobalWarningDisplay() != 0; // errors are reported below
     vtkObject::GlobalWarningDisplayOff();
     const auto root =
         vtkSmartPointer<vtkXMLDataElement>::Take(vtkXMLUtilities::ReadElementFromString(text.c_str()));
@@ -344,7 +344,7 @@ ForeignText writeSlicerJson(const Preset& preset) {
                               {"components", json::array({component})}}}}};
     ForeignText out{document.dump(2, ' ', true, json::error_handler_t::replace) + "\n", {}};
     if (!graded.isOne() && graded.per() == GradientOpacity::Per::mm)
-        out.leftOut.push_back("that the opacity by gradient counts per mm (there it counts per voxel)");
+        out.leftOut.push_back("that the gradient opacity is per mm (there it is per voxel)");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
     for (const std::string& key : lookSaysOf(preset))

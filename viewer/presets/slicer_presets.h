@@ -1,4 +1,4 @@
-// viewer/presets/slicer_presets.h: 3D Slicer's volume properties. Inside of this room.
+// viewer/presets/slicer_presets.h: 3D Slicer's volume properties. Private to this room.
 #pragma once
 
 #include "viewer/presets/foreign_preset.h"

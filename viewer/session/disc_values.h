@@ -8,9 +8,9 @@
 
 namespace tessera {
 
-/// Of the field on the circle's disc, as trilinear interpolation of level 0 has it, at points half a voxel
-/// apart along two axes, further where a disc is large. What is outside the volume does not count. No samples
-/// where the three places make no circle. Throws what decoding threw.
+/// Values on the circle's disc by trilinear interpolation of level 0, at points half a voxel apart along two
+/// axes, further apart for a large disc. Points outside the volume do not count. No samples if the three
+/// points form no circle. Throws what decoding threw.
 DiscValues discValues(BrickCache& cache, const VolumeInfo& info, const Measurement& circle);
 
 } // namespace tessera

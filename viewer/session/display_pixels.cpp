@@ -53,7 +53,7 @@ class Codes {
     std::array<std::uint8_t, kGuesses> guess_{};
 };
 
-/// Where a pixel of the larger picture lies among those of the smaller one: the first of four, and their
+/// The position of a pixel of the larger picture in the smaller one: the first of four pixels, and their
 /// weights.
 struct Taps {
     int first = 0;

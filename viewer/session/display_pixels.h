@@ -1,5 +1,5 @@
-// viewer/session/display_pixels.h: a picture for the screen: on its background, as large as the
-// window, 8-bit sRGB.
+// viewer/session/display_pixels.h: a picture for the screen: on its background, of the window's size, 8-bit
+// sRGB.
 #pragma once
 
 #include "core/image/image.h"
@@ -12,9 +12,9 @@
 
 namespace tessera {
 
-/// One pixel after the other, top row first, bytes red, green, blue, 255. A picture of that size has the very
-/// bytes of its PNG on the background. A smaller one is enlarged by cubic interpolation (Catmull-Rom) that
-/// stays within the four pixels around a place, so that edges stay sharp and get no rims.
+/// One pixel after the other, top row first, bytes red, green, blue, 255. A picture of that size has exactly
+/// the bytes of its PNG on the background. A smaller one is enlarged by cubic interpolation (Catmull-Rom),
+/// clamped to the four pixels around a point, so that edges stay sharp without overshoot.
 /// @param background  linear; none: dark grey
 /// @param size  at least the image's along each axis
 std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional<glm::vec3>& background,

@@ -1,29 +1,29 @@
-// viewer/session/frame_pace.h: the number of pixels that a moving picture may have to be there in time.
+// viewer/session/frame_pace.h: the number of pixels of an interactive picture within its time.
 #pragma once
 
 #include <glm/vec2.hpp>
 
 namespace tessera {
 
-/// Learns what a pixel costs from the pictures that were drawn. Sizes go in steps, so that pictures do not
-/// change their size at every noise of the clock.
+/// Learns the time per pixel from drawn pictures. Sizes change in steps, so that noise of the clock does not
+/// change them.
 class FramePace {
   public:
-    /// @param frameMs  that a picture may take, positive
+    /// @param frameMs  time for a picture, positive
     explicit FramePace(double frameMs) : frameMs_(frameMs) {}
 
-    /// A picture of so many pixels took so long, as far as pixels decide about it.
+    /// Reports the time of a picture, as far as it depends on pixels.
     void drew(const glm::ivec2& size, double ms);
-    /// What the next one may have, of a whole picture: all of it, or a part of its width and height, at least
-    /// an eighth of each and a pixel.
+    /// Size of the next picture: the whole size, or a part of its width and height, at least an eighth of
+    /// each and a pixel.
     glm::ivec2 sizeFor(const glm::ivec2& whole) const;
-    /// Forgets what a pixel costs: another function, volume or light.
+    /// Resets the time per pixel, after a change of function, volume or light.
     void forget() { msPerPixel_ = 0; }
 
   private:
     double frameMs_;
-    double msPerPixel_ = 0; // 0: not known
-    mutable int step_ = 0;  // of kStep, as last given
+    double msPerPixel_ = 0; // 0: unknown
+    mutable int step_ = 0;  // in steps of kStep, of the last size
 };
 
 } // namespace tessera

@@ -1,5 +1,5 @@
 // viewer/session/line_finder.h: finds a centre-line, or the coverage of a flight along it, on a thread of its
-// own until it is called off.
+// own; can be cancelled.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -20,11 +20,11 @@ class LineFinder {
     /// store and ram outlive this.
     LineFinder(const LineWish& wish, const StoreReader& store, MemoryBudget& ram, int threads,
                std::function<void()> ended);
-    /// Calls it off, and waits.
+    /// Cancels, and waits.
     ~LineFinder();
     void callOff() { calledOff_ = true; }
     const std::shared_ptr<Progress>& progress() const { return progress_; }
-    /// What it has come to; waits. Once. Neither a result nor a problem: it was called off.
+    /// The result; waits. Call once. Neither a result nor a problem: it was cancelled.
     LineState take() { return result_.get(); }
 
   private:

@@ -18,9 +18,9 @@ namespace tessera {
 namespace {
 
 constexpr int kHistogramBinsSeen = 256;
-constexpr std::size_t kSliceParts = 8; // of the RAM, one is for the three planes
-/// Where pictures that follow one another would not fit beside stills: of the RAM, one each for the planes
-/// and for lines; stills are left out.
+constexpr std::size_t kSliceParts = 8; // of the RAM; the three planes get one of them
+/// Parts of the RAM where interactive pictures would not fit beside stills. Planes and lines get one each,
+/// and stills are left out.
 constexpr std::size_t kTightParts = 16;
 /// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
 constexpr std::size_t kKeptPictures = 3;
@@ -34,7 +34,7 @@ std::size_t shownBytes(const glm::ivec2& size) {
     return kKeptPictures * (sizeof(glm::vec4) + sizeof(std::uint32_t)) * rayCount(size);
 }
 
-/// Without which a scene's pictures cannot follow one another.
+/// The minimum memory for successive pictures of a scene.
 std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
     return shownBytes(scene.imageSize) +
            renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);

@@ -16,10 +16,10 @@
 
 namespace tessera {
 
-/// In the order in which it must be let go, backwards.
+/// Members are destroyed in reverse order.
 struct OpenVolume {
-    /// Opens what is named, importing what is not a store; there is no renderer yet. Where pictures that
-    /// follow one another would not fit beside stills, stills are left out.
+    /// Opens a path, importing unless it is a store; without a renderer yet. If interactive pictures would
+    /// not fit beside stills, stills are left out.
     /// @param pictureSize  pixels, in place of the scene's
     /// @param input  which of several volumes
     /// Throws InputError naming the path or a budget; Cancelled.
@@ -28,26 +28,26 @@ struct OpenVolume {
                                             const glm::ivec2& pictureSize,
                                             const std::shared_ptr<Progress>& progress);
 
-    /// A renderer of a scene, in the place of the one before, which goes first. Spells out its camera.
-    /// Throws InputError naming a budget that is too small: then there is none.
+    /// Makes a renderer of a scene, after destroying the one before. Resolves its camera. Throws InputError
+    /// naming a budget that is too small: then there is none.
     void makeRenderer(const Scene& scene);
-    /// What others may know of it; needs a renderer. Spells out the scene's function.
+    /// Public data of the volume; needs a renderer. Resolves the scene's function.
     std::shared_ptr<VolumeSeen> describe();
-    /// Memory, bricks and chunks as they are; the rest of it stays unsaid. Needs a renderer.
+    /// Current memory, bricks and chunks; other members stay default. Needs a renderer.
     ViewingState usage() const;
 
     const ViewSessionOptions& options; // outlive this
-    std::filesystem::path path;        // as it was named
-    const bool stills;                 // whether they have half of both budgets
+    std::filesystem::path path;        // path as given
+    const bool stills;                 // stills have half of both budgets
     MemoryBudget ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
     Charge pictures;
     std::shared_ptr<Engine> engine;
-    std::unique_ptr<InteractiveRenderer> renderer; // null: what was asked for could not be drawn
-    Scene scene;                                   // that the renderer draws
-    std::optional<FittedView> fitted;              // what the scene's camera was as it was opened
+    std::unique_ptr<InteractiveRenderer> renderer; // null: the scene could not be drawn
+    Scene scene;                                   // scene of the renderer
+    std::optional<FittedView> fitted;              // the scene's camera when it was opened
     std::unique_ptr<Still> still;                  // while one is drawn
-    std::unique_ptr<LineFinder> line;              // while one is looked for
+    std::unique_ptr<LineFinder> line;              // while one is searched
 
   private:
     OpenVolume(const ViewSessionOptions& sessionOptions, const std::filesystem::path& named, bool withStills);

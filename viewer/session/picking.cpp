@@ -18,7 +18,8 @@ constexpr double kStepVoxels = 0.5;
 constexpr int kReach = 2; // segments to either side of a place: a voxel
 constexpr double kLeast = 1.0 / 255, kEndOfLight = 1.0 / 512;
 
-/// What each segment of a ray adds to the picture's opacity, and where its middle is, in segments.
+/// The contribution of each segment of a ray to the picture's opacity, and the position of its middle, in
+/// segments.
 struct Shares {
     std::vector<double> added, at;
 };
@@ -33,8 +34,8 @@ const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a,
     return nearest;
 }
 
-/// @param from, to  segments, whole ones
-/// @param value   of a place, in segments from the entry; physical units
+/// @param from, to  whole segments
+/// @param value  physical value at a place, in segments from the entry
 /// @param factor  gradient opacity there
 /// @param drawn   whether a place is not cut away
 template <typename Value, typename Factor, typename Drawn>
@@ -69,7 +70,8 @@ Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const Laye
     return s;
 }
 
-/// The segments' place where most is added within a voxel to either side; negative: nothing is seen.
+/// The place, in segments, whose neighbourhood of one voxel to either side contributes most; negative:
+/// nothing is visible.
 double placeOfMost(const Shares& s) {
     double most = kLeast, place = -1;
     for (std::size_t i = 0; i < s.added.size(); ++i) {
@@ -78,14 +80,14 @@ double placeOfMost(const Shares& s) {
             sum += s.added[j], weighted += s.added[j] * s.at[j];
         for (std::size_t j = i; j < s.added.size() && s.at[j] - s.at[i] <= kReach; ++j)
             sum += s.added[j], weighted += s.added[j] * s.at[j];
-        if (sum > most * 1.0001) // the first of equals
+        if (sum > most * 1.0001) // of equal sums the first
             most = sum, place = weighted / sum;
     }
     return place;
 }
 
-/// The segments' place of the value that a ray keeps; negative: nothing of it is drawn. Of an average, the
-/// middle.
+/// The place, in segments, of the value that a ray keeps; the middle for an average; negative: nothing is
+/// drawn.
 template <typename Value, typename Drawn>
 double placeOfKept(const SegmentedRay<double>& ray, int from, int to, Reduction reduction, const Value& value,
                    const Drawn& drawn) {
@@ -103,7 +105,7 @@ double placeOfKept(const SegmentedRay<double>& ray, int from, int to, Reduction 
     return reduction == Reduction::average ? (first + last) / 2 : place;
 }
 
-/// The finest level of which a ray meets few chunks.
+/// The finest level on which a ray crosses few chunks.
 int quickLevel(const VolumeInfo& info) {
     constexpr int kMostChunks = 12; // along the longest axis
     const int longest = std::max({info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z});

@@ -1,4 +1,4 @@
-// viewer/session/picking.h: picks the point in the volume that one sees at a pixel of the picture.
+// viewer/session/picking.h: picks the visible point in the volume at a pixel of the picture.
 #pragma once
 
 #include "core/scene/camera.h"
@@ -10,12 +10,11 @@
 
 namespace tessera {
 
-/// Along what is drawn of the ray (cuts leave the rest out). In modes that show single values it is the place
-/// of that value. Else it is the place where the picture gets most of what it shows. There opacity rises
-/// most, over a voxel to either side, or the first isosurface lies that is not fainter than that. It is found
-/// at a level that is read quickly, then once more around that place at level 0, whatever levels are drawn.
-/// Where level 0 cannot be read, it stays at the coarse place, and says so.
-/// Of an average, the middle of the way.
+/// Searches the drawn part of the ray, within cuts. In modes of single values it is the point of that value,
+/// for an average the middle of the ray. Otherwise it is the point that contributes most: where opacity rises
+/// most over a voxel to either side, or the first isosurface of at least that opacity. The point is found at
+/// a level that is read quickly, then refined at level 0, whatever levels are drawn. If level 0 cannot be
+/// read, the coarse point remains, and is marked.
 /// @param place  of the picture, pixels, x right, y down
 /// Throws what decoding the coarse level threw.
 PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& camera,

@@ -1,4 +1,4 @@
-// viewer/session/saved_picture.h: saves a picture that was shown as a file.
+// viewer/session/saved_picture.h: saves a shown picture as a file.
 #pragma once
 
 #include "viewer/session/viewing.h"

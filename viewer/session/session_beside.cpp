@@ -31,12 +31,13 @@ void SessionThread::startStill() {
 
 void SessionThread::startSaving(const SessionWishes::Save& save) {
     if (!open_ || save.scene.volumes.front().path != open_->scene.volumes.front().path)
-        return; // of the volume before
+        return; // for the previous volume
     if (!open_->stills || open_->line) {
         board_.tell([&](SessionNews& news) {
-            news.state.problem = open_->line ? "cannot save a picture of that size while a line is looked for"
-                                             : "cannot save a picture of that size: --ram is too small for a "
-                                               "still of this volume";
+            news.state.problem = open_->line
+                                     ? "cannot save a picture of that size during the search for a line"
+                                     : "cannot save a picture of that size: --ram is too small for a "
+                                       "still of this volume";
         });
         return;
     }
@@ -91,7 +92,7 @@ void SessionThread::finishStill() {
             news.state.drawingStill = false;
             news.state.atRest = true;
         } else {
-            resting_ = false; // called off: the wish that did so gets one of its own
+            resting_ = false; // cancelled: the request that cancelled it gets a still of its own
         }
     });
 }
@@ -106,7 +107,7 @@ void SessionThread::startLine(const SessionWishes::Line& line) {
     }
     OpenVolume& o = *open_;
     o.line.reset();
-    if (o.still) { // its memory is the line's from now on
+    if (o.still) { // the search for a line takes over its memory
         o.still.reset();
         saving_.reset();
         stillBegun_ = false;
@@ -128,7 +129,7 @@ void SessionThread::finishLine() {
     board_.tell([&](SessionNews& news) {
         news.line = std::move(found);
         news.lineProgress.reset();
-        if (news.lines != lineNumber_) // another is asked for already
+        if (news.lines != lineNumber_) // another line was requested meanwhile
             news.line.searching = true;
     });
 }

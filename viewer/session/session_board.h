@@ -1,5 +1,5 @@
-// viewer/session/session_board.h: the board between viewers of a volume and the thread that draws it, under
-// one lock: wishes one way, results the other.
+// viewer/session/session_board.h: the exchange between viewers of a volume and the thread that draws it,
+// under one lock: requests one way, results the other.
 #pragma once
 
 #include "core/base/progress.h"
@@ -18,7 +18,7 @@
 
 namespace tessera {
 
-/// What the thread has to look at. The latest of a kind counts.
+/// Requests to the thread. The latest of a kind counts.
 struct SessionWishes {
     struct ToOpen {
         std::filesystem::path path;
@@ -57,7 +57,7 @@ struct SessionWishes {
     std::optional<Line> line;
     bool lineCalledOff = false;
     std::optional<std::vector<Camera>> ahead;
-    /// Numbers of a still and of a line whose own threads have ended; 0: none.
+    /// Numbers of a still and of a line whose threads have ended; 0: none.
     std::uint64_t stillEnded = 0, lineEnded = 0;
 
     bool any() const {
@@ -66,7 +66,7 @@ struct SessionWishes {
     }
 };
 
-/// What others see; and the numbers that were given so far.
+/// Results for viewers, and the numbers given so far.
 struct SessionNews {
     std::shared_ptr<const VolumeSeen> volume;
     std::shared_ptr<const ShownPicture> picture;
@@ -79,12 +79,12 @@ struct SessionNews {
     std::shared_ptr<const VolumeOffers> offers;
     std::vector<std::shared_ptr<const Thumbnail>> thumbnails; // of offers, as many
     LineState line;
-    std::shared_ptr<Progress> lineProgress; // while one is looked for
+    std::shared_ptr<Progress> lineProgress; // while one is searched
     std::unique_ptr<SliceThread> slices;    // of what is open
     std::uint64_t wishes = 0, questions = 0, lines = 0;
 };
 
-/// Functions that are handed in run under the lock: they copy, and do no work.
+/// Functions passed in run under the lock: they only copy.
 class SessionBoard {
   public:
     /// Calls change(SessionWishes&, SessionNews&), and wakes the thread.
@@ -100,14 +100,14 @@ class SessionBoard {
         const std::lock_guard lock(mutex_);
         change(news_);
     }
-    /// What get(const SessionNews&) returns.
+    /// Returns get(const SessionNews&).
     template <typename Get> auto look(const Get& get) const {
         const std::lock_guard lock(mutex_);
         return get(news_);
     }
-    /// Of the thread: all wishes since the last call.
+    /// For the thread: all requests since the last call.
     /// @param waiting  until there are any
-    /// @param taken  called with them, before anyone has another wish
+    /// @param taken  called with them, before further requests
     template <typename Taken> SessionWishes take(bool waiting, const Taken& taken) {
         std::unique_lock lock(mutex_);
         if (waiting)

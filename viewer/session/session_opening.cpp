@@ -24,7 +24,7 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     try {
         std::unique_ptr<OpenVolume> next = OpenVolume::open(
             options_, what.path, optionsFor(what.pick, options_.input), what.pictureSize, progress);
-        dropSlices(); // of the one before, which goes
+        dropSlices(); // of the previous volume, which is closed
         open_ = std::move(next);
         saving_.reset();
         makeRenderer(Scene(open_->scene));
@@ -54,9 +54,9 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     } catch (const std::exception& e) {
         if (offerChoice(what, e.what()))
             return;
-        const bool stays = open_ && open_->renderer && // what was open
+        const bool stays = open_ && open_->renderer && // the previous volume remains open
                            board_.look([](const SessionNews& news) { return news.volume != nullptr; });
-        if (!stays) { // not under the lock, which what ends with it takes
+        if (!stays) { // outside the lock, because the destructors take it
             dropSlices();
             open_.reset();
         }
@@ -76,7 +76,7 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     }
 }
 
-/// Where a folder holds several volumes and none was named, they are offered. What is open stays.
+/// If a folder holds several volumes and none was chosen, they are offered. The open volume stays.
 bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::string& why) {
     std::shared_ptr<const VolumeOffers> offers;
     std::error_code ignored;
@@ -87,7 +87,7 @@ bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::st
         return false;
     try {
         offers = volumeOffers(what.path, input);
-    } catch (const Error&) { // what was wrong at first is said
+    } catch (const Error&) { // the first error is reported
     }
     if (!offers)
         return false;
@@ -101,8 +101,8 @@ bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::st
             news.state.problem = news.state.what;
     });
     resting_ = resting_ || !open_ || !open_->renderer;
-    // Slices that are looked at have what is left of the planes' share, which outlives this, or a part of
-    // all.
+    // Memory for previews of slices: the rest of the planes' share, which outlives this call, or a part of
+    // the whole RAM.
     constexpr std::size_t kParts = 8;
     auto ram = open_ ? std::shared_ptr<MemoryBudget>(std::shared_ptr<void>(), &open_->sliceRam)
                      : std::make_shared<MemoryBudget>("RAM", "--ram", options_.ramBytes / kParts);
@@ -118,10 +118,10 @@ bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::st
     return true;
 }
 
-/// Of the open volume.
+/// Makes a renderer of the open volume.
 void SessionThread::makeRenderer(const Scene& scene) {
     open_->makeRenderer(scene);
-    damaged_ = 0; // each is told once a renderer
+    damaged_ = 0; // each is reported once per renderer
     pace_.forget();
     resting_ = false;
     drawsMoving_ = false;

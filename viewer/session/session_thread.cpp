@@ -1,5 +1,5 @@
-// viewer/session/session_thread.cpp: see session_thread.h. Its turns: wishes are taken, and the picture goes
-// on a little.
+// viewer/session/session_thread.cpp: see session_thread.h. One turn takes the requests and refines the
+// picture a little.
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
@@ -18,7 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kMovingStepVoxels = 1;
-constexpr std::chrono::milliseconds kTurn{20}; // after which wishes are looked at again
+constexpr std::chrono::milliseconds kTurn{20}; // requests are polled after each turn
 
 } // namespace
 
@@ -35,7 +35,7 @@ SessionThread::~SessionThread() {
 
 void SessionThread::run() {
     for (;;) {
-        // Who calls an opening off from here on means the one that is taken now.
+        // From here on a cancellation is for the request that is taken now.
         SessionWishes wishes = board_.take(resting_, [this] { openingCalledOff_ = false; });
         if (wishes.stop)
             break;
@@ -83,7 +83,7 @@ void SessionThread::turn(SessionWishes& wishes) {
 void SessionThread::take(const SessionWishes::ToShow& wish) {
     OpenVolume& o = *open_;
     if (wish.scene.volumes.front().path != o.scene.volumes.front().path)
-        return; // of the volume before
+        return; // for the previous volume
     const std::uint64_t before = std::exchange(asked_, wish.number);
     moving_ = wish.moving;
     if (!o.renderer) { // the last scene could not be drawn, for want of memory
@@ -116,13 +116,15 @@ void SessionThread::take(const SessionWishes::ToShow& wish) {
     }
     o.scene = wish.scene;
     o.scene.camera = o.renderer->camera();
-    hastySize_ = pace_.sizeFor(o.scene.imageSize); // once a wish: nothing is drawn again for a better guess
+    hastySize_ =
+        pace_.sizeFor(o.scene.imageSize); // once per request: a better estimate causes no new picture
     resting_ = false;
     if (!changed)
         answerAsBefore(before);
 }
 
-/// The scene's camera; one by side is fitted, by another renderer where this one has left no memory for it.
+/// Sets the scene's camera. A camera by side is fitted, with another renderer where this one leaves no memory
+/// for the fit.
 void SessionThread::aim(const Scene& scene) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     const std::optional<Camera> camera =
@@ -133,7 +135,8 @@ void SessionThread::aim(const Scene& scene) {
         makeRenderer(scene);
 }
 
-/// The picture that answered the wish before is of this one as well; where none has, one is on its way.
+/// The picture that answered the previous request answers this one as well. If there is none yet, one is on
+/// its way.
 void SessionThread::answerAsBefore(std::uint64_t before) {
     board_.tell([&](SessionNews& news) {
         if (!news.picture || news.picture->asked != before)
@@ -215,7 +218,7 @@ void SessionThread::publishPicture(const InteractiveRenderer::Progress& progress
     });
 }
 
-/// The last picture was taken for one whose bricks are on their way; it turned out to be the last.
+/// Marks the last picture as complete: it was shown as still loading, but no further bricks come.
 void SessionThread::nothingMoreComes() {
     board_.tell([](SessionNews& news) {
         if (!news.picture || news.picture->stage != Stage::loading)
@@ -258,7 +261,7 @@ void SessionThread::tellState(const InteractiveRenderer::Progress& progress) {
     });
 }
 
-/// What was asked cannot be drawn: nothing more comes until something else is asked.
+/// The request cannot be drawn: nothing more comes until the next one.
 void SessionThread::giveUp(const std::string& problem) {
     resting_ = true;
     refused_ = asked_;

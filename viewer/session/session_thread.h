@@ -1,5 +1,5 @@
-// viewer/session/session_thread.h: the thread that draws what a session's board asks for. Everything that is
-// open belongs to it; what others see of it is copied to the board.
+// viewer/session/session_thread.h: the thread that draws the requests of a session's board. It owns
+// everything that is open; results are copied to the board.
 #pragma once
 
 #include "core/base/interrupt.h"
@@ -23,15 +23,15 @@ class SessionThread {
   public:
     /// Begins. board outlives this.
     SessionThread(const ViewSessionOptions& options, SessionBoard& board);
-    /// Ends it; what is being opened or drawn is called off.
+    /// Ends it, and cancels opening and drawing.
     ~SessionThread();
     SessionThread(const SessionThread&) = delete;
     SessionThread& operator=(const SessionThread&) = delete;
-    /// What is being opened, if anything is. From any thread.
+    /// Path being opened, if any. From any thread.
     void callOffOpening() { openingCalledOff_ = true; }
 
   private:
-    // session_thread.cpp: its turns, from wishes to pictures
+    // session_thread.cpp: its loop, from requests to pictures
     void run();
     void turn(SessionWishes& wishes);
     void take(const SessionWishes::ToShow& wish);
@@ -50,7 +50,7 @@ class SessionThread {
     bool offerChoice(const SessionWishes::ToOpen& what, const std::string& why);
     void makeRenderer(const Scene& scene);
     void dropSlices();
-    // session_beside.cpp: what is drawn or looked for on other threads while pictures rest
+    // session_beside.cpp: work on other threads while pictures rest
     void drawStill(const Scene& scene);
     void startStill();
     void finishStill();
@@ -63,26 +63,26 @@ class SessionThread {
     SessionBoard& board_;
 
     std::unique_ptr<OpenVolume> open_;
-    std::uint64_t asked_ = 0;   // the wish that is being drawn
-    std::uint64_t refused_ = 0; // the last wish that cannot be
+    std::uint64_t asked_ = 0;   // the request that is being drawn
+    std::uint64_t refused_ = 0; // the last request that cannot be drawn
     bool moving_ = false, resting_ = true;
-    bool quickFirst_ = false;       // something is new: one picture of few pixels before one of all
-    bool drawsMoving_ = false;      // the picture in the works is one of few pixels
-    std::uint64_t stillNumber_ = 0; // of the last still that was begun
-    bool stillBegun_ = false;       // of the scene as it is
+    bool quickFirst_ = false;       // something changed: one picture of few pixels before one of all
+    bool drawsMoving_ = false;      // the current picture has few pixels
+    std::uint64_t stillNumber_ = 0; // of the last still begun
+    bool stillBegun_ = false;       // of the current scene
     struct Saving {
         std::filesystem::path path;
         bool scaleBar = false;
     };
-    std::optional<Saving> saving_;           // where the still goes that is drawn; none: to the window
-    std::uint64_t lineNumber_ = 0;           // of the line that is looked for
+    std::optional<Saving> saving_;           // target of the still being drawn; none: the window
+    std::uint64_t lineNumber_ = 0;           // of the line being searched
     InteractiveRenderer::Progress progress_; // the last
     std::string measured_;                   // of the still of asked_
     std::size_t damaged_ = 0;                // chunks that could not be read
     FramePace pace_;
-    glm::ivec2 hastySize_{1}; // of pictures while something moves
+    glm::ivec2 hastySize_{1}; // of interactive pictures
 
-    std::unique_ptr<OfferThumbnails> thumbnails_; // while there is something to choose
+    std::unique_ptr<OfferThumbnails> thumbnails_; // while the user may choose
 
     Cancellation::Flag openingCalledOff_{false};
     std::thread thread_; // last: it uses all of the above

@@ -1,4 +1,4 @@
-// viewer/session/slice_frame.h: the three planes through a point, as they lie on a screen.
+// viewer/session/slice_frame.h: the three planes through a point, as pictures on a screen.
 #pragma once
 
 #include "core/base/volume.h"
@@ -12,29 +12,29 @@
 
 namespace tessera {
 
-/// Where a plane lies on a picture.
+/// Position of a plane on a picture.
 struct SliceFrame {
-    SlicePose pose;     // its point is what the picture's middle shows
+    SlicePose pose;     // its point is at the picture's centre
     glm::ivec2 size{0}; // pixels
     double mmPerPixel = 1;
 
-    /// The place of a pixel, mm; (0.5, 0.5) is the middle of the first.
+    /// The point at a pixel, mm; (0.5, 0.5) is the centre of the first.
     glm::dvec3 patientFromPicture(const glm::dvec2& pixel) const;
-    /// Where a place lies on the picture, along the plane's normal.
+    /// The position of a point on the picture, projected along the plane's normal.
     glm::dvec2 pictureFromPatient(const glm::dvec3& mm) const;
 };
 
-/// The plane of an orientation through a place, so that all of the volume's plane is on the picture. It stays
-/// where it is on the picture as the place moves.
-/// @param zoom  1: all of it; larger: nearer, around the place
+/// The plane of an orientation through a point, with all of the volume's cross-section on the picture. It
+/// stays in place on the picture when the point moves.
+/// @param zoom  1: all of it; larger: nearer, around the point
 SliceFrame sliceFrame(const VolumeInfo& info, Orientation orientation, const glm::dvec3& placeMm,
                       const glm::ivec2& size, double zoom = 1);
 
-/// What one finds on the three planes.
+/// The content of the three planes.
 struct SliceWish {
     glm::dvec3 placeMm{0};
     GreyWindow window;
-    std::array<glm::ivec2, 3> sizes{}; // axial, coronal, sagittal, pixels; 0: none is wanted
+    std::array<glm::ivec2, 3> sizes{}; // axial, coronal, sagittal, pixels; 0: not requested
     double zoom = 1;
     bool operator==(const SliceWish&) const = default;
 };
@@ -47,8 +47,8 @@ struct ShownSlice {
 struct ShownSlices {
     std::array<ShownSlice, 3> planes;
     SliceWish wish;
-    bool fine = false; // as fine as a pixel shows; else finer ones follow
-    double value = 0;  // at the place, physical units; NaN outside the volume
+    bool fine = false; // at the level of a pixel's size; else finer ones follow
+    double value = 0;  // at the point, physical units; NaN outside the volume
 };
 
 } // namespace tessera

@@ -1,5 +1,5 @@
-// viewer/session/slice_thread.h: draws the three planes on a thread of its own, the last wish first. It draws
-// coarsely where that is sooner, then as finely as a screen shows.
+// viewer/session/slice_thread.h: draws the three planes on a thread of its own, the latest request first. It
+// draws a coarse level first if that is faster, then the level of a pixel's size.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -19,17 +19,17 @@ namespace tessera {
 
 class SliceThread {
   public:
-    /// @param ram  all that it has left, less a part for pictures, is the chunks' cache; as store, it
+    /// @param ram  its free bytes, less a part for pictures, are for the cache of chunks; like store, it
     /// outlives this
-    /// @param news  is called from the thread when shown() is another, or something went wrong
+    /// @param news  called from the thread when shown() has changed, or after an error
     SliceThread(const StoreReader& store, MemoryBudget& ram, int threads, std::function<void()> news);
     ~SliceThread();
     void show(const SliceWish& wish);
-    /// Null before there is one.
+    /// Null before the first.
     std::shared_ptr<const ShownSlices> shown() const;
-    /// What went wrong since the last call; empty: nothing.
+    /// The error since the last call; empty: none.
     std::string takeProblem();
-    /// RAM that the smallest cache takes.
+    /// RAM of the smallest cache.
     static std::size_t floorBytes(const VolumeInfo& info, int threads);
 
   private:
@@ -45,7 +45,7 @@ class SliceThread {
     std::condition_variable wake_;
     bool stop_ = false;
     std::optional<SliceWish> wish_;
-    std::optional<SliceWish> asked_; // the last wish, waiting, being drawn or shown; none where it failed
+    std::optional<SliceWish> asked_; // the last request, waiting, being drawn or shown; none if it failed
     std::shared_ptr<const ShownSlices> shown_;
     std::string problem_;
     std::thread thread_; // last: it uses all of the above

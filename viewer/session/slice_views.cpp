@@ -23,7 +23,7 @@ int sliceLevel(const VolumeInfo& info, const SliceFrame& frame, std::size_t chun
     const glm::dmat3 voxelFromPatient = glm::inverse(glm::dmat3(info.patientFromVoxel));
     const glm::dvec3 right = frame.mmPerPixel * (voxelFromPatient * frame.pose.right),
                      up = frame.mmPerPixel * (voxelFromPatient * frame.pose.up);
-    const double voxels = std::min(glm::length(right), glm::length(up)); // of a pixel
+    const double voxels = std::min(glm::length(right), glm::length(up)); // per pixel
     int level =
         std::clamp(static_cast<int>(std::floor(std::log2(std::max(1.0, voxels)))), 0, kLevelCount - 1);
     const glm::dvec3 along = static_cast<double>(frame.size.x) * glm::abs(right),
@@ -31,8 +31,8 @@ int sliceLevel(const VolumeInfo& info, const SliceFrame& frame, std::size_t chun
     for (; level < kLevelCount - 1; ++level) {
         const double edge = static_cast<double>(kChunkExtent << level);
         const glm::dvec3 box = glm::min(along + across, glm::dvec3(info.extentVoxels)) / edge + 2.0;
-        // A plane crosses no more chunks than the two largest sides of its box hold, and as many again where
-        // it slants.
+        // A plane crosses at most as many chunks as the two longest sides of its box span; an oblique plane
+        // at most twice as many.
         const double least = std::min({box.x, box.y, box.z});
         if (2 * box.x * box.y * box.z / least <= static_cast<double>(chunks))
             break;

@@ -1,5 +1,5 @@
-// viewer/session/still.h: a still: the picture of `tessera render`, drawn on a thread of its own until it is
-// called off.
+// viewer/session/still.h: a still: the picture of `tessera render`, drawn on a thread of its own; can be
+// cancelled.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -17,8 +17,8 @@
 namespace tessera {
 
 struct FinishedStill {
-    std::shared_ptr<ShownPicture> picture; // null: it was called off
-    std::string measured, problem;         // sentences; empty: nothing to say
+    std::shared_ptr<ShownPicture> picture; // null: cancelled
+    std::string measured, problem;         // sentences; may be empty
 };
 
 class Still {
@@ -28,11 +28,11 @@ class Still {
     /// store and budgets outlive this.
     Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
           MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended);
-    /// Calls it off, and waits.
+    /// Cancels, and waits.
     ~Still();
     void callOff() { calledOff_ = true; }
     bool isCalledOff() const { return calledOff_; }
-    /// Waits. Once.
+    /// Waits. Call once.
     FinishedStill take() { return result_.get(); }
 
   private:

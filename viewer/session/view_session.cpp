@@ -117,7 +117,7 @@ class ViewSession final : public Viewing {
             number = ++news.lines;
             wishes.line = {wish, number};
             news.line.searching = true;
-            news.line.what = "looking for the line";
+            news.line.what = "searching the line";
             news.line.share = 0;
         });
         return number;

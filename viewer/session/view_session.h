@@ -1,12 +1,11 @@
-// viewer/session/view_session.h: a session that looks at a volume on a thread of its own. Pictures come in
-// time while something moves, and improve at rest, up to the still that `tessera render` draws. Then nothing
-// is drawn.
+// viewer/session/view_session.h: a session that draws a volume on a thread of its own. Pictures are in time
+// while something moves, and improve at rest, up to the still of `tessera render`. Then drawing stops.
 //
-//   wish --> moving pictures --> all pixels, bricks as they come --> still --> rest
+//   request --> coarse pictures --> all pixels, bricks as they come --> still --> rest
 //     ^________________________________________________________________|
 //
-// Budgets are split: one half each for what moves and for stills. So a still does not depend on what was
-// looked at before. It is the picture of `tessera render` with half of both budgets.
+// Each budget is split: one half for interactive pictures, one for stills. So a still does not depend on
+// earlier views. It is the picture of `tessera render` with half of both budgets.
 #pragma once
 
 #include "render/picture/render_scene.h"   // EngineKind
@@ -20,19 +19,19 @@
 namespace tessera {
 
 struct ViewSessionOptions {
-    EngineKind engine = EngineKind::automatic; // gpu or native, or the one of them that suits
+    EngineKind engine = EngineKind::automatic; // gpu, native, or automatic
     GlDeviceChoice device;
-    std::size_t ramBytes = 0, gpuBytes = 0; // budgets of everything together
+    std::size_t ramBytes = 0, gpuBytes = 0; // total budgets
     int threads = 0;                        // 0: all processors
-    double frameMs = 60;                    // that a picture may take while something moves
-    bool stills = true;                     // at rest draws what `tessera render` draws
+    double frameMs = 60;                    // time of a picture while something moves
+    bool stills = true;                     // at rest draw the picture of `tessera render`
     InputOptions input;
     CommonOptions common;
-    /// Is called from another thread when picture(), volume(), state() or picked() is another.
+    /// Called from another thread when picture(), volume(), state() or picked() has changed.
     std::function<void()> news = [] {};
 };
 
-/// The thread ends with it; a still that is being drawn is called off.
+/// Ends the thread; a still being drawn is cancelled.
 std::unique_ptr<Viewing> makeViewSession(const ViewSessionOptions& options);
 
 } // namespace tessera

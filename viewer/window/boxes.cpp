@@ -21,7 +21,7 @@ std::optional<std::string> nameBox(const char* label, const std::string& chosen,
 
 std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary& values, bool& began) {
     std::string chosen = "its own";
-    for (const std::string& name : windowNames()) // a later one of the same numbers says more than "auto"
+    for (const std::string& name : windowNames()) // the last match wins: it is more specific than "auto"
         if (windowOf(name, values) == window)
             chosen = name;
     std::optional<GreyWindow> changed;

@@ -1,5 +1,5 @@
-// viewer/window/boxes.h: widgets that several panels share: boxes that name the choice, and numbers as wide
-// as their range asks for.
+// viewer/window/boxes.h: widgets that several panels share: boxes of names, and numbers formatted for their
+// range.
 #pragma once
 
 #include "core/scene/mode.h"
@@ -13,8 +13,8 @@
 namespace tessera {
 
 /// A box of names.
-/// @param chosen  what it says; none of the names where the user made something else
-/// Returns the name that was taken.
+/// @param chosen  its text; none of the names for a custom choice
+/// Returns the chosen name.
 std::optional<std::string> nameBox(const char* label, const std::string& chosen,
                                    const std::vector<std::string>& names);
 
@@ -22,16 +22,16 @@ std::optional<std::string> nameBox(const char* label, const std::string& chosen,
 /// @param began  set where an edit begins
 std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary& values, bool& began);
 
-/// A format for values of a range: as many decimals as tell a thousandth of it apart.
+/// A format for values of a range: enough decimals for a thousandth of it.
 const char* formatFor(double range);
 
-/// A step of 1, 2 or 5 times a power of ten that is at least so much.
+/// The smallest step of 1, 2 or 5 times a power of ten that is at least the argument.
 double roundStep(double least);
 
-/// Text that goes on in the next line where the panel ends.
+/// Text wrapped at the panel's edge.
 void wrapped(const char* format, ...) IM_FMTARGS(1);
 
-/// A label on a picture: letters on a dark plate, readable on anything.
+/// A label on a picture: letters on a dark plate, readable on any background.
 /// @param at  its upper left corner
 void drawLabel(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& words);
 

@@ -15,10 +15,10 @@ namespace {
 
 constexpr ImU32 kInk = IM_COL32(255, 160, 90, 255), kHeld = IM_COL32(255, 220, 140, 255),
                 kEdge = IM_COL32(255, 160, 90, 130);
-constexpr double kReach = 10;           // units around a handle that take it
-constexpr double kArrowOfHeight = 0.08; // of the picture: how long a handle's arrow is
+constexpr double kReach = 10;           // distance in units at which a handle can be grabbed
+constexpr double kArrowOfHeight = 0.08; // a handle's arrow as a fraction of the picture's height
 
-/// Where a box lies: a corner, and the ways along its edges, mm, for one of its units each.
+/// The frame of a box: a corner, and vectors along its edges, mm per unit.
 struct BoxFrame {
     glm::dvec3 origin{0};
     glm::dmat3 axes{1.0};
@@ -35,7 +35,7 @@ BoxFrame frameOf(const VolumeInfo& info, const CropBox& box) {
     return frame;
 }
 
-/// What a handle pushes: a plane along its normal, or a side of the crop box along its axis.
+/// The target of a handle: a plane along its normal, or a side of the crop box along its axis.
 struct Grip {
     std::size_t plane = 0;
     int axis = -1; // of the box; -1: a plane
@@ -84,10 +84,10 @@ void push(Scene& scene, const VolumeInfo& info, const Grip& grip, double mm) {
     }
 }
 
-/// A grip on the picture, pixels: where it stands, and the end of a way along its direction.
+/// A handle on the picture, pixels: its position and the end of its arrow.
 struct Handle {
     glm::dvec2 from{0}, to{0};
-    double mm = 0; // of that way
+    double mm = 0; // length of the arrow
 };
 
 std::optional<Handle> handleOf(const WindowState& desk, const glm::ivec2& size, const Grip& grip) {
@@ -247,8 +247,8 @@ bool CutHandles::handle(WindowState& desk, const Area& area) {
     const glm::dvec2 delta = glm::dvec2(io.MouseDelta.x, io.MouseDelta.y) * area.pixelsPerUnit;
     const Grip& grip = grips[*held_];
     if (const auto handle = handleOf(desk, area.pixels(), grip)) {
-        // Along the direction as it is seen; up and down where it is seen end on, by what a way of the
-        // picture's height would be.
+        // Movement along the projected direction. If the direction is seen end on, vertical movement counts
+        // as along an arrow of full length.
         const glm::dvec2 way = handle->to - handle->from;
         const double full = kArrowOfHeight * area.pixels().y * (grip.axis < 0 ? 1.0 : 0.4);
         const double length = glm::length(way);

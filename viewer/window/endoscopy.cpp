@@ -49,7 +49,7 @@ void Endoscopy::take(WindowState& desk, const Path& path) {
         show(desk, false);
 }
 
-/// A path that nobody has flown yet.
+/// A new path, not flown yet.
 void Endoscopy::takeAnother(WindowState& desk, const Path& path) {
     question_.reset();
     trusted_ = false;
@@ -81,7 +81,8 @@ void Endoscopy::flyAnew(WindowState& desk) {
     take(desk, *path_);
 }
 
-/// Bones and organs are seen from outside; from inside it is the lumen's wall, which few functions show.
+/// Shows the lumen's wall: the default functions show bones and organs from outside, and few functions show
+/// the wall.
 void Endoscopy::showWall(WindowState& desk) {
     if (!path_ || !path_->lumen)
         return;
@@ -92,12 +93,12 @@ void Endoscopy::showWall(WindowState& desk) {
     desk.setScene(scene, false);
     char words[160];
     std::snprintf(words, sizeof words,
-                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z takes it back)",
+                  "the wall is an isosurface at %.0f %s (Mode and Isosurfaces; Ctrl Z undoes it)",
                   path_->lumen->shownAt(), desk.volume()->info.unit.c_str());
     desk.tell(words);
 }
 
-/// What the film shows at this place, as one looks now.
+/// The film's frame at this position, in the current direction.
 void Endoscopy::show(WindowState& desk, bool moving) {
     if (!curve_ || !mayFly())
         return;
@@ -115,7 +116,7 @@ void Endoscopy::show(WindowState& desk, bool moving) {
             "path");
     Scene scene = desk.scene();
     scene.camera = film_->cameraAt(seconds);
-    if (!film_->onlyCameraMoves()) { // keyframes decide
+    if (!film_->onlyCameraMoves()) { // keyframes set other parts of the scene
         const Scene said = film_->sceneAt(seconds);
         scene.volumes = said.volumes;
         scene.lighting = said.lighting;
@@ -186,7 +187,7 @@ void Endoscopy::measureCoverage(WindowState& desk, bool bothWays) {
     gathers_ = false;
 }
 
-/// Most patches are hidden by what stands before them: from their far end one looks back at them.
+/// Looks back at the patch from its far end, because most patches are hidden from the front.
 void Endoscopy::lookAtPatch(WindowState& desk, std::size_t patch) {
     if (!coverage_ || patch >= coverage_->patches.size() || !curve_)
         return;
@@ -200,7 +201,7 @@ void Endoscopy::lookAtPatch(WindowState& desk, std::size_t patch) {
 }
 
 bool Endoscopy::advance(WindowState& desk) {
-    if (of_ != desk.volume()) { // another volume: nothing of the old one holds
+    if (of_ != desk.volume()) { // another volume: all state of the old one is invalid
         *this = {};
         of_ = desk.volume();
     }
@@ -216,7 +217,7 @@ bool Endoscopy::advance(WindowState& desk) {
             if (!threshold_ && line.path->lumen)
                 shownThreshold_ = line.path->lumen->threshold;
             takeAnother(desk, *line.path);
-            if (inside_) // else it stands over the picture
+            if (inside_) // from outside the overlay on the picture shows it
                 desk.tell(about_);
         } else if (line.coverage) {
             coverage_ = line.coverage;
@@ -228,7 +229,8 @@ bool Endoscopy::advance(WindowState& desk) {
     }
     if (!playing_ || !curve_)
         return searching_;
-    // Nothing is drawn ahead of what was asked: a slow machine flies as fast, in larger steps.
+    // No picture is requested before the previous one is drawn: a slow machine flies at the same speed in
+    // larger steps.
     const auto now = WindowClock::now();
     if (flewAt_ == WindowClock::time_point())
         flewAt_ = now;

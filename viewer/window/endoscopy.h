@@ -1,6 +1,5 @@
-// viewer/window/endoscopy.h: the endoscopy panel. Clicks ask for a centre-line; the user flies along it and
-// makes a film of it. The path is the very one of `tessera render --path`: what is recorded here
-// is drawn there.
+// viewer/window/endoscopy.h: the endoscopy panel. Clicks request a centre-line; the user flies along it and
+// records a film. The path is that of `tessera render --path`: keyframes recorded here are drawn there.
 #pragma once
 
 #include "core/animation/film.h"
@@ -23,44 +22,46 @@ namespace tessera {
 
 class Endoscopy {
   public:
-    /// Takes what was found, and flies on. Once a frame. Returns whether it moves on its own.
+    /// Takes results, and continues the flight. Called once a frame. Returns true if the camera moves on its
+    /// own.
     bool advance(WindowState& desk);
-    /// Looking around while a line is flown. Returns whether it takes the mouse.
+    /// Looking around during a flight. Returns true if it takes the mouse.
     bool handle(WindowState& desk, const Area& area);
-    /// A key, as GLFW names it; true where it is one of these.
+    /// Handles a key by GLFW's name; true if it is one of the panel's.
     bool press(WindowState& desk, int key, bool shift);
-    /// A place on a plane was clicked. Returns whether it is one of a line's.
+    /// Handles a click on a plane. Returns true if it is a point of a line.
     bool placed(WindowState& desk, const glm::dvec3& mm);
-    /// Nothing is gathered, looked for or flown any more.
+    /// Ends clicks, search and flight.
     void stop(WindowState& desk);
     void panel(WindowState& desk);
-    /// The line, the places that were clicked, and while a line is flown a map of where one is.
+    /// Draws the line, the clicked points, and during a flight a map with the position.
     void draw(WindowState& desk, const Area& area) const;
-    /// Whether to fly along a line that may have left the lumen, where that is asked. Over the picture.
+    /// The question whether to fly along a line that may have left the lumen. Over the picture.
     void drawQuestion(WindowState& desk, const Area& area);
-    /// What of the lines lies in a plane, on its picture.
+    /// Draws the parts of the lines in a plane, on its picture.
     void drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame& frame) const;
 
-    /// Looks for a line through places, mm.
+    /// Requests a line through points, mm.
     void find(WindowState& desk, const std::vector<glm::dvec3>& places, bool tree);
     /// Throws Error or InputError.
     void load(WindowState& desk, const std::filesystem::path& file);
     void save(WindowState& desk, const std::filesystem::path& file);
-    /// Measures what of the wall the flight sees.
+    /// Requests the wall coverage of the flight.
     void measureCoverage(WindowState& desk, bool bothWays);
-    /// To where an unseen patch is seen; from 0, the largest first. Nothing where there is none.
+    /// Moves to a view of an unseen patch, by its number from 0, the largest first. No effect if there is
+    /// none.
     void lookAtPatch(WindowState& desk, std::size_t patch);
-    /// Along the flight, mm; held to it.
+    /// Moves along the flight, mm; clamped to it.
     void flyTo(WindowState& desk, double mm);
     void play(WindowState& desk, bool on);
-    /// The view of now becomes a keyframe of the flight: where one looks, and what the scene looks like
-    /// where that was changed.
+    /// Records the current view as a keyframe of the flight: view direction, and changed settings of the
+    /// scene.
     void record(WindowState& desk);
-    /// A line that may have left the lumen is not flown before somebody says so: all of it, or to where it
+    /// The user must confirm a flight along a line that may have left the lumen: all of it, or to where it
     /// may have left.
     enum class Answer { fly, stop, cancel };
     bool asks() const { return question_.has_value(); }
-    /// Of the question that is asked; nothing where none is. stop is fly where nobody knows where.
+    /// Answers the open question, if any. stop is fly if the place is unknown.
     void answer(WindowState& desk, Answer answer);
     bool isSearching() const { return searching_; }
     bool isPlaying() const { return playing_; }
@@ -92,15 +93,15 @@ class Endoscopy {
     bool bothWays_ = false;
     std::vector<glm::dvec3> places_; // clicked so far
     bool gathers_ = false, tree_ = false, searching_ = false, inside_ = false, playing_ = false;
-    std::uint64_t wish_ = 0;          // the line that was asked for
-    std::optional<double> threshold_; // that the user set
+    std::uint64_t wish_ = 0;          // the requested line
+    std::optional<double> threshold_; // set by the user
     struct Question {
-        bool plays = false; // what is to be done: fly on, or look at the place
+        bool plays = false; // pending action: fly, or look at a point
     };
     std::optional<Question> question_;
     bool trusted_ = false; // the question of this path was answered
     double placeMm_ = 0;
-    double shownThreshold_ = 0;      // that the line was found with
+    double shownThreshold_ = 0;      // of the found line
     std::optional<LookAround> look_; // in place of the keyframes'
     bool looks_ = false;             // a drag looks around
     WindowClock::time_point flewAt_;

@@ -28,10 +28,10 @@ ImVec2 onScreen(const glm::dvec2& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y)};
 }
 
-/// A place of a line and how far the wall is from it, in units of the window.
+/// A point of a line and its distance to the wall, in units of the window.
 struct OutlinePlace {
     glm::dvec2 at{0};
-    double radius = 0; // below 0: nothing of it shows
+    double radius = 0; // below 0: hidden
 };
 
 /// Both edges of a tube along a line.
@@ -62,7 +62,7 @@ void drawOutline(ImDrawList& draw, std::size_t points,
     }
 }
 
-/// What was found, a row a sentence, and why it may be wrong.
+/// The result, a sentence per row, and why it may be wrong.
 void drawFound(ImDrawList& draw, const glm::dvec2& from, std::string about, const std::string& doubt) {
     for (std::size_t at = about.find("; "); at != std::string::npos; at = about.find("; ", at))
         about.replace(at, 2, "\n");
@@ -136,10 +136,12 @@ void Endoscopy::drawOnPlane(ImDrawList& draw, const Area& view, const SliceFrame
         const auto apart = [&](std::size_t i) {
             return glm::dot(line.points[i] - frame.pose.point, frame.pose.normal);
         };
-        const auto width = [&](std::size_t i) { // of the lumen's section by the plane, half; below 0: none
-            const double r = line.radiusMm[i], d = apart(i);
-            return r > std::abs(d) ? std::sqrt(r * r - d * d) / frame.mmPerPixel / view.pixelsPerUnit : -1.0;
-        };
+        const auto width =
+            [&](std::size_t i) { // half the width of the lumen's section by the plane; below 0: none
+                const double r = line.radiusMm[i], d = apart(i);
+                return r > std::abs(d) ? std::sqrt(r * r - d * d) / frame.mmPerPixel / view.pixelsPerUnit
+                                       : -1.0;
+            };
         drawOutline(draw, line.points.size(), [&](std::size_t i) {
             return OutlinePlace{place(line.points[i]), width(i)};
         });

@@ -39,7 +39,7 @@ void Endoscopy::searchPanel(WindowState& desk) {
             tree_ = tree;
         }
     };
-    gather("line: click its places", false);
+    gather("line: click its points", false);
     ImGui::SameLine();
     gather("tree: one click", true);
     if (gathers_) {
@@ -110,7 +110,7 @@ void Endoscopy::flightPanel(WindowState& desk) {
                     flight.route = routeTo(path_->lines, i);
                     flight.fromMm = 0;
                     flight.toMm.reset();
-                    path_->keyframes.clear(); // they lie along the route of before
+                    path_->keyframes.clear(); // they belong to the previous route
                     anew = true;
                 }
             }
@@ -192,7 +192,7 @@ void Endoscopy::panel(WindowState& desk) {
         desk.trying([&] { save(desk, file_); });
 }
 
-/// Those that are listed.
+/// The listed patches.
 std::span<const UnseenPatch> Endoscopy::unseen() const {
     if (!coverage_)
         return {};

@@ -11,16 +11,16 @@
 namespace tessera {
 namespace {
 
-constexpr double kLeastFlightMm = 1; // that is worth stopping after
+constexpr double kLeastFlightMm = 1; // shorter flights are not offered
 
 } // namespace
 
-/// Why the line may lie outside of the lumen; empty: nothing speaks for that.
+/// The reason why the line may leave the lumen; empty: no indication.
 std::string Endoscopy::doubt() const {
     return path_ && path_->lumen ? doubtText(*path_->lumen) : "";
 }
 
-/// Where the flight would stop that stays in the lumen, along its route; none: nobody knows.
+/// The end of the flight that stays in the lumen, along its route; none: unknown.
 std::optional<double> Endoscopy::stopMm() const {
     if (!path_ || !path_->lumen || path_->flight->route.size() != 1 || path_->flight->route.front() != 0)
         return std::nullopt;
@@ -28,7 +28,7 @@ std::optional<double> Endoscopy::stopMm() const {
     return leaves && *leaves >= path_->flight->fromMm + kLeastFlightMm ? leaves : std::nullopt;
 }
 
-/// Asks where it has to be asked, and halts meanwhile.
+/// Asks the user if necessary, and halts meanwhile.
 bool Endoscopy::mayFly() {
     if (inside_ || trusted_ || doubt().empty())
         return true;

@@ -1,4 +1,4 @@
-// viewer/window/folder_listing.h: lists what a window could open in a folder.
+// viewer/window/folder_listing.h: lists the entries of a folder that a window can open.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +17,15 @@ struct FolderEntry {
 struct FolderListing {
     std::filesystem::path folder;     // absolute
     std::vector<FolderEntry> entries; // folders first, each kind by name, numbers in it by their value
-    std::size_t otherFiles = 0;       // that may be DICOM slices: such a folder is opened as a whole
-    std::string problem;              // why it cannot be read; empty: it can
+    std::size_t otherFiles = 0;       // possible DICOM slices: such a folder is opened as a whole
+    std::string problem;              // reason if it cannot be read; empty: it can
 };
 
-/// Names alone are looked at. Stores (*.zarr) are entries, as are NIfTI and .json files; what is hidden is
-/// left out. Throws nothing.
+/// Uses names only. Stores (*.zarr), NIfTI and .json files are entries; hidden files are left out. Throws
+/// nothing.
 FolderListing listFolder(const std::filesystem::path& folder);
 
-/// The nearest folder at or above a path that is there.
+/// The nearest existing folder at or above a path.
 std::filesystem::path folderAt(const std::filesystem::path& path);
 
 } // namespace tessera

@@ -236,12 +236,12 @@ void FunctionEditor::draw(WindowState& desk) {
     curve(desk);
     colourOf(desk);
     if (const std::size_t points = desk.function().gradientOpacity().points().size(); points > 0)
-        ImGui::Text("and opacity by gradient, %zu points", points);
+        ImGui::Text("and gradient opacity, %zu points", points);
     if (to_ - from_ < (volume->values.highest - volume->values.lowest) * (1 - 1e-9) &&
         ImGui::SmallButton("all values"))
         showAll(*volume);
     ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    wrapped("drag points; click: new, right: remove, double: colour; Ctrl and wheel: nearer; Alt and drag in "
+    wrapped("drag points; click: new, right: remove, double: colour; Ctrl and wheel: zoom; Alt and drag in "
             "the picture: shift");
     ImGui::PopStyleColor();
     files(desk);

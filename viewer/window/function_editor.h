@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-/// A part of a panel. Points are dragged; a click beside them makes another, a right click takes one away; a
-/// double click on a point asks for its colour. The histogram is of logarithms.
+/// A part of a panel. Points are dragged; a click beside them adds one, a right click removes one; a double
+/// click on a point asks for its colour. The histogram is of logarithms.
 class FunctionEditor {
   public:
     void draw(WindowState& desk);
@@ -25,8 +25,8 @@ class FunctionEditor {
 
     char name_[256] = {};             // of a preset or a file
     std::optional<std::size_t> held_; // opacity point
-    std::size_t coloured_ = 0;        // whose colour is asked
-    double from_ = 0, to_ = 0;        // values that are shown
+    std::size_t coloured_ = 0;        // whose colour is being edited
+    double from_ = 0, to_ = 0;        // visible range of values
     const VolumeSeen* of_ = nullptr;
 };
 

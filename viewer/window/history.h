@@ -8,10 +8,10 @@
 
 namespace tessera {
 
-/// What is edited in one go (a point that is dragged) is one step: begin() at its start, once.
+/// A continuous edit (dragging a point) is one step: call begin() once at its start.
 class History {
   public:
-    /// The scene before an edit. Forgets what was taken back.
+    /// Records the scene before an edit. Clears redo.
     void begin(const Scene& before) {
         undone_.clear();
         done_.push_back(before);
@@ -21,7 +21,7 @@ class History {
     bool canUndo() const { return !done_.empty(); }
     bool canRedo() const { return !undone_.empty(); }
     /// The scene before the last edit.
-    /// @param now  as it is, kept for redo()
+    /// @param now  the current scene, kept for redo()
     Scene undo(const Scene& now) { return step(done_, undone_, now); }
     Scene redo(const Scene& now) { return step(undone_, done_, now); }
 

@@ -153,7 +153,7 @@ void Opener::recent(WindowState& desk) {
 }
 
 void Opener::entries(WindowState& desk) {
-    const FolderListing listing = *listing_; // a click makes another
+    const FolderListing listing = *listing_; // a copy, because a click replaces it
     ImGui::TextWrapped("%s", listing.folder.string().c_str());
     if (ImGui::Button("up"))
         goTo(desk, folderAt(listing.folder.parent_path()));
@@ -191,14 +191,14 @@ void Opener::browser(WindowState& desk, const Area& area) {
     const ViewingState::Kind kind = desk.state().kind;
     const bool nothing = (kind == ViewingState::Kind::nothing || kind == ViewingState::Kind::failed);
     if ((!nothing && !desk.showBrowser) || kind == ViewingState::Kind::opening || desk.offers()) {
-        listing_.reset(); // as it is when it is shown again
+        listing_.reset(); // read again when it is shown next
         return;
     }
     if (!listing_)
         goTo(desk,
              folderAt(desk.settings().folder.empty() ? std::filesystem::path(".") : desk.settings().folder));
     bool open = true;
-    Area below = area; // what is said of an opening that failed stands above it
+    Area below = area; // below the message of a failed opening
     if (nothing) {
         below.from.y += 0.3 * area.size.y;
         below.size.y *= 0.7;

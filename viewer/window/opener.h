@@ -1,5 +1,5 @@
-// viewer/window/opener.h: the opener: a browser of folders with the files opened last. For a folder with
-// several volumes it lists them, each with a small picture. Both lie over the picture.
+// viewer/window/opener.h: the opener: a browser of folders and recent files. For a folder with several
+// volumes it lists them, each with a small picture. Both are drawn over the picture.
 #pragma once
 
 #include "viewer/window/folder_listing.h"
@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// A GL context must be current from its making to its end.
+/// A GL context must be current for its lifetime.
 class Opener {
   public:
     Opener() = default;
@@ -38,7 +38,7 @@ class Opener {
     void goTo(WindowState& desk, const std::filesystem::path& folder);
 
     std::optional<FolderListing> listing_;
-    std::shared_ptr<const VolumeOffers> of_; // what textures_ are of
+    std::shared_ptr<const VolumeOffers> of_; // offers of textures_
     std::vector<Texture> textures_;
 };
 

@@ -29,7 +29,7 @@ void text(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& w
 }
 
 /// A cube with a letter on every side that faces the viewer: left, right, anterior, posterior, head, foot;
-/// without letters where nobody knows.
+/// without letters where the orientation is unknown.
 void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec2& middle, float half) {
     const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(camera));
     const auto project = [&](const glm::dvec3& p) {
@@ -61,7 +61,7 @@ void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec
         }
 }
 
-/// How good the picture is, where it is not as good as it can be.
+/// The picture's quality, unless it is final.
 std::string badge(const WindowState& desk) {
     const ShownPicture* const picture = desk.picture();
     const ViewingState& s = desk.state();
@@ -75,8 +75,8 @@ std::string badge(const WindowState& desk) {
     case Stage::moving:
         return "coarse";
     case Stage::loading:
-        return s.movesLeft == 1  ? "coarse: 1 brick is on its way"
-               : s.movesLeft > 1 ? "coarse: " + std::to_string(s.movesLeft) + " bricks are on their way"
+        return s.movesLeft == 1  ? "coarse: 1 brick is loading"
+               : s.movesLeft > 1 ? "coarse: " + std::to_string(s.movesLeft) + " bricks are loading"
                                  : (s.lightIsCoarse ? "coarse light" : "coarse: levels are being chosen");
     case Stage::whole:
         return s.drawingStill ? "one ray a pixel; the still is being drawn"

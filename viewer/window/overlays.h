@@ -12,15 +12,15 @@ struct ImDrawList;
 
 namespace tessera {
 
-/// Of the current frame, over the picture.
+/// Drawn in the current frame, over the picture.
 void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand);
 
-/// Where a place lies on the picture, pixels; false behind the eye.
+/// The position of a point on the picture, pixels; false behind the eye.
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
                         glm::dvec2& pixel);
 
 /// At the lower edge of a picture.
-/// @param right  where it ends, units of the window
+/// @param right  its right end, units of the window
 void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, double right);
 
 } // namespace tessera

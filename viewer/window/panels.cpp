@@ -15,7 +15,7 @@ namespace {
 
 const char* const kStages[] = {"moving", "loading", "whole", "still"};
 
-/// The look that a scene has, "its own" where it is none of those with a name.
+/// The lighting preset of a scene, "its own" for other lighting.
 std::string lookOf(const Scene& scene) {
     const std::string text = sceneJson(scene);
     for (const std::string& name : lookNames()) {
@@ -144,7 +144,7 @@ void Panels::light(WindowState& desk) {
         lookOf_ = desk.asked();
         look_ = lookOf(desk.scene());
     }
-    if (const auto name = nameBox("look", look_, lookNames())) {
+    if (const auto name = nameBox("lighting", look_, lookNames())) {
         Scene lit = desk.scene();
         applyLook(*name, lit);
         desk.beginEdit();
@@ -190,14 +190,14 @@ void Panels::state(WindowState& desk) {
                 100.0 * static_cast<double>(s.bricksAsWanted) / static_cast<double>(s.bricksShown),
                 s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel));
     if (const auto all = s.chunksThere + s.chunksMissed; all > 0)
-        wrapped("%.0f %% of %llu chunks were there when they were asked for",
+        wrapped("%.0f %% of %llu requested chunks were in the cache",
                 100.0 * static_cast<double>(s.chunksThere) / static_cast<double>(all),
                 static_cast<unsigned long long>(all));
     ImGui::Checkbox("colour bricks by level (L)", &desk.showLevels);
     if (s.movesLeft > 0)
         wrapped(s.movesLeft == 1 ? "%zu brick is on its way" : "%zu bricks are on their way", s.movesLeft);
     if (s.lightIsCoarse)
-        wrapped("light is coarse as yet");
+        wrapped("light is still coarse");
     if (s.drawingStill)
         wrapped("drawing the still ...");
     if (s.noStills)
@@ -256,25 +256,25 @@ void drawHelp(WindowState& desk) {
                                        {"right drag, wheel", "nearer, farther"},
                                        {"Ctrl + left drag", "roll"},
                                        {"Alt + left drag", "shift and stretch the transfer function"},
-                                       {"double click", "what is there comes to the middle"},
+                                       {"double click", "centre the view there"},
                                        {"1 ... 6", "anterior, posterior, left, right, superior, inferior"},
                                        {"P, X", "perspective or parallel; planes"},
                                        {"planes: left drag", "the crosshair"},
                                        {"planes: right drag", "window: centre, width"},
-                                       {"planes: wheel, Ctrl wheel", "through the volume; nearer"},
-                                       {"planes: double click, border", "one alone, larger; dragged: wider"},
-                                       {"R", "all that shows, from where one looks"},
+                                       {"planes: wheel, Ctrl wheel", "through the volume; zoom"},
+                                       {"planes: double click, border", "one alone, larger; drag: resize"},
+                                       {"R", "fit, in the same direction"},
                                        {"F; W A S D, Q E", "fly"},
                                        {"Ctrl Z, Ctrl Y", "undo, redo"},
                                        {"Space, arrows, Home", "along a line: fly, step, look ahead again"},
                                        {"Shift arrows, up, down", "along a line: steer off it"},
                                        {"L", "bricks coloured by their level"},
                                        {"M, G, C", "measure a distance, an angle, a circle"},
-                                       {"K, Shift K", "scissors: cut the inside away, the outside"},
+                                       {"K, Shift K", "scissors: remove the inside, the outside"},
                                        {"B, N", "crop box; a plane that cuts, through the crosshair"},
                                        {"Tab; Ctrl Q", "panels; close"},
                                        {"F12, Ctrl S", "save the picture, the scene"},
-                                       {"Ctrl O", "open: folders, and what was opened last"},
+                                       {"Ctrl O", "open: folders and recent files"},
                                        {"?", "this list"}};
         if (ImGui::BeginTable("keys", 2)) {
             for (const auto& row : rows) {

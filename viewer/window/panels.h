@@ -1,4 +1,4 @@
-// viewer/window/panels.h: the left panel: the open volume, its view, light and colours, and their cost.
+// viewer/window/panels.h: the left panel: the open volume, view, light, colours, and performance.
 #pragma once
 
 #include "viewer/window/cut_handles.h"
@@ -16,7 +16,7 @@ class Panels {
   public:
     static constexpr float kWidth = 330; // in the screen's units
 
-    /// Draws them where desk.showPanels says so.
+    /// Draws them if desk.showPanels is set.
     /// @param height  of the window
     void draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& endoscopy, float height);
 
@@ -31,12 +31,12 @@ class Panels {
 
     FunctionEditor function_;
     char path_[1024] = {}, name_[1024] = {};
-    int times_ = 1; // the picture's pixels that are saved, of those shown along a side
+    int times_ = 1; // size of saved pictures, as a factor on the shown size
     std::string look_;
-    std::uint64_t lookOf_ = 0; // the wish that look_ is of
+    std::uint64_t lookOf_ = 0; // the request of look_
 };
 
-/// What keys and mouse do.
+/// The list of keys and mouse actions.
 void drawHelp(WindowState& desk);
 
 } // namespace tessera

@@ -181,7 +181,7 @@ bool PictureHand::handle(WindowState& desk, const Area& area) {
             desk.setSlices(planes);
             desk.setCamera(centredOn(desk.camera(), picked->mm), false);
         } else
-            desk.tell("nothing is seen there");
+            desk.tell("nothing is visible there");
     }
     const bool another = pickedAt_ != pointer_ || pickedFor_ != desk.asked();
     const bool rests = now - pointerMoved_ > kRests && desk.hasAsked();

@@ -9,23 +9,23 @@
 
 namespace tessera {
 
-/// A rectangle of the window, in the screen's units, and how many pixels one of them has.
+/// A rectangle of the window, in the screen's units, and the pixels per unit.
 struct Area {
     glm::dvec2 from{0}, size{0};
     double pixelsPerUnit = 1;
     glm::ivec2 pixels() const;
-    /// A place of the window in pixels of the picture.
+    /// A position in the window, in pixels of the picture.
     glm::dvec2 pictureFromWindow(const glm::dvec2& place) const { return (place - from) * pixelsPerUnit; }
 };
 
-/// The texture; a GL context must be current from its making to its end.
+/// The texture; a GL context must be current for its lifetime.
 class PictureTexture {
   public:
     PictureTexture();
     ~PictureTexture();
     PictureTexture(const PictureTexture&) = delete;
     PictureTexture& operator=(const PictureTexture&) = delete;
-    /// Takes another picture's pixels; the same one again costs nothing.
+    /// Uploads a picture's pixels; no work for the same picture.
     void show(const std::shared_ptr<const ShownPicture>& picture);
     unsigned name() const { return name_; }
     glm::ivec2 size() const { return size_; }
@@ -39,11 +39,11 @@ class PictureTexture {
 /// Mouse and keys over the picture.
 class PictureHand {
   public:
-    /// Once a frame, while ImGui's frame is open. Returns whether something is held that moves on its own.
+    /// Once a frame, while ImGui's frame is open. Returns true while held input moves the camera.
     bool handle(WindowState& desk, const Area& area);
-    /// A key that went down, as GLFW names it: a letter's capital in ASCII.
+    /// A pressed key by GLFW's name: a letter's capital in ASCII.
     void press(WindowState& desk, int key, bool control, bool shift);
-    /// Where the pointer rests over the picture, pixels; what is there is asked when it has rested.
+    /// The pointer over the picture, pixels; after a rest the point under it is requested.
     const glm::dvec2& pointer() const { return pointer_; }
     bool isOver() const { return over_; }
 
@@ -55,9 +55,9 @@ class PictureHand {
     Drag drag_ = Drag::none;
     bool over_ = false;
     glm::dvec2 pointer_{0}, pickedAt_{-1, -1};
-    std::uint64_t pickedFor_ = 0; // the wish
+    std::uint64_t pickedFor_ = 0; // the request
     WindowClock::time_point pointerMoved_;
-    std::uint64_t centreOn_ = 0; // the question whose answer comes to the middle
+    std::uint64_t centreOn_ = 0; // the request whose answer becomes the centre
     WindowClock::time_point flewAt_;
 };
 

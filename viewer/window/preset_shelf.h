@@ -1,5 +1,5 @@
-// viewer/window/preset_shelf.h: the presets that are not built in, as given to the window, which reads and
-// writes no files of its own.
+// viewer/window/preset_shelf.h: access to presets that are not built in, for the window, which itself reads
+// and writes no files.
 #pragma once
 
 #include "core/scene/preset_file.h"
@@ -13,13 +13,13 @@ namespace tessera {
 
 /// All of these throw Error or InputError, with a sentence for the user.
 struct PresetShelf {
-    /// Of those that the user kept.
+    /// Names of the user's presets.
     std::function<std::vector<std::string>()> names;
-    /// One of those, or of a file; what of it cannot be shown goes to leftOut, a sentence each.
+    /// One of those, or of a file; unsupported settings go to leftOut, a sentence each.
     std::function<Preset(const std::string& nameOrFile, std::vector<std::string>& leftOut)> find;
     /// Keeps it under its name.
     std::function<void(const Preset&)> keep;
-    /// Writes it: ours, or, by the format's name, Slicer's or ParaView's. Returns what was left out.
+    /// Writes it: ours, or, by the format's name, Slicer's or ParaView's. Returns the settings left out.
     std::function<std::vector<std::string>(const Preset&, const std::filesystem::path&,
                                            const std::string& format)>
         write;

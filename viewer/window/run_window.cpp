@@ -57,7 +57,7 @@ struct Glfw {
     ~Glfw() { glfwTerminate(); }
 };
 
-/// What events leave for the next frame.
+/// Input of events for the next frame.
 struct Events {
     int framesOwed = kFramesAfterEvent;
     std::vector<fs::path> dropped;
@@ -75,7 +75,7 @@ class Window {
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
         glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
         glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-        // So that a reset of the graphics device is told; not everywhere to be had.
+        // Reports a reset of the graphics device, where supported.
         glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
         window_ = glfwCreateWindow(size.x, size.y, "Tessera", nullptr, nullptr);
         tellsResets_ = window_ != nullptr;
@@ -90,7 +90,7 @@ class Window {
         glfwSwapInterval(1);
         float scale = 1, ignored = 1;
         glfwGetWindowContentScale(window_, &scale, &ignored);
-        if (const int wide = this->size().x; wide > 0) // what of the scale is not the system's own
+        if (const int wide = this->size().x; wide > 0) // the part of the scale that the system does not apply
             perUnit_ = std::max(1.0, static_cast<double>(scale) * wide / std::max(1, framebuffer().x));
         glfwSetWindowUserPointer(window_, &events);
         const auto owed = [](GLFWwindow* w) {
@@ -124,8 +124,8 @@ class Window {
         glfwGetFramebufferSize(window_, &size.x, &size.y);
         return size;
     }
-    /// In units that are as large on every display. Some systems' own are so; others' are pixels, of which a
-    /// fine display has several to a unit.
+    /// In units of the same size on every display. Some systems use such units; others use pixels, several
+    /// per unit on a high-resolution display.
     glm::ivec2 size() const {
         glm::ivec2 size(0);
         glfwGetWindowSize(window_, &size.x, &size.y);
@@ -135,9 +135,9 @@ class Window {
         const glm::ivec2 size(glm::round(glm::dvec2(units) * perUnit_));
         glfwSetWindowSize(window_, size.x, size.y);
     }
-    /// All that its context held is gone, and nothing more can be drawn with it.
+    /// True if the GL context is lost: its objects are gone, and it cannot draw any more.
     bool isLost() const { return tellsResets_ && glGetGraphicsResetStatusARB() != GL_NO_ERROR; }
-    /// Of the system's coordinates, those of the pointer included.
+    /// System coordinates per unit, also for the pointer.
     double perUnit() const { return perUnit_; }
 
   private:
@@ -167,16 +167,16 @@ struct Gui {
         ImGui::GetStyle().WindowBorderSize = 0;
         ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
         ImGui_ImplOpenGL3_Init("#version 330 core");
-#if IMGUI_VERSION_NUM >= 18700 // which is told where the pointer is, and does not ask
+#if IMGUI_VERSION_NUM >= 18700 // from here on ImGui gets the pointer's position from events
         static double perUnit = 1;
         perUnit = window.perUnit();
         glfwSetCursorPosCallback(window.get(), [](GLFWwindow* w, double x, double y) {
-            ImGui_ImplGlfw_CursorPosCallback(w, x / perUnit, y / perUnit); // calls the window's own, too
+            ImGui_ImplGlfw_CursorPosCallback(w, x / perUnit, y / perUnit); // also calls the window's callback
         });
 #endif
     }
     /// Before each frame.
-    /// @param hand  in place of the user's
+    /// @param hand  replaces the user's input
     static void begin(const Window& window, const std::optional<ScriptedHand>& hand) {
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
@@ -277,7 +277,7 @@ class Loop {
         screen_.emplace(size, events_);
         events_.framesOwed = kFramesAfterEvent;
         title_.clear();
-        desk_.tell("the graphics device was reset; the window has begun anew");
+        desk_.tell("the graphics device was reset; the window has restarted");
     }
 
     static glm::ivec2 startSize(const WindowOptions& options, const Settings& settings) {
@@ -287,7 +287,7 @@ class Loop {
                             : glm::ivec2(WindowOptions::kFirstSize[0], WindowOptions::kFirstSize[1]);
     }
 
-    /// @param opens  as it will be once a volume is open
+    /// @param opens  the area after a volume has been opened
     Area pictureArea(bool opens = false) const {
         const glm::ivec2 size = screen_->window.size(), pixels = screen_->window.framebuffer();
         Area area;
@@ -300,7 +300,7 @@ class Loop {
         return area;
     }
 
-    /// What is right of the picture.
+    /// Draws the parts right of the picture.
     Area slicesBeside(const Area& picture) const {
         Area area = picture;
         area.from.x = picture.from.x + picture.size.x + 2;
@@ -312,7 +312,7 @@ class Loop {
         Gui::begin(screen_->window, std::exchange(scriptedHand_, {}));
         const glm::ivec2 pixels = screen_->window.framebuffer();
         const Area area = pictureArea();
-        if (pixels.x > 0 && pixels.y > 0) // while one is opened: the size that its first picture has
+        if (pixels.x > 0 && pixels.y > 0) // while a volume is being opened: the size of its first picture
             desk_.setPictureSize(pictureArea(true).pixels());
         if (toOpen_)
             desk_.open(*std::exchange(toOpen_, {}));
@@ -407,7 +407,7 @@ class Loop {
         screen_->texture.show(viewing_->picture());
         if (!desk_.picture() || screen_->texture.size().x == 0)
             return;
-        // Of another size until one of this size is there: in the middle, with its own proportions.
+        // A picture of another size is centred with its own aspect ratio until one of this size exists.
         const glm::dvec2 size = glm::dvec2(screen_->texture.size()) / area.pixelsPerUnit;
         const double fits = std::min(area.size.x / size.x, area.size.y / size.y);
         const glm::dvec2 shown = screen_->texture.size() == area.pixels() ? area.size : size * fits;
@@ -418,7 +418,7 @@ class Loop {
             {static_cast<float>(from.x + shown.x), static_cast<float>(from.y + shown.y)});
     }
 
-    /// What is open and how good the picture is: seen in lists of windows, and by what drives one.
+    /// The open volume and the picture's quality: for lists of windows, and for programs that drive one.
     void nameWindow() {
         std::string title = "Tessera";
         if (const VolumeSeen* const volume = desk_.volume())
@@ -435,7 +435,7 @@ class Loop {
         title_ = title;
     }
 
-    /// Until something happens.
+    /// Sleeps until the next event.
     void sleep() {
         const bool opening = desk_.state().kind == ViewingState::Kind::opening;
         if (moves_ || events_.framesOwed > 0)

@@ -1,5 +1,5 @@
 // viewer/window/run_window.h: the window: input goes to a Viewing, and its results are shown. It draws no
-// volume itself. Whatever it can show, a scene can (viewer/session/viewing.h).
+// volume itself. Everything that it shows is a scene (viewer/session/viewing.h).
 #pragma once
 
 #include "viewer/session/viewing.h"
@@ -17,18 +17,17 @@ namespace tessera {
 struct WindowOptions {
     static constexpr int kFirstSize[2] = {1280, 720};
     std::filesystem::path path; // opened at once; empty: none
-    /// Of the window, in the screen's units; none: as it was last, else kFirstSize.
+    /// Size of the window, in the screen's units; none: the last size, else kFirstSize.
     std::optional<glm::ivec2> size;
-    std::optional<std::filesystem::path> script; // what to do, instead of a hand (script.h)
+    std::optional<std::filesystem::path> script; // script of input (script.h)
     bool panels = true;
     PresetShelf presets;
-    /// Makes what draws. The function that it gets is to be called from any thread when there is news.
+    /// Makes the Viewing. The function passed to it may be called from any thread when there is news.
     std::function<std::unique_ptr<Viewing>(std::function<void()>)> makeViewing;
 };
 
-/// Shows the window until it is closed. On the thread that it is called on, which must be the program's
-/// first. Throws Error where no window can be opened, and InputError for a script with a mistake, naming file
-/// and line.
+/// Shows the window until it is closed. Call it on the program's main thread. Throws Error if no window can
+/// be opened, and InputError for an invalid script, naming file and line.
 void runWindow(const WindowOptions& options);
 
 } // namespace tessera

@@ -109,13 +109,13 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
     if (what == "whole")
         return !settled || !desk.isAnswered() ||
                (picture->stage != Stage::whole && picture->stage != Stage::still);
-    if (what == "still" || what == "rest") // the still is the last thing that comes
+    if (what == "still" || what == "rest") // the still comes last
         return !settled || !desk.isAnswered() || !s.atRest;
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
 
 /// A step along a line.
-/// @param taken  whether it is one. Returns whether it is done.
+/// @param taken  whether the step belongs to a line. Returns whether it is done.
 bool Script::takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endoscopy, bool& taken) {
     const std::string& name = step.words.front();
     taken = true;
@@ -159,7 +159,7 @@ bool Script::takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endos
             refuse(step, "an answer first (answer fly, stop or cancel)");
         const int pictures = static_cast<int>(number(step, 1));
         if (turned_ > 0 && desk.state().pictures == pictures_)
-            return false; // the picture of the step before is not there yet
+            return false; // the previous step's picture is not finished
         if (turned_ >= pictures)
             return turned_ = 0, true;
         pictures_ = desk.state().pictures;
@@ -169,7 +169,7 @@ bool Script::takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endos
     return true;
 }
 
-/// A frame of a click or a drag. Returns whether it was the last.
+/// One frame of a click or a drag. Returns whether it was the last.
 bool Script::takeHand(const Step& step, const Window& window) {
     const bool drags = step.words.front() == "drag";
     const glm::dvec2 from(number(step, 1), number(step, 2)),
@@ -244,7 +244,7 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
     if (!desk.volume())
         refuse(step, "an open volume first (wait volume)");
     if (desk.isFitting())
-        return false; // what follows begins with the camera as it is
+        return false; // the next step needs the fitted camera
     bool alongALine = false;
     if (const bool done = takeEndoscopy(step, desk, endoscopy, alongALine); alongALine)
         return done;
@@ -270,7 +270,7 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
     else if (name == "turn") {
         const int frames = static_cast<int>(number(step, 2));
         if (turned_ > 0 && desk.state().pictures == pictures_)
-            return false; // the picture of the step before is not there yet
+            return false; // the previous step's picture is not finished
         if (turned_ >= frames)
             return turned_ = 0, true;
         pictures_ = desk.state().pictures;

@@ -1,5 +1,5 @@
-// viewer/window/script.h: a script of steps for the window, in place of a hand, for figures, measurements and
-// tests. A line is a step; empty lines and those that begin with # are none:
+// viewer/window/script.h: a script of input for the window, for figures, measurements and tests. A line is a
+// step; empty lines and those that begin with # are ignored:
 //
 //   open PATH                 wait volume | choice | picture | whole | still | rest | line | MILLISECONDS
 //   choose N [PHASE]          of the volumes that a folder offers, from 1, once they are there (wait choice)
@@ -34,7 +34,7 @@
 
 namespace tessera {
 
-/// Where a pointer is, in units of the window, whether its left button is down, and notches of its wheel.
+/// Position of the pointer, in units of the window, state of its left button, and notches of its wheel.
 struct ScriptedHand {
     glm::dvec2 at{0};
     bool down = false;
@@ -43,23 +43,23 @@ struct ScriptedHand {
 
 class Script {
   public:
-    /// What a window can do that a desk cannot.
+    /// Functions of the window that WindowState lacks.
     struct Window {
         std::function<void(const glm::ivec2&)> resize;
         std::function<void(const std::filesystem::path&)> capture; // what is shown, after the next frame
         std::function<void()> close;
         std::function<int()> countGlObjects;
         std::function<void()> loseContext; // as if the graphics device had been reset
-        /// A hand in place of the user's, in the next frame.
+        /// Input for the next frame.
         std::function<void(const ScriptedHand&)> point;
         std::function<void(int key, bool shift)> press; // as GLFW names keys
     };
 
     Script() = default; // none
-    /// Throws InputError naming file and line for what is no step.
+    /// Throws InputError naming file and line for an invalid step.
     explicit Script(const std::filesystem::path& file);
-    /// Takes steps until one has to wait. Once a frame. Returns whether there are more.
-    /// Throws InputError naming file and line for a step that cannot be taken.
+    /// Takes steps until one must wait. Once a frame. Returns true if there are more. Throws InputError
+    /// naming file and line for a step that fails.
     bool advance(WindowState& desk, Endoscopy& endoscopy, const Window& window);
 
   private:

@@ -1,4 +1,4 @@
-// viewer/window/settings.h: the settings that the window remembers: its size and the files opened last.
+// viewer/window/settings.h: the saved settings of the window: its size and recent files.
 #pragma once
 
 #include <filesystem>
@@ -9,22 +9,20 @@ namespace tessera {
 
 struct Settings {
     static constexpr std::size_t kMostRecent = 12;
-    glm::ivec2 windowSize{0};                  // 0: none remembered
-    std::vector<std::filesystem::path> recent; // the last opened first
-    std::filesystem::path folder;              // that the browser showed last; empty: none
+    glm::ivec2 windowSize{0};                  // 0: none saved
+    std::vector<std::filesystem::path> recent; // most recent first
+    std::filesystem::path folder;              // last folder of the browser; empty: none
     bool panels = true;
 
-    /// The path becomes the first of the recent ones.
+    /// Makes the path the first of the recent ones.
     void opened(const std::filesystem::path& path);
 };
 
-/// ${XDG_CONFIG_HOME}/tessera/window.json, or ~/.config/tessera/window.json; empty where there is no such
-/// folder to be.
+/// ${XDG_CONFIG_HOME}/tessera/window.json, or ~/.config/tessera/window.json; empty without either variable.
 std::filesystem::path settingsFile();
-/// As the file says; what it lacks or has wrong is as it is at first. A window is never refused
-/// for its settings.
+/// Reads the file; missing or invalid settings get defaults, without an error.
 Settings loadSettings(const std::filesystem::path& file);
-/// Writes the file and its folder. Returns what went wrong; empty: nothing.
+/// Writes the file and its folder. Returns the error; empty: none.
 std::string saveSettings(const Settings& settings, const std::filesystem::path& file);
 
 } // namespace tessera

@@ -27,7 +27,7 @@ ImVec2 at(const glm::dvec2& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y)};
 }
 
-/// Where all of it lies within a voxel of the plane.
+/// Drawn if all of it lies within a voxel of the plane.
 void drawMeasurement(ImDrawList& draw, const Measurement& m, const std::string& words, const Area& view,
                      const SliceFrame& frame) {
     constexpr ImU32 kInk = IM_COL32(120, 220, 255, 255);

@@ -18,12 +18,11 @@ class SlicePanel {
     ~SlicePanel();
     SlicePanel(const SlicePanel&) = delete;
     SlicePanel& operator=(const SlicePanel&) = delete;
-    /// Draws them into the area, one above the other, and takes what a hand does there. While ImGui's frame
-    /// is open.
+    /// Draws them into the area, one above the other, and handles input there. While ImGui's frame is open.
     void draw(WindowState& desk, Tools& tools, Endoscopy& endoscopy, const Area& area);
     /// The border between picture and planes, which is dragged.
     /// @param picture, planes  side by side
-    /// Returns whether it takes the mouse.
+    /// Returns true if it takes the mouse.
     bool divide(WindowState& desk, const Area& picture, const Area& planes);
 
   private:
@@ -33,7 +32,7 @@ class SlicePanel {
     std::array<unsigned, 3> textures_{};
     std::shared_ptr<const ShownSlices> shown_;
     int held_ = -1;        // plane under a button that is down
-    bool windows_ = false; // it changes the window, not the place
+    bool windows_ = false; // it changes the window, not the crosshair
     bool divides_ = false;
 };
 

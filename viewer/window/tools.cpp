@@ -52,7 +52,7 @@ void Tools::panel(WindowState& desk) {
     ImGui::SameLine();
     button("circle (C)", Tool::circle);
     if (measures())
-        ImGui::TextDisabled("click %zu places, in the volume or a plane",
+        ImGui::TextDisabled("click %zu points, in the volume or a plane",
                             pointsOf(pending_.kind) - pending_.points.size());
     Scene scene = desk.scene();
     for (std::size_t i = 0; i < scene.measurements.size(); ++i) {
@@ -134,7 +134,7 @@ bool Tools::handle(WindowState& desk, const Area& area) {
             if (picked->hit)
                 placed(desk, picked->mm);
             else
-                desk.tell("nothing is seen there");
+                desk.tell("nothing is visible there");
         }
         return over && (ImGui::IsMouseDown(0) || ImGui::IsMouseReleased(0));
     }

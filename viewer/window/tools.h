@@ -1,5 +1,5 @@
-// viewer/window/tools.h: tools that take clicks and outlines on the picture or a plane from the camera:
-// measured points, and scissors.
+// viewer/window/tools.h: tools that use clicks and outlines on the picture or a plane instead of the camera:
+// measurements and scissors.
 #pragma once
 
 #include "viewer/window/picture_view.h" // Area
@@ -17,17 +17,17 @@ class Tools {
   public:
     enum class Tool { none, distance, angle, circle, scissorsInside, scissorsOutside };
 
-    /// Parts of the panel: what measures, and scissors.
+    /// Parts of the panel: measurements, and scissors.
     void panel(WindowState& desk);
     void scissorsPanel(WindowState& desk);
-    /// Over the picture; before the camera's hand. Returns whether the tool takes the mouse.
+    /// Drawn over the picture; before the camera's input. Returns true if the tool takes the mouse.
     bool handle(WindowState& desk, const Area& area);
-    /// A place on a plane was clicked: a point of what is being measured. Returns whether a tool took it.
+    /// Handles a click on a plane: a point of the current measurement. Returns true if a tool took it.
     bool placed(WindowState& desk, const glm::dvec3& mm);
-    /// Measurements and the outline, over the picture.
+    /// Draws measurements and the outline, over the picture.
     void draw(WindowState& desk, const Area& area) const;
     void stop();
-    /// Takes a tool in hand, in place of another; the same one again lays it down.
+    /// Selects a tool; the same one again deselects it.
     void take(Tool tool);
     Tool tool() const { return tool_; }
 

@@ -69,7 +69,7 @@ void WindowState::update() {
             slices_.placeMm =
                 glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
             slices_.window = windowOf(std::string("auto"), volume_->values);
-            std::string remarks; // what whoever looks at it has to know: the State panel keeps them
+            std::string remarks; // facts that affect interpretation; the State panel keeps them
             for (const std::string& remark : info.remarks)
                 remarks += (remarks.empty() ? "" : "\n") + remark;
             if (!remarks.empty())
@@ -106,7 +106,7 @@ void WindowState::update() {
         message_.reset();
 }
 
-/// The picture that answers says where a fitted camera is.
+/// Takes the fitted camera from the picture that answers the request.
 void WindowState::takeFitted() {
     if (fitAsked_ == 0 || !picture_ || picture_->asked < fitAsked_)
         return;
@@ -127,9 +127,9 @@ void WindowState::send(bool moving, bool fit) {
         return;
     lastInput_ = WindowClock::now();
     if (askedAt_ == WindowClock::time_point())
-        askedAt_ = lastInput_; // of the first input that no picture has answered
+        askedAt_ = lastInput_; // time of the first input without a picture
     if (fit && fitted_)
-        fitAsked_ = ~std::uint64_t{0}; // until ask() knows its number
+        fitAsked_ = ~std::uint64_t{0}; // until ask() returns its number
     asked_ = ask(moving);
     if (picked_)
         pickedBefore_ = picked_->number;
@@ -171,7 +171,7 @@ void WindowState::showSomething(const Scene& before) {
     }
     scene_.surfaces.push_back(surfaceOffered());
     tell("an isosurface at " + valueText(scene_.surfaces.back().value, volume_->info.unit) +
-         ", where the function is half as opaque as it gets; the panel Mode changes it");
+         ", at half the function's largest opacity; the panel Mode changes it");
 }
 
 Isosurface WindowState::surfaceOffered() const {
@@ -273,7 +273,7 @@ void WindowState::setSlices(const SliceWish& wish) {
     viewing_.showSlices(wish);
 }
 
-/// Edits come and go; one goes on looking from where one looks.
+/// Undo and redo keep the current camera.
 void WindowState::takeBack(Scene scene) {
     scene.camera = scene_.camera;
     setScene(scene, false);
@@ -306,7 +306,7 @@ void WindowState::resetCamera() {
 void WindowState::open(const std::filesystem::path& path, const VolumePick& pick) {
     showBrowser = false;
     viewing_.open(path, wantedSize_.x > 0 ? wantedSize_ : Scene().imageSize, pick);
-    state_ = viewing_.state(); // what was before is no answer
+    state_ = viewing_.state(); // the previous state does not answer this request
     offers_.reset();
 }
 
@@ -425,7 +425,7 @@ const std::string& WindowState::presetName() {
         try {
             if (functionText(presetFunction(name, volume_->values)) == text)
                 presetName_ = name;
-        } catch (const InputError&) { // not of values like these
+        } catch (const InputError&) { // a preset for other values
         }
     return presetName_;
 }

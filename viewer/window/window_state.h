@@ -29,13 +29,13 @@ struct Message {
     WindowClock::time_point until;
 };
 
-/// Times between an input and the picture that answers it.
+/// Latencies from an input to the picture that answers it.
 struct Latency {
     double lastMs = 0;
-    std::deque<double> recentMs;                      // of pictures while something moved, at most 200
+    std::deque<double> recentMs;                      // of interactive pictures, at most 200
     std::deque<WindowClock::time_point> pictureTimes; // of the last second
     void drew(double ms, WindowClock::time_point now);
-    /// Of recentMs; 0 where there is none.
+    /// Of recentMs; 0 if empty.
     double percentileMs(double share) const;
     double picturesPerSecond(WindowClock::time_point now) const;
 };
@@ -48,20 +48,20 @@ class WindowState {
     Viewing& viewing() { return viewing_; }
     Settings& settings() { return settings_; }
 
-    /// Takes what is new from the viewing: another volume, picture, problem. Once a frame.
+    /// Takes new results of the viewing: volume, picture, problem. Once a frame.
     void update();
     /// Null before a volume is open.
     const VolumeSeen* volume() const { return volume_.get(); }
     const ShownPicture* picture() const { return picture_.get(); }
     const ViewingState& state() const { return state_; }
-    /// What was under the pointer, of the picture as it is asked now.
+    /// The picked point of the current request.
     const std::optional<PickedPlace>& picked() const { return picked_; }
-    /// The number of the last wish, and whether there is a picture of it.
+    /// The number of the last request, and whether its picture is there.
     std::uint64_t asked() const { return asked_; }
     bool isAnswered() const { return picture_ && picture_->asked >= asked_; }
-    /// Whether it cannot be drawn: the message said why.
+    /// True if it cannot be drawn: the message gives the reason.
     bool isRefused() const { return asked_ != 0 && state_.refused >= asked_; }
-    /// What was told last that went wrong with an open volume.
+    /// The last error of an open volume.
     const std::string& lastProblem() const { return lastProblem_; }
     const Latency& latency() const { return latency_; }
 
@@ -70,67 +70,66 @@ class WindowState {
     const TransferFunction& function() const {
         return std::get<TransferFunction>(scene_.volumes.front().transferFunction);
     }
-    /// Another scene from now on. Where its mode has nothing to draw it gets what it lacks, and that is told.
-    /// @param moving  more of the kind is about to come
-    /// @param fit     what shows is another: a camera that is fitted is fitted anew
+    /// Sets the scene. If its mode has nothing to draw, the missing part is added, with a message.
+    /// @param moving  more changes follow soon
+    /// @param fit  the visible content changes: a fitted camera is fitted again
     void setScene(const Scene& scene, bool moving, bool fit = false);
-    /// The isosurface that is offered where none is asked for: where the function is half as opaque
-    /// as it gets.
+    /// The default isosurface: at half the function's largest opacity.
     Isosurface surfaceOffered() const;
     void setCamera(const Camera& camera, bool moving);
-    /// From a side of the patient, or from where one looks, so that all that shows fits the picture. It does
-    /// so now and, until a hand moves the camera, whenever the picture gets another size or another preset.
-    /// Where a slice is looked at, a side turns the slice.
+    /// Fits the camera to all that is visible, from a side of the patient or in the current direction. Until
+    /// the user moves the camera, it is fitted again when size or preset change. In mode slice a side turns
+    /// the slice.
     void fitView(View side);
     void fitView();
     void setProjection(Projection projection);
     void setFunction(const TransferFunction& function, bool moving);
-    /// The three planes beside the volume, and what is asked of them.
+    /// The three planes beside the volume, and requests for them.
     const SliceWish& slices() const { return slices_; }
     void setSlices(const SliceWish& wish);
-    /// Of the picture, pixels. Waits until the size has stayed for a moment.
+    /// Sets the picture's size, pixels. Waits until the size is stable.
     void setPictureSize(const glm::ivec2& size);
-    /// An edit begins that undo() takes back.
+    /// Begins an edit for undo().
     void beginEdit() { history_.begin(scene_); }
     void undo();
     void redo();
     const History& history() const { return history_; }
-    /// The camera as it was when the volume was opened, for the size as it is.
+    /// The camera as opened, for the current size.
     void resetCamera();
-    /// Whether a picture has yet to tell where it is.
+    /// True while the fitted camera is not known yet.
     bool isFitting() const { return fitAsked_ != 0 && !isRefused(); }
-    /// Whether it is fitted, and no hand has moved it since.
+    /// True if it is fitted, and the user has not moved it since.
     bool isFitted() const { return fitted_.has_value(); }
 
     /// @param pick  which of several volumes
     void open(const std::filesystem::path& path, const VolumePick& pick = {});
-    /// What the last path offers to choose from; null: nothing, or it was put away.
+    /// The volumes of the last path; null: nothing to choose, or dismissed.
     std::shared_ptr<const VolumeOffers> offers() const { return offers_ == dismissed_ ? nullptr : offers_; }
     std::shared_ptr<const Thumbnail> thumbnail(std::size_t offer) const { return viewing_.thumbnail(offer); }
     /// Opens an offer.
-    /// @param phase  from 1, where one has to be chosen
+    /// @param phase  from 1, if one must be chosen
     void choose(std::size_t offer, int phase = 0);
     void dismissOffers() { dismissed_ = offers_; }
-    /// The picture as PNG with its manifest, the scene as JSON: into the folder where the program was
-    /// started, named after the volume, with a number where the name is taken. Tells what came of it.
+    /// Saves the picture as PNG with its manifest, or the scene as JSON, in the folder where the program was
+    /// started. The name is that of the volume, with a number if it exists. Reports the outcome.
     /// @param name   another name or path; empty: none
-    /// @param times  as many pixels along each side as are shown: more are drawn first, as a still
+    /// @param times  factor on the shown size: a larger picture is first drawn as a still
     void savePicture(const std::string& name = {}, int times = 1);
     void saveScene(const std::string& name = {});
     /// Of those that the user kept.
     std::vector<std::string> ownPresets() const { return presets_.names(); }
-    /// The scene looks like a preset: a built-in one's function, or all that one of the user's or of a file
-    /// says. Tells what of it cannot be shown. Throws Error or InputError.
+    /// Applies a preset: the function of a built-in one, or all settings of a user's or a file's. Reports
+    /// unsupported settings. Throws Error or InputError.
     void takePreset(const std::string& nameOrFile);
-    /// Keeps what the scene looks like under a name, or writes it to a file in a format. Throws likewise.
+    /// Keeps the scene's appearance under a name, or writes it to a file in a format. Throws likewise.
     void keepPreset(const std::string& name);
     void writePreset(const std::filesystem::path& file, const std::string& format);
-    /// A measurement in words; of a circle, once they are known, with the values that it holds.
+    /// A measurement in words; for a circle with its values, once they are known.
     std::string describe(const Measurement& measurement);
-    /// The preset whose function the scene has; "its own" where that is none of those with a name.
+    /// The preset whose function the scene has; "its own" for another function.
     const std::string& presetName();
     void tell(const std::string& text, bool problem = false);
-    /// Does it; what goes wrong is told.
+    /// Runs it; errors are reported.
     template <typename Act> void trying(const Act& act) {
         try {
             act();
@@ -140,26 +139,26 @@ class WindowState {
     }
     const std::optional<Message>& message() const { return message_; }
 
-    /// Whether a wish has been sent whose last word (not moving) is still owed; sends it when its time has
-    /// come. Returns whether to look again soon.
+    /// Sends the final request after a series with `moving`, when it is due. Returns true if it is still
+    /// pending.
     bool settle();
-    /// Whether all that was asked has been sent, for good.
+    /// True if all requests have been sent, none as moving.
     bool hasAsked() const { return !owesRest_ && (wantedSize_ == scene_.imageSize || !volume_); }
 
     bool showPanels = true, showSlices = true, showHelp = false, showLevels = false, flying = false;
     bool savesScaleBar = false; // in pictures that are saved
-    int enlargedPlane = -1;     // that lies alone beside the picture; -1: all three
-    /// Of the width beside the panel, the planes'.
+    int enlargedPlane = -1;     // shown alone beside the picture; -1: all three
+    /// The planes' share of the width beside the panel.
     double planesShare() const { return enlargedPlane < 0 ? planesShare_ : kEnlargedShare; }
     void setPlanesShare(double share) {
         planesShare_ = std::clamp(share, kLeastShare, kMostShare);
         enlargedPlane = -1;
     }
-    bool showBrowser = false; // over an open volume; without one it shows anyway
+    bool showBrowser = false; // over an open volume; without one it is always shown
 
   private:
     static constexpr double kEnlargedShare = 0.6, kLeastShare = 0.12, kMostShare = 0.8;
-    /// @param fit  the camera anew, where it is a fitted one
+    /// @param fit  the camera again, if it is a fitted one
     void send(bool moving, bool fit = false);
     std::uint64_t ask(bool moving);
     void takeFitted();
@@ -179,9 +178,10 @@ class WindowState {
     ViewingState state_;
     std::string lastProblem_;
     Scene scene_;
-    std::optional<FittedView> fitted_; // what the camera is fitted for; none: a hand or a path moved it
-    std::uint64_t fitAsked_ = 0;       // the wish whose picture tells the fitted camera; 0: it is known
-    struct Held {                      // the camera as a hand left it, and the picture's size then
+    std::optional<FittedView>
+        fitted_;                 // view to which the camera is fitted; none: the user or a path moved it
+    std::uint64_t fitAsked_ = 0; // the request whose picture has the fitted camera; 0: it is known
+    struct Held {                // the camera as the user left it, and the picture's size then
         Camera camera;
         glm::ivec2 size{0};
     };
@@ -192,14 +192,15 @@ class WindowState {
     std::optional<Measurement> discAsked_;
     std::uint64_t discNumber_ = 0;
     std::string presetName_, taken_,
-        takenText_; // of the wish presetOf_; a preset that was taken, its function
+        takenText_; // of request presetOf_; an applied preset, its function
     std::uint64_t presetOf_ = 0;
     double planesShare_ = 0.28;
     std::optional<Message> message_;
     Latency latency_;
     bool owesRest_ = false;
     WindowClock::time_point lastInput_, askedAt_;
-    std::uint64_t asked_ = 0, pickedBefore_ = 0; // pickedBefore_: answers up to it are of another picture
+    std::uint64_t asked_ = 0,
+                  pickedBefore_ = 0; // pickedBefore_: answers up to this number are of another picture
     bool askedMoving_ = false;
     glm::ivec2 wantedSize_{0};
     WindowClock::time_point sizeChanged_;

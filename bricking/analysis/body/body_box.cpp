@@ -18,8 +18,8 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kMostSamples = std::size_t{1} << 21; // 128^3
-constexpr double kOfVoxelAround = 0.7; // skin is less than this beyond a coarse voxel that is above kBodyHu
-/// Bytes a sample: two fields of distances, the voxels of a part, which grow by doubling, and seven sets of
+constexpr double kOfVoxelAround = 0.7; // the skin extends less than this beyond a coarse voxel above kBodyHu
+/// Bytes per sample: two distance fields, the voxels of a part, which grow by doubling, and seven sets of
 /// marks.
 constexpr std::size_t kBytesPerSample = 2 * sizeof(float) + 2 * sizeof(std::int32_t) + 8;
 
@@ -48,7 +48,7 @@ struct Grid {
 };
 using Marks = std::vector<std::uint8_t>;
 
-/// Which samples of a level are above kBodyHu.
+/// The samples of a level above kBodyHu.
 Marks marksOf(const ChunkSource& source, int level, const Grid& grid) {
     const VolumeInfo& info = source.info();
     Marks marks(grid.size());
@@ -70,7 +70,7 @@ Marks marksOf(const ChunkSource& source, int level, const Grid& grid) {
     return marks;
 }
 
-/// Squared mm to the nearest voxel whose mark is `of`.
+/// Squared distance to the nearest voxel with mark `of`, mm2.
 std::vector<float> distancesTo(const Marks& marks, std::uint8_t of, const Grid& grid) {
     std::vector<float> field(marks.size());
     std::transform(marks.begin(), marks.end(), field.begin(),
@@ -80,7 +80,7 @@ std::vector<float> distancesTo(const Marks& marks, std::uint8_t of, const Grid& 
 }
 
 /// Calls part(voxels) for every connected part of the marked voxels; by faces, in the order of their first
-/// voxels. `part` may change any mark that it was given, not others.
+/// voxels. `part` may change marks of its voxels only.
 template <typename Part> void forParts(const Marks& marks, const Grid& grid, const Part& part) {
     Marks seen(marks.size());
     std::vector<std::int32_t> voxels;
@@ -100,7 +100,7 @@ template <typename Part> void forParts(const Marks& marks, const Grid& grid, con
     }
 }
 
-/// The marks of body among those of all that is above kBodyHu.
+/// The marks of the body among those of all voxels above kBodyHu.
 Marks bodyOf(const Marks& above, const Grid& grid) {
     std::vector<float> depths = distancesTo(above, 0, grid);
     const double thickest = std::sqrt(static_cast<double>(*std::max_element(depths.begin(), depths.end())));
@@ -127,7 +127,7 @@ Marks bodyOf(const Marks& above, const Grid& grid) {
         body[i] = above[i] && static_cast<double>(depths[i]) <= ball * ball;
         rest[i] = above[i] && !body[i];
     }
-    // What is small and hangs on it comes back.
+    // Small attached pieces return.
     const Marks opened = body;
     forParts(rest, grid, [&](const std::vector<std::int32_t>& voxels) {
         glm::ivec3 low(std::numeric_limits<int>::max()), high(-1);
@@ -163,8 +163,8 @@ BodyBox findBody(const ChunkSource& source, MemoryBudget& ram) {
         throw badFile("--crop body", "a body: something above -300 HU", "none");
     const Marks body = bodyOf(above, grid);
 
-    // A sample as a box of patient space, some of its edge wider: the affine of its middle, and half of what
-    // its edges reach along each axis.
+    // A sample as a box of patient space, slightly enlarged: the affine of its centre, and half of its extent
+    // along each axis.
     const glm::dmat3 edges(info.patientFromVoxel);
     glm::dvec3 half(0);
     for (int axis = 0; axis < 3; ++axis)
@@ -190,7 +190,7 @@ BodyBox findBody(const ChunkSource& source, MemoryBudget& ram) {
             place(glm::dvec3(info.extentVoxels) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2));
         first = glm::min(first, at), last = glm::max(last, at);
     }
-    constexpr double kTenth = 10; // of a millimetre, as people read it
+    constexpr double kTenth = 10; // rounded to tenths of a millimetre
     box.low = glm::floor(kTenth * glm::max(box.low, first)) / kTenth;
     box.high = glm::ceil(kTenth * glm::min(box.high, last)) / kTenth;
     const double litre = grid.spacingMm.x * grid.spacingMm.y * grid.spacingMm.z / 1e6;

@@ -1,4 +1,4 @@
-// bricking/analysis/lumen/branch_lines.cpp: from a tree's limbs to the lines between its forks. See
+// bricking/analysis/lumen/branch_lines.cpp: from a tree's branches to the lines between its forks. See
 // lumen_tree.h.
 #include "bricking/analysis/lumen/lumen_tree.h"
 
@@ -12,14 +12,14 @@
 namespace tessera {
 namespace {
 
-constexpr double kAtRoot = 1.5; // radii: what leaves the first limb nearer to the seed begins there too
+constexpr double kAtRoot = 1.5; // radii: branches that leave the first one nearer to the seed begin there too
 
 struct Centred {
     CentredLine line;
     int parent = -1;
     double leavesAtMm = 0;           // along the parent
-    std::vector<double> forks;       // where others leave it, along it, ascending
-    std::vector<std::size_t> pieces; // lines that it became, by their number
+    std::vector<double> forks;       // positions of forks along it, ascending
+    std::vector<std::size_t> pieces; // numbers of its lines
 };
 
 glm::dvec3 along(const CentredLine& line, double mm) {
@@ -42,7 +42,7 @@ double lengthOf(const CentredLine& line) {
     return line.spacingMm * static_cast<double>(line.mm.size() - 1);
 }
 
-/// Where a line is nearest to a place, mm along it.
+/// The position on a line nearest to a point, mm along it.
 double nearestAlong(const CentredLine& line, const glm::dvec3& mm) {
     std::size_t best = 0;
     for (std::size_t i = 1; i < line.mm.size(); ++i)
@@ -51,8 +51,8 @@ double nearestAlong(const CentredLine& line, const glm::dvec3& mm) {
     return line.spacingMm * static_cast<double>(best);
 }
 
-/// Forks that lie within half a radius of one another are one.
-/// @param mm  along the line; may be moved
+/// Merges forks within half a radius of one another.
+/// @param mm  along the line; may be changed
 void addFork(Centred& limb, double& mm) {
     for (const double fork : limb.forks)
         if (std::abs(fork - mm) < 0.5 * radiusAlong(limb.line, fork)) {
@@ -65,7 +65,7 @@ void addFork(Centred& limb, double& mm) {
         limb.forks.push_back(mm);
 }
 
-/// The piece of a line between two places, evenly spaced.
+/// The piece of a line between two positions, evenly spaced.
 /// @param leastMm  closer together points follow no bend
 CentreLine piece(const CentredLine& line, double fromMm, double toMm, double leastMm) {
     CentreLine out;
@@ -78,7 +78,7 @@ CentreLine piece(const CentredLine& line, double fromMm, double toMm, double lea
     out.spacingMm = (toMm - fromMm) / count;
     if (stepsHold(out.points, out.spacingMm))
         return out;
-    // its points fell on other sides of a bend than the line's
+    // its points lie on other sides of a bend than the line's
     const std::vector<glm::dvec3> points = std::move(out.points);
     const std::vector<double> radii = std::move(out.radiusMm);
     EvenSteps even = evenSteps(points, line.spacingMm, leastMm);
@@ -120,7 +120,7 @@ LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>&
             chain.mm.push_back(along(parent.line, own.leavesAtMm));
             rules.holdFirst = true;
         }
-        LumenRule here = rule; // a thin branch's lumen goes as far as the way through it does
+        LumenRule here = rule; // a thin branch's lumen extends as far as the path through it
         for (const glm::ivec3& voxel : graph.voxelChain(limb.nodes, from, to)) {
             chain.mm.push_back(shape.middleOf(voxel));
             here = here.orTaking(values.voxel(voxel));
@@ -128,7 +128,7 @@ LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>&
         own.line = centrePath(shape, {chain}, values, here, rules);
         out.leastTurnMm = std::min(out.leastTurnMm, own.line.leastTurnMm);
     }
-    // parents first: a limb's pieces between its forks, each the child of the one before
+    // parents first: a branch's pieces between its forks, each the child of the one before
     for (Centred& limb : centred) {
         std::sort(limb.forks.begin(), limb.forks.end());
         int before = -1, generation = 0;

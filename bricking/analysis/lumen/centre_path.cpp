@@ -12,11 +12,13 @@
 namespace tessera {
 namespace {
 
-constexpr int kRays = 24;                // of a section
-constexpr double kFartherThanMost = 1.1; // a ray counts up to this many times the section's median: branches
+constexpr int kRays = 24; // of a section
+constexpr double kFartherThanMost =
+    1.1; // rays count up to this many times the section's median, because of branches
 constexpr int kRounds = 6;
-constexpr double kSmooth = 0.7;      // deviation of the Gaussian, of the lumen's radius
-constexpr double kWideTurn = 1.5;    // radius of a turn, of the lumen's, from which on it is smoothed in full
+constexpr double kSmooth = 0.7; // deviation of the Gaussian, of the lumen's radius
+constexpr double kWideTurn =
+    1.5; // radius of a turn, relative to the lumen's, from which on smoothing is full
 constexpr double kLeastSmooth = 0.7; // of that, in the tightest turns
 constexpr double kTightest = 0.5;    // radius of a turn, of the lumen's
 constexpr double kBesideGapMm = 8;
@@ -24,7 +26,7 @@ constexpr double kLookMm = 0.25; // smallest spacings: closer together points fo
 constexpr double kMostRayMm = 100;
 constexpr std::size_t kFarSeen = 40; // voxels of the chain
 
-/// A line's points and, of each, where on the chain it came from and how much it may be smoothed.
+/// A line's points, each with its position on the chain and the allowed smoothing.
 struct Stations {
     std::vector<glm::dvec3> mm;
     std::vector<double> chain;  // place on the chain
@@ -73,7 +75,7 @@ class Centring {
     bool onBridge(double chain) const { return bridge_[static_cast<std::size_t>(std::lround(chain))]; }
     glm::dvec3 onChain(double place) const { return pointAt(chain_, place, true); }
 
-    /// A lumen's end at a gap is a dent in its wall: near it the line may leave the lumen, too.
+    /// The end of a lumen at a gap is a dent in its wall: near it the line may leave the lumen.
     void widenBridges() {
         const std::vector<double> arcs = arcsOf(chain_);
         const std::vector<bool> bare = bridge_;
@@ -115,7 +117,7 @@ class Centring {
         pullInside();
     }
 
-    /// Points that left the lumen go towards their place on the chain until they are inside.
+    /// Moves points outside the lumen towards their position on the chain until they are inside.
     void pullInside() {
         for (std::size_t i = 0; i < stations_.mm.size(); ++i) {
             if (onBridge(stations_.chain[i]))
@@ -139,8 +141,8 @@ class Centring {
         stations_ = std::move(next);
     }
 
-    /// Of the smoothing at every station, in stations: by the lumen's radius, less in turns that are hardly
-    /// wider.
+    /// Deviation of the smoothing at every station, in stations: by the lumen's radius, less in turns that
+    /// are hardly wider.
     std::vector<double> deviations() const {
         std::vector<double> deviation(stations_.mm.size());
         for (std::size_t i = 0; i < deviation.size(); ++i) {
@@ -198,7 +200,7 @@ class Centring {
         std::array<double, kRays> sorted = lengths;
         std::nth_element(sorted.begin(), sorted.begin() + kRays / 2, sorted.end());
         const double median = sorted[kRays / 2];
-        glm::dvec3 moved(0); // of a round section this is where its middle lies from here
+        glm::dvec3 moved(0); // for a round section this is the offset of its centre
         double sum = 0;
         for (std::size_t k = 0; k < kRays; ++k) {
             const double length = std::min(lengths[k], kFartherThanMost * median);
@@ -214,7 +216,7 @@ class Centring {
                shape_.staysInside(mm[i], mm[i + 1], values_, rule_);
     }
 
-    /// The line of the middles, smoothed as far as the lumen lets it.
+    /// The line of the centres, smoothed as far as the lumen allows.
     void settle(const std::vector<glm::dvec3>& middles) {
         const std::size_t n = middles.size();
         const std::vector<double> most = deviations();
@@ -248,8 +250,7 @@ class Centring {
         relaxTurns();
     }
 
-    /// The chain without its corners: straight from one of its points to the furthest that is seen from
-    /// there.
+    /// The chain without its corners: straight from a point to the furthest visible one.
     glm::dvec3 onTautChain(double place) {
         if (taut_.empty()) {
             for (std::size_t i = 0; i + 1 < chain_.size();) {
@@ -270,7 +271,7 @@ class Centring {
         return chain_[*(after - 1)] + t * (chain_[*after] - chain_[*(after - 1)]);
     }
 
-    /// Turns tighter than the bound give way, as far as the lumen lets them.
+    /// Relaxes turns tighter than the bound, as far as the lumen allows.
     void relaxTurns() {
         const std::size_t n = stations_.mm.size();
         for (int round = 0; round < 100; ++round) {
@@ -300,8 +301,8 @@ class Centring {
 
     CentredLine result() {
         CentredLine line;
-        // the curve through the points, or the lines between them where the curve would leave the lumen;
-        // closer together where that does not help
+        // points on the curve, or on the lines between points where the curve would leave the lumen; more
+        // closely spaced if that does not help
         for (int finer = 0; finer < 8; ++finer) {
             line.mm =
                 evenly(stations_.mm, rules_.spacingMm / (1 << finer / 2), finer % 2 == 1, line.spacingMm);
@@ -340,7 +341,7 @@ class Centring {
     const CentringRules rules_;
     std::vector<glm::dvec3> chain_;
     std::vector<bool> bridge_;
-    std::vector<std::size_t> taut_; // points of the chain that are kept; made when it is first needed
+    std::vector<std::size_t> taut_; // points of the chain that are kept; made on demand
     Stations stations_;
     double stepMm_ = 1;
 };

@@ -9,16 +9,17 @@
 
 namespace tessera {
 
-/// A piece of the way: places that follow one another, patient space mm.
+/// A piece of the path: consecutive points, patient space, mm.
 struct ChainPiece {
-    std::vector<glm::dvec3> mm; ///< each joined to the next by a line in the lumen; at a bridge any line
-    bool bridge = false;        ///< through what is not lumen
+    std::vector<glm::dvec3>
+        mm;              ///< each connected to the next by a line in the lumen; on a bridge by any line
+    bool bridge = false; ///< crosses tissue outside the lumen
 };
 
 struct CentredLine {
-    std::vector<glm::dvec3> mm;   ///< evenly along the line
+    std::vector<glm::dvec3> mm;   ///< evenly spaced
     std::vector<double> radiusMm; ///< distance to the wall; 0 on bridges
-    double spacingMm = 0;         ///< along the line, from a point to the next
+    double spacingMm = 0;         ///< between points, along the line
     double leastTurnMm = 0;       ///< radius of the tightest turn
 };
 
@@ -27,11 +28,11 @@ struct CentringRules {
     bool holdFirst = false; ///< the first point stays where it is (a fork)
 };
 
-/// Sections at right angles to the line are measured by rays. Each point moves to the middle of its section,
-/// and the line of these middles is smoothed over about the lumen's radius, without pulling it out of its
-/// bends. Folds, pouches and branches reach less far than that. Turns have half the lumen's radius and more
-/// wherever the lumen lets them. Where a smooth line would leave the lumen it is smoothed less, down to the
-/// chain itself. Throws Cancelled and Interrupted, and what reading throws.
+/// Cross-sections of the line are measured by rays. Each point moves to the centre of its cross-section. The
+/// line of these centres is smoothed over about the lumen's radius, which is more than folds, pouches and
+/// branches, without displacing bends. Turns have at least half the lumen's radius wherever the lumen allows
+/// it. Where a smooth line would leave the lumen it is smoothed less, down to the chain itself. Throws
+/// Cancelled, Interrupted, and as reading chunks does.
 CentredLine centrePath(const LumenShape& shape, const std::vector<ChainPiece>& pieces, LumenValues& values,
                        const LumenRule& rule, const CentringRules& rules);
 

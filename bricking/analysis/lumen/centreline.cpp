@@ -23,7 +23,8 @@ namespace {
 constexpr double kNoisesShown = 6; // from the lumen's value to where its wall is drawn
 constexpr int kMostJudged = 3;
 constexpr std::uint64_t kBlocksOfWidth = 20000;
-constexpr double kLeftMm = 2; // beside what is surely lumen, a line has left it: no single voxel of noise
+constexpr double kLeftMm =
+    2; // a line this far from what is surely lumen has left it, not just a voxel of noise
 
 std::string placeText(const glm::dvec3& mm) {
     std::array<char, 96> text;
@@ -47,7 +48,7 @@ class Finder {
 
     Centrelines run() {
         findLines();
-        if (found_.evidence.leaks) // the wide lumen is let go: there is room for this one
+        if (found_.evidence.leaks) // frees the wide lumen, to have room for this one
             found_.lumen.leavesAtMm = leavesAt();
         progress_.end();
         return std::move(found_);
@@ -56,7 +57,7 @@ class Finder {
   private:
     void findLines() {
         TESSERA_CHECK(!request_.seeds.empty());
-        progress_.stage("looking around the seeds");
+        progress_.stage("examining the seeds");
         for (const CentrelineSeed& seed : request_.seeds)
             requireInVolume(seed);
         findRule();
@@ -74,7 +75,7 @@ class Finder {
             findTree(parts, part, first);
         else {
             walk(parts);
-            progress_.stage("finding the middle");
+            progress_.stage("centring the line");
             const LumenPart& lumen = parts.whole();
             found_.lumenVoxels = lumen.grown.count;
             centre(lumen.shape);
@@ -87,7 +88,8 @@ class Finder {
         found_.lumen.surface = surface();
     }
 
-    /// Where the line leaves what hangs together with its beginning at the threshold that does not leak.
+    /// The position at which the line leaves the part connected to its beginning at the threshold that does
+    /// not leak.
     std::optional<double> leavesAt() {
         const GrownLumen sure =
             growLumen(field_.cache(), info_, *surely_, *voxelOf(request_.seeds.front()), ram_);
@@ -120,7 +122,7 @@ class Finder {
             low = glm::min(low, at);
             high = glm::max(high, at);
         }
-        throw badFile(seed.name, "a place in the volume, from " + placeText(low) + " to " + placeText(high),
+        throw badFile(seed.name, "a point in the volume, from " + placeText(low) + " to " + placeText(high),
                       placeText(seed.mm));
     }
 
@@ -136,7 +138,7 @@ class Finder {
                                   : neighbourhoodOf(*values_, placeOf(seed), seed.name);
     }
 
-    /// Where values are noisy around a seed, all that follows is decided on values without that noise.
+    /// If values are noisy around a seed, all further steps use denoised values.
     void takeNoiseOff() {
         bool noisy = false;
         takenOff_ = 0;
@@ -166,7 +168,7 @@ class Finder {
                 continue;
             const SeedNeighbourhood here = near(seed);
             if (first && here.rule.below != rule_.below)
-                throw badFile(seed.name, "a place in the lumen of " + first->name + ", " + ruleText(),
+                throw badFile(seed.name, "a point in the lumen of " + first->name + ", " + ruleText(),
                               numberText(here.lumen) + " at " + placeText(seed.mm));
             // of several thresholds the strictest
             const double brightest = std::max(here.rule.brightest, rule_.brightest);
@@ -190,14 +192,14 @@ class Finder {
     void requireInLumen() {
         for (const CentrelineSeed& seed : request_.seeds)
             if (!seed.mayBridge && !voxelOf(seed))
-                throw badFile(seed.name, "a place in the lumen, " + ruleText(),
+                throw badFile(seed.name, "a point in the lumen, " + ruleText(),
                               numberText(values_->at(placeOf(seed))) + " at " + placeText(seed.mm));
     }
 
-    /// What hangs together with the first seed, with a threshold that does not leak, whoever chose it; none
-    /// where one that does not leak parts the seeds, or where leaks are asked for.
+    /// The part connected to the first seed, with a threshold that does not leak. None if such a threshold
+    /// separates the seeds, or if leaks are allowed.
     std::optional<GrownLumen> growFirst(const glm::ivec3& seed) {
-        // contrast goes on into veins, heart and bone: that keeps no path from its end
+        // contrast continues into veins, heart and bone: this does not prevent a path to its end
         if (request_.mayLeak || (!rule_.below && !request_.tree))
             return std::nullopt;
         SeedNeighbourhood around = around_;
@@ -218,7 +220,8 @@ class Finder {
         return std::move(guarded.grown);
     }
 
-    /// Every seed of a lumen gives one tree where all judge its values at one place: where it is widest.
+    /// Every seed of a lumen gives the same tree if values are measured at one point: where the lumen is
+    /// widest.
     void judgeWhereWidest(std::optional<GrownLumen>& grown, const glm::ivec3& first) {
         for (int turn = 0; turn < kMostJudged; ++turn) {
             const glm::ivec3 widest = widestOf(*grown);
@@ -264,8 +267,8 @@ class Finder {
             branchWall_ = wall;
     }
 
-    /// Beyond a tightened threshold, as far from the lumen's value as the volume's noise reaches: nearer,
-    /// noise in the lumen is stones in a picture, or thin branches closed. No further than what was half way.
+    /// An isovalue beyond a tightened threshold, by the volume's noise: nearer to the lumen's value, noise
+    /// would appear as debris in the lumen, or close thin branches. At most the half-way value.
     std::optional<double> surface() const {
         const LumenEvidence& evidence = found_.evidence;
         if (!evidence.leaksAt || evidence.leaks || !(takenOff_ > 0 || branchesTo_))
@@ -276,7 +279,7 @@ class Finder {
                (rule_.below ? 1 : -1) * std::clamp(kNoisesShown * takenOff_, tight, std::max(tight, wide));
     }
 
-    /// A threshold that was tightened is far from half way: radii go on to there.
+    /// A tightened threshold is far from half way: radii extend to the half-way value.
     void toWalls(const LumenShape& shape) {
         if (!found_.evidence.leaksAt || found_.evidence.leaks)
             return;
@@ -292,7 +295,7 @@ class Finder {
         progress_.stage("searching the branches");
         const LumenGraph& graph = parts.graphOf(part, kBlocksOfTree);
         const std::vector<LumenLimb> limbs = lumenLimbs(graph, graph.nodeAt(seed), ram_, progress_.shares());
-        progress_.stage("finding the branches' middles");
+        progress_.stage("centring the branches");
         LumenBranches branches = branchLines(graph, limbs, part.shape, *values_, rule_, request_.spacingMm,
                                              request_.mostGenerations, progress_.shares());
         found_.lines = std::move(branches.lines);
@@ -303,7 +306,7 @@ class Finder {
         found_.blockVoxels = graph.blockExtent();
     }
 
-    /// The voxel of a seed that is lumen, or the nearest beside it; none: it is not in the lumen.
+    /// The lumen voxel at a seed, or the nearest neighbour; none: the seed is not in the lumen.
     std::optional<glm::ivec3> voxelOf(const CentrelineSeed& seed) {
         const glm::ivec3 own(glm::floor(placeOf(seed)));
         std::optional<glm::ivec3> best;
@@ -362,13 +365,13 @@ class Finder {
             if (part && next && !before.mayBridge && !seed.mayBridge)
                 refuseGap(*part, *next, before, seed);
             glm::dvec3 from = part ? mmOf(at) : before.mm, to = voxel ? mmOf(*voxel) : seed.mm;
-            if (part && seed.mayBridge) { // from where the part comes nearest to the seed
+            if (part && seed.mayBridge) { // from the part's nearest point to the seed
                 const glm::ivec3 leaves = nearestVoxel(part->shape, to).voxel;
                 addWay(parts, *part, at, leaves);
                 from = mmOf(leaves);
             }
             glm::ivec3 enters = voxel.value_or(glm::ivec3(0));
-            if (next && !seed.mayBridge) { // to where the next part comes nearest to the seed before
+            if (next && !seed.mayBridge) { // to the next part's nearest point to the seed before
                 enters = nearestVoxel(next->shape, from).voxel;
                 to = mmOf(enters);
             }
@@ -385,7 +388,7 @@ class Finder {
                                 const CentrelineSeed& to) {
         progress_.stage("measuring the gap");
         const Gap gap = nearestGap(a.shape, b.shape, ram_);
-        throw badFile(to.name, "a place that the lumen of " + from.name + " (" + ruleText() + ") reaches",
+        throw badFile(to.name, "a point that the lumen of " + from.name + " (" + ruleText() + ") reaches",
                       "a gap: the two parts come nearest at " + placeText(gap.fromMm) + " and " +
                           placeText(gap.toMm) + ", " + numberText(gap.mm) +
                           " mm apart; a seed at the gap bridges it, another threshold may close it");
@@ -415,13 +418,14 @@ class Finder {
     Progress& progress_;
     LumenField field_;
     std::optional<LumenValues> values_;
-    double takenOff_ = 0; // deviation of the noise that is; 0: none
+    double takenOff_ = 0; // standard deviation of the noise; 0: none
     const glm::dmat4 toMm_, toVoxel_;
     LumenRule rule_;
-    std::optional<LumenRule> surely_; // where rule_ leaks: one that does not
+    std::optional<LumenRule> surely_; // if rule_ leaks: a rule that does not
     SeedNeighbourhood around_;        // of the first seed
     std::optional<double> branchesTo_, branchWall_;
-    std::optional<glm::ivec3> judgedAt_; // a voxel whose surroundings say what is lumen; none: the seeds'
+    std::optional<glm::ivec3>
+        judgedAt_; // voxel whose surroundings define the lumen's values; none: the seeds
     std::vector<ChainPiece> pieces_;
     Centrelines found_;
 };

@@ -1,6 +1,6 @@
-// bricking/analysis/lumen/grow_lumen.cpp: see grow_lumen.h. Chunks wait in a queue; one whose turn it is
-// takes over what its six neighbours reached on their faces, floods itself, and queues the neighbours at
-// faces where it reached more. Chunks at the queue's head are decoded ahead by the cache's threads.
+// bricking/analysis/lumen/grow_lumen.cpp: see grow_lumen.h. Chunks wait in a queue. The next one takes over
+// the reached voxels on the faces of its six neighbours, floods itself, and queues neighbours at faces where
+// it reached more. The cache's threads prefetch chunks at the queue's head.
 #include "bricking/analysis/lumen/grow_lumen.h"
 
 #include "core/base/interrupt.h"
@@ -19,8 +19,7 @@ constexpr int kN = kChunkExtent;
 const std::array<glm::ivec3, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// What a chunk's neighbour across face f may take over: bits of the layer at that face, moved to where the
-/// neighbour has them, row by row.
+/// The bits of a chunk's layer at face f, moved to their position in the neighbour across it, row by row.
 /// @param use  (row of the neighbour, its bits)
 template <typename Row, typename Use> void acrossFace(std::size_t face, const Row& row, const Use& use) {
     for (int a = 0; a < kN; ++a) {
@@ -82,8 +81,8 @@ class Growing {
   private:
     static constexpr std::uint32_t kNoMask = ~0u, kUnread = ~0u - 1, kFinished = ~0u - 2;
     struct State {
-        std::uint32_t mask = kUnread;   // slot of what the rule takes; finished: no more of it can be reached
-        std::uint32_t unlike = kNoMask; // slot of what is unlike the seed, where somebody asked
+        std::uint32_t mask = kUnread;   // slot of voxels that pass the rule; finished: all are reached
+        std::uint32_t unlike = kNoMask; // slot of voxels unlike the seed, if requested
         bool queued = false;
     };
 
@@ -185,7 +184,7 @@ class Growing {
         }
     }
 
-    /// Keeps what a chunk reached, counts it, and forgets what the rule takes of it where nothing is left.
+    /// Stores and counts the reached voxels of a chunk, and frees its rule voxels once all are reached.
     void take(std::size_t chunk, const ChunkRows& reached, const ChunkRows& before) {
         State& state = states_[chunk];
         const ChunkRows& mask = masks_.at(state.mask);

@@ -1,6 +1,6 @@
-// bricking/analysis/lumen/grow_lumen.h: region growing: the voxels of level 0 that a threshold takes and that
-// are connected to a seed over faces. It goes chunk by chunk. Only chunks that it meets are read, each once
-// while the cache has room, and only bits of them are kept.
+// bricking/analysis/lumen/grow_lumen.h: region growing: the voxels of level 0 that pass a threshold and are
+// connected to a seed over faces. It proceeds chunk by chunk. Only chunks that the region enters are read,
+// each once while the cache has room, and only bits of them are kept.
 #pragma once
 
 #include "bricking/analysis/lumen/lumen_values.h"
@@ -13,28 +13,29 @@
 
 namespace tessera {
 
-/// Values that are lumen like the seed's: how much of what has grown is unlike tells a leak.
+/// Values like the seed's: a large share of unlike voxels in the region indicates a leak.
 struct LikeSeed {
-    LumenRule rule;                               ///< what is taken is like the seed
-    std::uint64_t mostUnlike = ~std::uint64_t{0}; ///< voxels; growing stops beyond, and most of them unlike
+    LumenRule rule; ///< voxels that pass this are like the seed
+    std::uint64_t mostUnlike =
+        ~std::uint64_t{0}; ///< voxels; growing stops if there are more, and most of them are unlike
 };
 
 struct GrownLumen {
     VoxelSet voxels;
     std::uint64_t count = 0;  ///< voxels
-    std::uint64_t unlike = 0; ///< of them unlike the seed; 0 where nobody asked
-    bool stopped = false;     ///< by a limit: there is more of it
+    std::uint64_t unlike = 0; ///< of them unlike the seed; 0 if not requested
+    bool stopped = false;     ///< stopped by a limit: the region is larger
 };
 
 struct GrowLimits {
-    std::uint64_t mostVoxels = ~std::uint64_t{0}; ///< growing stops beyond
+    std::uint64_t mostVoxels = ~std::uint64_t{0}; ///< growing stops if there are more
     std::optional<LikeSeed> like;
 };
 
-/// @param seed  a voxel that the rule takes
-/// @param soFar  gets the number of voxels now and then; may be empty
-/// Throws InputError naming the budget's option where its bits do not fit, Cancelled and Interrupted, and
-/// what reading throws.
+/// @param seed  a voxel that passes the rule
+/// @param soFar  called now and then with the number of voxels; may be empty
+/// Throws InputError naming the budget's option if its bits do not fit, Cancelled, Interrupted, and as
+/// reading chunks does.
 GrownLumen growLumen(BrickCache& cache, const VolumeInfo& info, const LumenRule& rule, const glm::ivec3& seed,
                      MemoryBudget& ram, const GrowLimits& limits = {},
                      const std::function<void(std::uint64_t)>& soFar = {});

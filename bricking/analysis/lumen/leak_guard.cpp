@@ -12,10 +12,11 @@ namespace {
 constexpr double kStep = 1 / 20.0,
                  kFinestStep = 1 / 160.0; // of the way from the lumen's value to the threshold
 constexpr double kLike = 1 / 8.0;         // the same
-constexpr double kNoisesInside = 3;       // that far from the lumen's value nearly all of it is inside
-constexpr double kNoisesOff = 1;          // that a threshold stays from a leak
+constexpr double kNoisesInside =
+    3;                           // at this distance from the lumen's value nearly all of the lumen is inside
+constexpr double kNoisesOff = 1; // distance of a threshold to a leak
 constexpr double kExplosion = 1.5;
-constexpr double kFewMm3 = 5000; // less grows as it likes: a trachea around the seed
+constexpr double kFewMm3 = 5000; // smaller regions may grow freely: a trachea around the seed
 
 } // namespace
 
@@ -39,7 +40,7 @@ GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const S
         if (!grown.stopped && 2 * grown.unlike <= grown.count)
             return {std::move(grown), around.rule, false};
     }
-    // from where most of the lumen around the seed is inside
+    // starts where most of the lumen around the seed is inside
     double share = inside;
     GrownLumen best = growLumen(cache, info, ruleAt(share), seed, ram, {}, soFar);
     bool leaked = false;
@@ -58,7 +59,7 @@ GuardedLumen growWithoutLeaks(BrickCache& cache, const VolumeInfo& info, const S
         share = next;
         best = std::move(grown);
     }
-    // where noise opens a way to what is beyond, single voxels are open before
+    // before noise opens a path through the wall, single voxels are open
     if (const double back = kNoisesOff * around.noise / way; leaked && back > kFinestStep) {
         share = std::max(inside, share - back);
         best = growLumen(cache, info, ruleAt(share), seed, ram, {}, soFar);

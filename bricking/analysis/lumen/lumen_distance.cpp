@@ -1,9 +1,9 @@
-// bricking/analysis/lumen/lumen_distance.cpp: distances of a lumen's blocks to what is none, and chains of
+// bricking/analysis/lumen/lumen_distance.cpp: distances of a lumen's blocks to the outside, and chains of
 // voxels through blocks. See lumen_graph.h.
 //
-// The squared distance is found along one axis after the other (core/base/lower_envelope.h). What lies behind
-// the first block that is not lumen is never nearer than that block, so that each run of blocks of the lumen
-// is a transform of its own, and nothing is kept for blocks outside.
+// The squared distance is found along one axis after the other (core/base/lower_envelope.h). Nothing behind
+// the first block outside the lumen is nearer than that block. So each run of blocks of the lumen is a
+// transform of its own, and nothing is kept for blocks outside.
 #include "bricking/analysis/lumen/lumen_graph.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"

@@ -1,4 +1,4 @@
-// bricking/analysis/lumen/lumen_graph.cpp: blocks, what hangs together in them, and what touches. See
+// bricking/analysis/lumen/lumen_graph.cpp: blocks, their connected components, and which of these touch. See
 // lumen_graph.h.
 #include "bricking/analysis/lumen/lumen_graph.h"
 
@@ -18,7 +18,7 @@ namespace {
 constexpr int kLargestBlock = 16;
 constexpr std::uint32_t kNoTile = ~0u;
 
-/// Blocks of an extent that a chunk's rows meet.
+/// Blocks of an extent that contain set voxels of a chunk.
 std::uint64_t blocksMet(const VoxelSet& voxels, std::size_t chunk, int extent) {
     const int per = kChunkExtent / extent;
     if (voxels.kind(chunk) == VoxelSet::Kind::all)
@@ -65,7 +65,7 @@ LumenGraph::LumenGraph(const VoxelSet& voxels, const glm::dvec3& spacingMm, std:
     const int perChunk = kChunkExtent / extent_;
     tilesLow_ = low * perChunk / kTile;
     tiles_ = ceilDiv(high * perChunk, kTile) - tilesLow_;
-    // a block's place, fill, flags and distance; tiles are at most as many as chunks' shares of them
+    // position, fill, flags and distance of a block; tiles are at most as many as chunks
     const std::size_t tilesAtMost = std::min<std::size_t>(
         met, chunks.size() * std::max<std::size_t>(1, static_cast<std::size_t>(perChunk / kTile) *
                                                           static_cast<std::size_t>(perChunk / kTile) *
@@ -241,7 +241,7 @@ LumenNode LumenGraph::nodeAt(const glm::ivec3& voxel) const {
 
 glm::ivec3 LumenGraph::someVoxel(LumenNode node) const {
     const Rows rows = rowsOf(node);
-    // the one nearest to the block's middle
+    // the voxel nearest to the block's centre
     glm::ivec3 best(0);
     int least = std::numeric_limits<int>::max();
     for (int z = 0; z < extent_; ++z)

@@ -44,7 +44,7 @@ std::vector<glm::ivec3> LumenParts::way(LumenPart& part, const glm::ivec3& from,
         const LumenReach lengths = searchLumen(graph, root, {}, ram_);
         if (!to)
             end = lengths.farthest();
-        // wide as around its ends, and half as much again; other organs that it runs into are wider than that
+        // one and a half times the width at its ends; adjoining organs are wider than that
         float widest = 0;
         for (const glm::ivec3& seed : {from, to.value_or(from)})
             widest = std::max(widest,

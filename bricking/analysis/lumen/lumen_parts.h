@@ -1,5 +1,5 @@
-// bricking/analysis/lumen/lumen_parts.h: the connected parts of a lumen, one per seed, each grown when it is
-// first asked for, and paths within such a part.
+// bricking/analysis/lumen/lumen_parts.h: the connected parts of a lumen, one per seed, each grown on demand,
+// and paths within a part.
 #pragma once
 
 #include "bricking/analysis/lumen/grow_lumen.h"
@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// Blocks that a graph may have: searching them twice takes some tenths of a second.
+/// Largest number of a graph's blocks: searching them twice takes some tenths of a second.
 constexpr std::uint64_t kBlocksOfPath = 200000, kBlocksOfTree = 600000;
 
 struct LumenPart {
@@ -21,7 +21,7 @@ struct LumenPart {
         : grown(std::move(lumen)), shape(grown.voxels, info) {}
     GrownLumen grown;
     LumenShape shape;
-    std::optional<LumenGraph> graph; ///< made when it is first needed
+    std::optional<LumenGraph> graph; ///< made on demand
 };
 
 class LumenParts {
@@ -30,16 +30,16 @@ class LumenParts {
                Progress& progress)
         : cache_(cache), info_(info), rule_(rule), ram_(ram), progress_(progress) {}
 
-    /// The part that has a voxel which the rule takes.
+    /// The part of a voxel that passes the rule.
     LumenPart& partOf(const glm::ivec3& voxel);
-    /// Takes one that is grown already.
+    /// Adds a region that is grown already.
     LumenPart& add(GrownLumen&& grown) { return parts_.emplace_back(std::move(grown), info_); }
-    /// @param mostBlocks  that it may have; of the first time that it is asked for
+    /// @param mostBlocks  largest number of its blocks; from the first call
     const LumenGraph& graphOf(LumenPart& part, std::uint64_t mostBlocks = kBlocksOfPath);
-    /// A chain of voxels in the middle of the part; none: to the place that is furthest.
+    /// A chain of voxels in the middle of the part; without `to`, to the furthest point.
     std::vector<glm::ivec3> way(LumenPart& part, const glm::ivec3& from, const std::optional<glm::ivec3>& to);
 
-    /// All parts that were asked for as one, for a line through several; no part may be asked for any more.
+    /// The union of the requested parts, for a line through several; no part may be requested afterwards.
     LumenPart& whole();
 
   private:

@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr float kLeastCost = 0.003F;  // so that no way is free, not even in the widest place's middle
+constexpr float kLeastCost = 0.003F;  // so that no path is free, not even in the centre of the widest place
 constexpr float kShareOfRoot = 0.01F; // at the farthest place
 
 } // namespace
@@ -44,7 +44,7 @@ LumenReach searchLumen(const LumenGraph& graph, std::span<const LumenNode> sourc
         }
     };
     LumenReach reach;
-    // costs and parents, what costs a millimetre, and the queue, in which some nodes stand twice
+    // costs and parents, cost per millimetre, and the queue, in which some nodes occur twice
     reach.charge = ram.charge(graph.count() * (2 * sizeof(float) + sizeof(LumenNode) + 2 * sizeof(Open)),
                               "the search of a path");
     reach.cost.assign(graph.count(), std::numeric_limits<float>::infinity());

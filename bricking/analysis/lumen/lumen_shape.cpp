@@ -21,7 +21,7 @@ constexpr double kPastPeak = 0.9;  // of the peak
 constexpr double kMostEdgeMm = 3;  // from a threshold to the wall's peak
 constexpr double kFarMm = 200;     // no lumen is wider
 
-/// Where values first come to one, in steps between them; they begin below it and come to it.
+/// The first crossing of a value, in steps between samples; they begin below it and reach it.
 double firstAt(const std::vector<double>& values, double value) {
     const auto at = std::find_if(values.begin() + 1, values.end(), [&](double v) { return v >= value; });
     const auto i = std::min(at - values.begin(), std::ssize(values) - 1);
@@ -30,8 +30,7 @@ double firstAt(const std::vector<double>& values, double value) {
            (rise > 0 ? std::clamp((*(values.begin() + i) - value) / rise, 0.0, 1.0) : 0);
 }
 
-/// The nearest voxel of a row at or beyond x that is not in the set, going by `sign`; it lies outside the
-/// volume at the latest.
+/// The nearest voxel of a row outside the set, from x in direction `sign`; at the latest beyond the volume.
 int nextOutside(const VoxelSet& voxels, int x, int y, int z, int sign, int last) {
     const glm::ivec3 n = voxels.extentVoxels();
     while (x >= 0 && x < n.x && (last - x) * sign >= 0) {
@@ -90,7 +89,7 @@ double LumenShape::nearestOutsideMm(const glm::dvec3& place, double most, glm::d
         }
     };
     const int z0 = static_cast<int>(std::floor(place.z)), y0 = static_cast<int>(std::floor(place.y));
-    // layers and rows outwards from the place, so that the ball is small when the many are reached
+    // layers and rows from the point outwards, so that the ball is small before many are visited
     const auto outwards = [](int middle, int i) { return middle + (i % 2 ? (i + 1) / 2 : -(i / 2)); };
     for (int i = 0; (i / 2 - 1) <= std::sqrt(best2) * halfBoxPerMm_.z; ++i) {
         const int z = outwards(z0, i);
@@ -123,12 +122,12 @@ double LumenShape::wallMm(const glm::dvec3& mm, LumenValues& values, const Lumen
     for (const glm::dvec3& direction : directions42())
         most = std::min(most, rayMm(mm, direction, most));
     glm::dvec3 outside = place;
-    // a ray leaves into a voxel whose middle is at most a voxel's diagonal further
+    // a ray's exit voxel has its centre at most a voxel's diagonal further
     const double far = nearestOutsideMm(place, most + 4 * glm::length(values.info().spacingMm()), outside);
     if (far <= 0)
         return 0;
     const double step = kLookStep * smallestMm_;
-    // where the trilinear values cross the threshold between two places of a ray, mm
+    // the crossing of trilinear values and threshold between two positions of a ray, mm
     const auto cross = [&](const glm::dvec3& along, double inner, double outer) {
         for (int i = 0; i < 8; ++i) {
             const double middle = 0.5 * (inner + outer);
@@ -145,7 +144,7 @@ double LumenShape::wallMm(const glm::dvec3& mm, LumenValues& values, const Lumen
     double wall = inner < far ? cross(along, inner, std::min(inner + step, far)) : far;
     if (wall > kThin * smallestMm_)
         return wall;
-    // near the wall a voxel's middle is not the way to it
+    // near the wall the direction to a voxel's centre is not that to the wall
     for (const glm::dvec3& direction : directions42()) {
         const glm::dvec3 ray = glm::dmat3(voxelFromPatient_) * direction;
         for (double t = step; t < wall; t += step)

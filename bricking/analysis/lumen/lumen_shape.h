@@ -25,27 +25,27 @@ class LumenShape {
     double smallestSpacingMm() const { return smallestMm_; }
     const VoxelSet& voxels() const { return voxels_; }
 
-    /// Whether the voxel that the place lies in is lumen.
+    /// True if the voxel at the point is lumen.
     bool holds(const glm::dvec3& mm) const { return voxels_.containsPlace(voxelOf(mm)); }
-    /// How far a ray goes through voxels of the lumen, mm; `most` where it does not leave within that.
+    /// The length of a ray through voxels of the lumen, mm; at most `most`.
     /// @param direction  unit
     double rayMm(const glm::dvec3& mm, const glm::dvec3& direction, double most) const;
-    /// What a quarter of the rays in all directions is shorter than, mm: about the radius of a tube.
+    /// The lower quartile of ray lengths in all directions, mm: about the radius of a tube.
     double roughRadiusMm(const glm::dvec3& mm) const;
 
-    /// Distance to the wall, mm; 0 outside. To the nearest voxel's middle that is not lumen, exact for any
-    /// affine, then back along that way to where the trilinear values cross the threshold. Within four voxels
-    /// of the wall it is the least of this and of 42 rays to where they do.
+    /// Distance to the wall, mm; 0 outside. To the centre of the nearest voxel outside the lumen, exact for
+    /// any affine, then back along that line to where trilinear values cross the threshold. Within four
+    /// voxels of the wall it is the minimum of this and of 42 rays to that crossing.
     double wallMm(const glm::dvec3& mm, LumenValues& values, const LumenRule& rule) const;
-    /// How much further than the rule's threshold a wall's own edge lies, mm. The edge is half way between
-    /// the lumen's value and the furthest that the wall comes to. The result is the median over those of 42
-    /// rays that meet the wall within 1.5 times wallMm; 0 where no two do.
-    /// @param wallMm  of the place, by the same rule
+    /// The distance of a wall's edge beyond the rule's threshold, mm. The edge is half way between the
+    /// lumen's value and the wall's peak. The result is the median over those of 42 rays that meet the wall
+    /// within 1.5 times wallMm; 0 if fewer than two do.
+    /// @param wallMm  wall distance of the point, by the same rule
     /// @param lumen  the lumen's value, physical units
     double edgeBeyondMm(const glm::dvec3& mm, double wallMm, LumenValues& values, const LumenRule& rule,
                         double lumen) const;
-    /// Whether all of a straight line is lumen, by its voxels and by its trilinear values, looked at every
-    /// quarter of a voxel.
+    /// True if all of a straight line is lumen, by voxels and by trilinear values at every quarter of a
+    /// voxel.
     bool staysInside(const glm::dvec3& fromMm, const glm::dvec3& toMm, LumenValues& values,
                      const LumenRule& rule) const;
 

@@ -1,5 +1,4 @@
-// bricking/analysis/lumen/lumen_text.cpp: the text about a lumen that was found, and how sure that is. See
-// centreline.h.
+// bricking/analysis/lumen/lumen_text.cpp: the text about a lumen and its reliability. See centreline.h.
 #include "bricking/analysis/lumen/centreline.h"
 
 #include <cmath>
@@ -9,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr double kClearNoises =
-    4; // from the lumen's value to the threshold, at least, of the noise that is left
+    4; // least distance from the lumen's value to the threshold, in deviations of the remaining noise
 
 std::string valueText(double value, const std::string& unit) {
     char text[48];
@@ -31,7 +30,7 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
     if (evidence.leaksAt && !evidence.leaks)
         text += ", tightened from " + valueText(*evidence.leaksAt, unit) + ", at which it leaks";
     else if (evidence.given)
-        text += ", as asked";
+        text += ", as given";
     else
         text += ", half way from " + valueText(evidence.lumen, "") + " in it to " +
                 valueText(evidence.wall, "") + " around it";
@@ -43,7 +42,7 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
     if (evidence.leaks)
         text += "; it leaks: lines may lie outside of it" +
                 (found.lumen.leavesAtMm ? " from " + valueText(*found.lumen.leavesAtMm, "mm") + " on" : "") +
-                ", and where it does not the seeds are parted";
+                ", and a tighter threshold separates the seeds";
     else if (!evidence.clear(threshold))
         text += "; unsure: it hardly differs from the noise in it";
     return text;

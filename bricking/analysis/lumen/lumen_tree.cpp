@@ -1,4 +1,4 @@
-// bricking/analysis/lumen/lumen_tree.cpp: the branches (limbs) of a lumen. See lumen_tree.h.
+// bricking/analysis/lumen/lumen_tree.cpp: the branches of a lumen. See lumen_tree.h.
 #include "bricking/analysis/lumen/lumen_tree.h"
 
 #include "core/base/interrupt.h"
@@ -11,9 +11,9 @@
 namespace tessera {
 namespace {
 
-constexpr double kServed = 1.5; // wall distances around a limb
+constexpr double kServed = 1.5; // wall distances around a branch
 constexpr double kServedVoxels = 2;
-constexpr double kLeastBeyondMm = 3; // of a limb, beyond its parent's wall
+constexpr double kLeastBeyondMm = 3; // of a branch, beyond its parent's wall
 constexpr std::size_t kMostLimbs = 5000;
 
 class Limbs {
@@ -58,7 +58,7 @@ class Limbs {
                 at = limbOf_[node] >= 0 ? node : kNoNode;
                 return at != kNoNode;
             });
-            nodes = reach.pathTo(at); // from the end to the limb that is there
+            nodes = reach.pathTo(at); // from the end to an existing branch
         }
         std::reverse(nodes.begin(), nodes.end());
         serve(nodes);
@@ -86,7 +86,7 @@ class Limbs {
         return count == 0 || beyond < std::max(kLeastBeyondMm, 2 * radii / count);
     }
 
-    /// Marks what lies near a limb.
+    /// Marks nodes near a branch.
     void serve(const std::vector<LumenNode>& nodes) {
         const double n = graph_.blockExtent();
         const glm::dvec3 pitch = graph_.spacingMm() * n;

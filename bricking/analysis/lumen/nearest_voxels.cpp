@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMostBlocks = 60000;
 
-/// A k-d tree of points: the array ordered so that each range's middle parts it along its axis.
+/// A k-d tree of points: the array is ordered so that each range's middle element splits it along its axis.
 class PointTree {
   public:
     explicit PointTree(std::vector<glm::dvec3> points) : points_(std::move(points)) {
@@ -90,11 +90,11 @@ NearestVoxel nearestVoxel(const LumenShape& shape, const glm::dvec3& mm) {
         double mm;
         std::size_t chunk;
     };
-    std::vector<Near> chunks; // and how near their voxels can be
+    std::vector<Near> chunks; // and the least distance of their voxels
     for (const std::size_t chunk : voxels.filledChunks()) {
         const glm::dvec3 middle =
             glm::dvec3(gridPosition(chunk, voxels.chunks()) * kChunkExtent) + 0.5 * kChunkExtent;
-        // of a sheared box any diagonal may be the longest; twice its half is never less than that
+        // any diagonal of a sheared box may be the longest; twice the half diagonal is never less
         chunks.push_back({glm::length(shape.mmOf(middle) - mm) - 2 * halfDiagonal, chunk});
     }
     std::sort(chunks.begin(), chunks.end(),
@@ -113,13 +113,12 @@ NearestVoxel nearestVoxel(const LumenShape& shape, const glm::dvec3& mm) {
 }
 
 Gap nearestGap(const LumenShape& a, const LumenShape& b, MemoryBudget& ram) {
-    // blocks first: pairs of blocks that can hold the nearest voxels, then the voxels at these blocks'
-    // surfaces
+    // first pairs of blocks that can hold the nearest voxels, then voxels at the surfaces of these blocks
     struct Side {
         const LumenShape& shape;
         LumenGraph graph;
         std::vector<glm::dvec3> middles;
-        double radius; // a block's voxels are no further from its middle
+        double radius; // an upper bound of the distance of a block's voxels from its centre
         Side(const LumenShape& s, MemoryBudget& budget)
             : shape(s), graph(s.voxels(), glm::dvec3(1), kMostBlocks, budget) {
             for (LumenNode node = 0; node < graph.count(); ++node)

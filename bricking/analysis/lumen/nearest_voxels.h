@@ -8,16 +8,16 @@ namespace tessera {
 
 struct NearestVoxel {
     glm::ivec3 voxel{0};
-    double mm = 0; ///< from the place to the voxel's middle
+    double mm = 0; ///< from the point to the voxel's centre
 };
 /// Of a set that is not empty.
 NearestVoxel nearestVoxel(const LumenShape& shape, const glm::dvec3& mm);
 
 struct Gap {
-    glm::dvec3 fromMm{0}, toMm{0}; ///< middles of the two voxels
+    glm::dvec3 fromMm{0}, toMm{0}; ///< centres of the two voxels
     double mm = 0;
 };
-/// Where two sets, neither empty, come nearest. Memory for what may be nearest is charged.
+/// The nearest voxels of two sets, neither empty. Memory for the candidates is charged.
 Gap nearestGap(const LumenShape& a, const LumenShape& b, MemoryBudget& ram);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
-// bricking/analysis/lumen/quiet_values.cpp: see quiet_values.h. A chunk and two voxels around it are taken
-// through the filter twice, row by row, so that compilers make lanes of it.
+// bricking/analysis/lumen/quiet_values.cpp: see quiet_values.h. A chunk and two voxels around it are filtered
+// twice, row by row, so that compilers vectorise it.
 #include "bricking/analysis/lumen/quiet_values.h"
 
 #include "core/base/error.h"
@@ -19,10 +19,10 @@ constexpr std::size_t kMostFieldBytes = std::size_t{256} << 20;
 constexpr int kPasses = 2;
 constexpr int kMostWide = kChunkExtent + 2 * kPasses;
 constexpr std::size_t kScratchBytes = 2 * sizeof(float) * kMostWide * kMostWide * kMostWide;
-// How far apart values count as of one kind, in deviations of the noise that each pass finds: in full, at
-// all. The first leaves about two fifths of it.
+// Differences of values that have full weight, and any weight, in deviations of the noise before each pass.
+// The first leaves about two fifths of it.
 constexpr std::array<std::array<float, 2>, kPasses> kAlike = {{{2.5F, 4.5F}, {1.2F, 2.4F}}};
-constexpr double kReach = 1.2; // deviation of the weights by distance, smallest spacings
+constexpr double kReach = 1.2; // standard deviation of the spatial weights, in smallest spacings
 
 struct Neighbour {
     glm::ivec3 step;
@@ -90,7 +90,7 @@ void quietenOnce(const float* in, int wide, float* out, const std::array<Neighbo
         }
 }
 
-/// Voxels of a box, as floats; beyond the volume's edge the nearest.
+/// Voxels of a box, as floats; clamped at the volume's edge.
 void copyBox(BrickCache& cache, const VolumeInfo& info, const glm::ivec3& corner, int wide, float* out) {
     const glm::ivec3 last = info.extentVoxels - 1;
     const auto clamped = [&](int at, int axis) { return std::clamp(corner[axis] + at, 0, last[axis]); };
@@ -136,7 +136,7 @@ QuietValues::QuietValues(BrickCache& loud, const VolumeInfo& info, double deviat
                          int readers)
     : loud_(loud), info_(info), deviation_(deviation / std::abs(info.rescaleSlope)),
       charge_(ram.charge(kScratchBytes * static_cast<std::size_t>(readers > 0 ? readers : defaultThreads()),
-                         "taking noise off")) {
+                         "denoising")) {
     TESSERA_CHECK(deviation > 0);
 }
 
@@ -157,7 +157,7 @@ void QuietValues::readChunk(const ChunkKey& key, std::span<std::byte> out) const
         using Value = decltype(typed);
         for (std::size_t i = 0; i < out.size() / sizeof(Value); ++i) {
             if constexpr (std::is_integral_v<Value>)
-                typed = static_cast<Value>(std::lround(from[i])); // a mean lies among what it is of
+                typed = static_cast<Value>(std::lround(from[i])); // a mean is within the range of its values
             else
                 typed = from[i];
             std::memcpy(out.data() + sizeof(Value) * i, &typed, sizeof typed);
@@ -168,7 +168,7 @@ void QuietValues::readChunk(const ChunkKey& key, std::span<std::byte> out) const
 LumenField::LumenField(const ChunkSource& source, MemoryBudget& ram, int threads)
     : info_(source.info()), ram_(ram), threads_(threads), loud_(source, ram, cacheBytes(2), threads) {}
 
-/// @param times  of the threads: those that fill it, and readers that hold a chunk each
+/// @param per thread: those that fill it, and readers that hold a chunk each
 std::size_t LumenField::cacheBytes(int times) const {
     const auto readers = static_cast<std::size_t>(threads_ > 0 ? threads_ : defaultThreads());
     const std::size_t chunk = cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info_.type);

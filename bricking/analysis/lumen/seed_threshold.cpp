@@ -17,15 +17,15 @@ namespace tessera {
 namespace {
 
 constexpr double kMostSeedRayMm = 100;
-constexpr double kBeyondMm = 15;      // that a ray goes on behind the lumen
-constexpr double kNoises = 6;         // a value further off is none of the lumen
-constexpr double kBrighter = 1.5;     // times the way from the threshold to the lumen
-constexpr double kMostEdge = 1 / 4.0; // the same; where a lumen is thin, what is around the seed is wall, too
-constexpr double kLeastEdge = 1 / 20.0;     // of the range of all that rays meet
-constexpr double kStayMm = 1.5;             // that a wall is thick at least ...
-constexpr int kStayVoxels = 3;              // ... or this many voxels
+constexpr double kBeyondMm = 15;        // length of a ray behind the lumen
+constexpr double kNoises = 6;           // in deviations: values further away are not of the lumen
+constexpr double kBrighter = 1.5;       // times the distance from the threshold to the lumen's value
+constexpr double kMostEdge = 1 / 4.0;   // the same; in a thin lumen the surroundings of the seed include wall
+constexpr double kLeastEdge = 1 / 20.0; // of the range of all that rays meet
+constexpr double kStayMm = 1.5;         // least thickness of a wall ...
+constexpr int kStayVoxels = 3;          // ... or this many voxels
 constexpr double kDeviationOfHalf = 1.4826; // from the median of deviations, of a normal distribution
-constexpr double kNoisy = 1 / 60.0;         // noise, of the way from the lumen's value to the wall's
+constexpr double kNoisy = 1 / 60.0;         // noise, relative to the difference of lumen and wall
 
 double medianOf(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -34,7 +34,7 @@ double medianOf(std::vector<double> values) {
 }
 
 /// Median of the 3^3 voxels around a place, and the noise of those around.
-/// @param spread  of the 27, as a standard deviation: noise, and where a lumen is thin its wall
+/// @param standard deviation of the 27: noise, and in a thin lumen its wall
 SeedNeighbourhood around(LumenValues& values, const glm::dvec3& seed, double& spread) {
     const glm::ivec3 last = values.info().extentVoxels - 1;
     std::vector<double> near;
@@ -60,9 +60,9 @@ void limit(SeedNeighbourhood& found) {
 /// Values along one ray.
 struct SeedRay {
     std::vector<double> values;
-    std::size_t stays = 1; // how many in a row are a wall
+    std::size_t stays = 1; // number of consecutive values that form a wall
 
-    /// Whether the last of them are beyond the lumen's noise, all on one side.
+    /// True if the last of them are beyond the lumen's noise, all on one side.
     bool endsAway(double lumen, double leave) const {
         if (values.size() < stays)
             return false;
@@ -72,7 +72,7 @@ struct SeedRay {
     }
 };
 
-/// The value at which what lies around begins, along one ray of values; NaN: none.
+/// The value of the surroundings along one ray of values; NaN: none.
 double wallAlong(const SeedRay& seedRay, double lumen, double leave) {
     const std::vector<double>& ray = seedRay.values;
     std::size_t i = 0;
@@ -85,8 +85,8 @@ double wallAlong(const SeedRay& seedRay, double lumen, double leave) {
     }
     i -= seedRay.stays;
     const double sign = ray[i] < lumen ? -1 : 1;
-    // on, as long as it still goes away from the lumen's by a tenth of the way so far; noise may hold it for
-    // a step
+    // continues while it still departs from the lumen's by a tenth of the distance so far; noise may stop it
+    // for a step
     double wall = ray[i];
     for (std::size_t waited = 0; ++i < ray.size() && waited < 3;) {
         const double more = sign * (ray[i] - wall);
@@ -121,7 +121,7 @@ SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, c
         SeedRay& ray = rays.emplace_back();
         ray.stays = static_cast<std::size_t>(std::clamp(kStayMm / mmPerStep, 1.0, 2.0 * kStayVoxels));
         glm::dvec3 at = seed;
-        double left = kMostSeedRayMm; // where it was first beyond the lumen's noise
+        double left = kMostSeedRayMm; // the first position beyond the lumen's noise
         checkInterrupted();
         for (double mm = 0; mm < std::min(kMostSeedRayMm, left + kBeyondMm); mm += mmPerStep, at += step) {
             if (glm::any(glm::lessThan(at, glm::dvec3(0))) || glm::any(glm::greaterThan(at, n)))
@@ -136,13 +136,13 @@ SeedNeighbourhood neighbourhoodOf(LumenValues& values, const glm::dvec3& seed, c
     }
     const double range = highest - lowest;
     const double leave = std::clamp(kNoises * spread, kLeastEdge * range, kMostEdge * range);
-    std::vector<double> below, above; // walls, by their side of the lumen
+    std::vector<double> below, above; // values of walls, by their side of the lumen
     for (const SeedRay& ray : rays)
         if (const double wall = wallAlong(ray, found.lumen, leave); !std::isnan(wall))
             (wall < found.lumen ? below : above).push_back(wall);
     const std::vector<double>& walls = above.size() >= below.size() ? above : below;
     if (walls.empty() || highest <= lowest)
-        throw badFile(name, "a place in a lumen, with a wall around it within 100 mm",
+        throw badFile(name, "a point in a lumen, with a wall around it within 100 mm",
                       "one where values stay near " + std::to_string(found.lumen));
     found.rule.below = &walls == &above;
     found.wall = medianOf(walls);

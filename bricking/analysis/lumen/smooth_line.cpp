@@ -82,7 +82,7 @@ glm::dvec3 pointAt(const std::vector<glm::dvec3>& line, double place, bool strai
 
 std::vector<glm::dvec3> evenly(const std::vector<glm::dvec3>& line, double spacingMm, bool straight,
                                double& spacing) {
-    std::vector<glm::dvec3> fine; // the curve as many short lines, whose lengths are its own
+    std::vector<glm::dvec3> fine; // the curve as many short lines, whose lengths sum to its length
     const int parts = straight ? 1 : 8;
     for (std::size_t i = 0; i + 1 < line.size(); ++i)
         for (int k = 0; k < parts; ++k)

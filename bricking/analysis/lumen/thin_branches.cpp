@@ -15,20 +15,22 @@
 namespace tessera {
 namespace {
 
-constexpr double kMostBranchMm3 = 1000; // with what hangs on it; more is a lung
+constexpr double kMostBranchMm3 = 1000; // with attached voxels; more is a lung
 constexpr std::size_t kMostBranchVoxels = 30000;
 constexpr double kLeastBranchMm3 = 8; // and at least ...
 constexpr std::size_t kLeastBranchVoxels = 6;
-constexpr double kMostWayMm = 6;    // from the lumen to a branch
-constexpr double kWallNoises = 3;   // that a branch's wall stands out of it, in noise that is left ...
-constexpr double kRounding = 1e-12; // what a value loses as a way from the threshold and back
+constexpr double kMostWayMm = 6; // from the lumen to a branch
+constexpr double kWallNoises =
+    3; // least contrast of a branch's wall, in deviations of the remaining noise ...
+constexpr double kRounding = 1e-12; // tolerance of converting a value to a depth and back
 constexpr double kMostStands = 4;   // times that, of a voxel
-constexpr double kWallShare = 0.25; // ... and of the way from the lumen's value to the threshold
+constexpr double kWallShare =
+    0.25; // ... and relative to the difference of the lumen's value and the threshold
 
 const std::array<glm::ivec3, 6> kSixSteps = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// rim and piece: while one is filled. passed: behind it is no branch yet.
+/// rim and piece: during a fill. passed: no branch behind it yet.
 enum class Visit : std::uint8_t { none, lumen, waits, passed, piece, rim, leak, dam };
 
 class Flood {
@@ -76,7 +78,7 @@ class Flood {
         return static_cast<std::uint8_t>(static_cast<std::uint8_t>(visit) | (step << 3));
     }
 
-    /// A voxel's state, that of the lumen's where nobody was.
+    /// A voxel's state; by the lumen if it was not visited.
     std::uint8_t& state(const glm::ivec3& v) {
         const std::size_t chunk = linearIndex({v.x >> 5, v.y >> 5, v.z >> 5}, lumen_.voxels.chunks());
         if (chunk != lastChunk_ || !last_) {
@@ -100,7 +102,7 @@ class Flood {
     bool inVolume(const glm::ivec3& v) const {
         return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < n_.x && v.y < n_.y && v.z < n_.z;
     }
-    /// How far beyond the threshold.
+    /// Distance beyond the threshold.
     double height(const glm::ivec3& v) { return -rule_.depth(values_.voxel(v)); }
 
     void wait(const glm::ivec3& v, double height, std::size_t step) {
@@ -112,7 +114,7 @@ class Flood {
         queue_.emplace(height, linearIndex(v, n_));
     }
 
-    /// What borders the lumen waits.
+    /// Voxels that border the lumen are queued.
     void addShell() {
         for (const std::size_t chunk : lumen_.voxels.filledChunks()) {
             const glm::ivec3 corner = kChunkExtent * gridPosition(chunk, lumen_.voxels.chunks());
@@ -131,7 +133,7 @@ class Flood {
         }
     }
 
-    /// The flood has come to a voxel: what lies behind it?
+    /// Handles the next voxel of the flood and the region behind it.
     void pass(const glm::ivec3& at, double level) {
         const bool leak = fill(at, level);
         const bool branch = piece_.size() >= least_;
@@ -158,8 +160,8 @@ class Flood {
         ++found_.branches;
     }
 
-    /// Fills what is behind a voxel to a level.
-    /// @return whether it is too much, or runs to where a leak was
+    /// Fills the region behind a voxel up to a level.
+    /// @return true if it is too large, or reaches an earlier leak
     bool fill(const glm::ivec3& at, double level) {
         piece_.assign(1, at);
         rim_.clear();
@@ -187,7 +189,7 @@ class Flood {
         return false;
     }
 
-    /// How far what borders the piece is beyond the level, in the mean; bone counts no more than a wall.
+    /// Mean distance of the piece's border beyond the level; bone counts no more than a wall.
     double standsOut(double level) const {
         double sum = 0;
         for (const auto& [v, height] : rim_)
@@ -195,7 +197,7 @@ class Flood {
         return rim_.empty() ? 0 : sum / static_cast<double>(rim_.size());
     }
 
-    /// What was filled is a leak; the flood does not go through its first voxel.
+    /// The filled region is a leak; the flood does not pass its first voxel.
     void letGo() {
         for (const auto& [v, height] : rim_)
             mark(v, Visit::none);
@@ -218,7 +220,7 @@ class Flood {
         }
         return length <= kMostWayMm;
     }
-    /// All from a voxel back to the lumen.
+    /// The path from a voxel back to the lumen.
     void addWay(const glm::ivec3& to) {
         for (glm::ivec3 v = to; visitOf(state(v)) != Visit::lumen;) {
             const std::size_t step = state(v) >> 3;
@@ -250,8 +252,8 @@ class Flood {
     std::unordered_map<std::size_t, std::unique_ptr<Cell>> cells_;
     std::vector<Charge> charges_;
     std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> queue_;
-    std::vector<glm::ivec3> piece_;                  // behind a voxel, that one first
-    std::vector<std::pair<glm::ivec3, double>> rim_; // what borders it, and how far beyond the threshold
+    std::vector<glm::ivec3> piece_;                  // the region behind a voxel, that voxel first
+    std::vector<std::pair<glm::ivec3, double>> rim_; // its border, and the distances beyond the threshold
     ThinBranches found_;
 };
 

@@ -1,6 +1,6 @@
 // bricking/analysis/lumen/thin_branches.h: thin branches that a guarded threshold leaves out of a tree. They
-// begin, or have a narrow part, where walls shine in from both sides or noise stands in the way. A leak is
-// dammed where it is.
+// begin, or have a narrow part, where the partial volume of both walls or noise closes them. A leak is
+// blocked where it occurs.
 #pragma once
 
 #include "bricking/analysis/lumen/grow_lumen.h"
@@ -11,27 +11,25 @@
 namespace tessera {
 
 struct ThinBranches {
-    std::uint64_t voxels = 0; ///< that the lumen got
-    std::size_t branches = 0; ///< pieces of it
-    std::size_t leaks = 0;    ///< places that were dammed
-    std::optional<double>
-        to; ///< the value that the last piece was reached at, physical units; none: no piece
+    std::uint64_t voxels = 0; ///< voxels added to the lumen
+    std::size_t branches = 0; ///< added pieces
+    std::size_t leaks = 0;    ///< blocked voxels
+    std::optional<double> to; ///< value at which the last piece was reached, physical units; none: no piece
 };
 
 /// A flood goes on from the lumen, voxel by voxel in the order of their values (as Meyer's watershed), from
-/// its threshold to another. Behind a voxel it fills what is deeper, lowest first. A piece that is full
-/// before it runs over into more than 1000 mm3 is a branch where what borders it stands out of it, by more
-/// than noise does: a wall. Else the voxel is a dam. Branches of 8 mm3 and more become lumen, with up to 6 mm
-/// of way to them.
+/// its threshold to another. Behind a voxel it fills the region of deeper values, lowest first. A piece is a
+/// branch if it has at most 1000 mm3 and a wall: its border differs from it by more than noise. Otherwise the
+/// voxel is blocked. Branches of 8 mm3 and more become lumen, with up to 6 mm of path to them.
 /// @param lumen  grown with the rule
-/// @param wall  how far what borders a branch stands out of it, at least, physical units
+/// @param wall  least difference between a branch and its border, physical units
 /// @param to  threshold at which the flood ends, physical units, no stricter than the rule's
-/// Throws InputError naming the budget's option where what it visits does not fit, Interrupted, and what
-/// reading throws.
+/// Throws InputError naming the budget's option if visited voxels do not fit, Interrupted, and as reading
+/// chunks does.
 ThinBranches addThinBranches(LumenValues& values, GrownLumen& lumen, const LumenRule& rule, double wall,
                              double to, MemoryBudget& ram);
-/// A wall around thin branches, as a place in the lumen has it: three times the noise that is left there, and
-/// a quarter of the way from the lumen's value to the threshold.
+/// Least difference of a wall around thin branches: three times the remaining noise, and a quarter of the
+/// distance from the lumen's value to the threshold.
 double branchWall(const SeedNeighbourhood& around, const LumenRule& rule);
 
 } // namespace tessera

@@ -33,7 +33,7 @@ class Joining {
         });
         // all sums are in the order of faces
         std::vector<Sum> sums;
-        std::vector<std::uint32_t> numbers; // by root, of those that are met
+        std::vector<std::uint32_t> numbers; // by root, of visited ones
         eachUnseen([&](std::uint32_t face, const glm::ivec3& voxel, int side) {
             Sum& sum = sumOf(sums, numbers, rootOf(face));
             const CoverageFace& f = faces_.all[face];
@@ -117,7 +117,7 @@ class Joining {
     static Sum& sumOf(std::vector<Sum>& sums, std::vector<std::uint32_t>& roots, std::uint32_t root) {
         const auto at = std::lower_bound(roots.begin(), roots.end(), root);
         const auto i = at - roots.begin();
-        if (at == roots.end() || *at != root) { // roots come in ascending order: at the end
+        if (at == roots.end() || *at != root) { // roots come in ascending order, so it is the last
             roots.insert(at, root);
             sums.insert(sums.begin() + i, Sum{});
         }

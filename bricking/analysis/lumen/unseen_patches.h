@@ -1,5 +1,5 @@
-// bricking/analysis/lumen/unseen_patches.h: the faces of a lumen's wall, seen or not, and the patches that
-// the unseen ones make.
+// bricking/analysis/lumen/unseen_patches.h: the faces of a lumen's wall, seen or not, and the patches of
+// unseen faces.
 #pragma once
 
 #include "bricking/analysis/lumen/voxel_set.h"
@@ -21,7 +21,7 @@ struct CoverageFace {
     }
 };
 
-/// Faces by chunk, within each in the order of their places.
+/// Faces by chunk, in order of position.
 struct ChunkFaces {
     Charge charge;
     std::vector<std::size_t> chunks; ///< ascending
@@ -29,7 +29,7 @@ struct ChunkFaces {
     std::vector<CoverageFace> all;
 };
 
-/// Largest first. Throws InputError naming the budget's option where its tables do not fit.
+/// Largest first. Throws InputError naming the budget's option if its tables do not fit.
 std::vector<UnseenPatch> unseenPatches(const ChunkFaces& faces, const VoxelSet& voxels,
                                        const glm::dmat4& patientFromVoxel, double smallestMm2,
                                        MemoryBudget& ram);

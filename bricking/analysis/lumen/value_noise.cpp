@@ -14,11 +14,11 @@ constexpr double kNoiseReachMm = 20;
 constexpr int kMostNoiseReach = 16, kLeastNoiseReach = 8; // voxels
 constexpr int kNoiseBlock = 4;
 constexpr double kDeviationOfMedian = 1.4826 / 1.41421356; // of one value, from differences of two
-constexpr std::size_t kFewestPairs = 12;                   // of a block that tells something
+constexpr std::size_t kFewestPairs = 12;                   // least number of pairs of a usable block
 constexpr double kQuietest = 0.25;                         // share of the blocks
 constexpr double kClipped = 1 / 50.0; // of the voxels; fewer have the lowest value by chance
 
-/// Standard deviation of the part of a normal distribution above its quantile p, in its own.
+/// Standard deviation of the part of a normal distribution above its quantile p, relative to the whole.
 double restOfNormal(double p) {
     constexpr std::array<std::array<double, 2>, 7> known = {
         {{0, 1}, {0.05, 0.90}, {0.2, 0.763}, {0.5, 0.603}, {0.8, 0.468}, {0.95, 0.372}, {1, 0.3}}};

@@ -88,7 +88,7 @@ std::vector<std::size_t> VoxelSet::filledChunks() const {
 
 namespace {
 
-/// All bits of a row that runs of `inside` join to `bits`.
+/// All bits of a row that are connected to `bits` by runs of `inside`.
 std::uint32_t alongRow(std::uint32_t bits, std::uint32_t inside) {
     std::uint32_t up = inside, down = inside;
     for (int shift = 1; shift < 32; shift *= 2) {

@@ -18,11 +18,11 @@ constexpr int kRowsPerChunk = kChunkExtent * kChunkExtent;
 /// Bit x of row y + 32 z is voxel (x, y, z) of the chunk.
 using ChunkRows = std::array<std::uint32_t, kRowsPerChunk>;
 
-/// Where ChunkRows live: slabs on a budget, kept until the pool dies.
+/// Pool of ChunkRows: slabs on a budget, kept until the pool dies.
 class RowsPool {
   public:
     RowsPool(MemoryBudget& ram, const char* what) : ram_(&ram), what_(what) {}
-    /// Room for one; its bits are any. Throws InputError where the budget is full.
+    /// Allocates one, uninitialised. Throws InputError if the budget is full.
     std::uint32_t take();
     void giveBack(std::uint32_t slot) { free_.push_back(slot); }
     ChunkRows& at(std::uint32_t slot) { return slabs_[slot / kPerSlab]->rows[slot % kPerSlab]; }
@@ -43,7 +43,7 @@ class RowsPool {
 class VoxelSet {
   public:
     /// Empty.
-    /// @param what  that it is, for a budget's message
+    /// @param what  name of the set, for a budget's message
     VoxelSet(const glm::ivec3& extentVoxels, MemoryBudget& ram, const char* what = "the lumen");
 
     const glm::ivec3& extentVoxels() const { return extent_; }
@@ -65,15 +65,15 @@ class VoxelSet {
         const std::size_t chunk = linearIndex({voxel.x >> 5, voxel.y >> 5, voxel.z >> 5}, chunks_);
         return row(chunk, (voxel.y & 31) + 32 * (voxel.z & 31)) >> (voxel.x & 31) & 1u;
     }
-    /// The voxel that a place in voxel space lies in.
+    /// The voxel at a point in voxel space.
     bool containsPlace(const glm::dvec3& place) const { return contains(glm::ivec3(glm::floor(place))); }
 
-    /// A chunk's bits, all of them anew. None beyond the volume's edge may be set.
+    /// Replaces a chunk's bits. None beyond the volume's edge may be set.
     void setChunk(std::size_t chunk, const ChunkRows& rows);
     void setAll(std::size_t chunk);
-    /// The bits of a chunk, to be changed in place; those of none are made. Not of all.
+    /// The bits of a chunk, for changes in place; allocated if the chunk is empty. Not for a full chunk.
     ChunkRows& edit(std::size_t chunk);
-    /// Lets go of a chunk's bits where they are all set or none is.
+    /// Frees a chunk's bits if they are all set or all clear.
     void settle(std::size_t chunk);
     std::uint64_t count(std::size_t chunk) const;
     std::uint64_t count() const;

@@ -1,6 +1,5 @@
-// bricking/analysis/lumen/wall_coverage.cpp: see wall_coverage.h. Chunks are looked at by several threads,
-// each face alone: whether it is seen is asked of all cameras until one says yes, first of those that saw the
-// face before it.
+// bricking/analysis/lumen/wall_coverage.cpp: see wall_coverage.h. Several threads process chunks, face by
+// face. Cameras are tested until one sees the face, first those that saw the face before it.
 #include "bricking/analysis/lumen/wall_coverage.h"
 
 #include "bricking/analysis/lumen/lumen_parts.h"
@@ -26,7 +25,7 @@ namespace {
 
 constexpr double kReachRadii = 1.5;
 
-/// Where one is beside the lines: the route's segments, and the points of the other lines.
+/// Nearest positions on the lines: the route's segments, and the points of the other lines.
 class Beside {
   public:
     Beside(const CoverageRequest& request)
@@ -43,7 +42,7 @@ class Beside {
     const std::vector<RoutePoint>& route() const { return route_; }
     double widestMm() const { return widest_; }
 
-    /// What can be nearest to places within `half` of a middle.
+    /// Candidates for the nearest to points within `half` of a centre.
     struct Near {
         std::vector<std::size_t> segments, points;
     };
@@ -61,7 +60,7 @@ class Beside {
                 near.points.push_back(i);
         return near;
     }
-    /// Along the route; none where the place is not beside the part that is flown.
+    /// Position along the route; none if the point is not beside the flown part.
     std::optional<double> along(const Near& near, const glm::dvec3& place, double reach) const {
         Foot best;
         std::size_t at = 0;
@@ -104,7 +103,7 @@ class Beside {
     double from_, to_, widest_ = 0;
 };
 
-/// A camera ready to be asked.
+/// A camera prepared for visibility tests.
 struct Eye {
     glm::dvec3 mm, place, right, up, forward; // right and up: 1 at the picture's edge at depth 1
 };
@@ -126,7 +125,7 @@ class Measuring {
         found.lines = request_.lines.size();
         found.flown = request_.flight.route.size();
         addEyes(voxels, found);
-        progress_.stage("looking for unseen wall");
+        progress_.stage("finding unseen wall");
         ChunkFaces faces = placesOf(voxels, wall);
         std::vector<std::size_t> kept(faces.chunks.size());
         parallelFor(
@@ -161,7 +160,7 @@ class Measuring {
                glm::all(glm::lessThan(place, glm::dvec3(info_.extentVoxels)));
     }
 
-    /// What hangs together with the route's points: on either side of a bridge a part.
+    /// The parts connected to the route's points: one on either side of a bridge.
     std::unique_ptr<LumenParts> grow() {
         progress_.stage("growing the lumen");
         field_.emplace(source_, ram_, threads_);
@@ -176,14 +175,14 @@ class Measuring {
                     throw badFile(request_.where, "a line in this volume", "one that leaves it");
             }
         if (seeds.empty())
-            throw badFile(request_.where, "a line with places in a lumen", "bridges alone");
+            throw badFile(request_.where, "a line with points in a lumen", "bridges alone");
         const SeedNeighbourhood here = neighbourhoodOf(values, seeds.front(), request_.lumen.threshold);
         rule_ = here.rule;
         rule_.brightest = std::max(
             rule_.brightest, neighbourhoodOf(values, seeds.back(), request_.lumen.threshold).rule.brightest);
         auto parts = std::make_unique<LumenParts>(field_->cache(), info_, rule_, ram_, progress_);
         std::size_t inside = 0;
-        const LumenPart* first = nullptr; // what thin branches hang on
+        const LumenPart* first = nullptr; // the parts to which thin branches are attached
         for (const glm::dvec3& seed : seeds)
             if (const glm::ivec3 voxel(glm::floor(seed)); rule_.takes(values.voxel(voxel))) {
                 LumenPart& part = parts->partOf(voxel);
@@ -218,7 +217,7 @@ class Measuring {
         }
     }
 
-    /// Chunks near the route, and room for all of their faces.
+    /// Chunks near the route, with memory for all of their faces.
     ChunkFaces placesOf(const VoxelSet& voxels, const WallFaces& wall) {
         ChunkFaces faces;
         for (const std::size_t chunk : voxels.filledChunks())

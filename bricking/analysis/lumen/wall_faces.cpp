@@ -26,7 +26,7 @@ WallFaces::WallFaces(const VoxelSet& voxels, const glm::dmat4& patientFromVoxel)
         for (int z = -4; z <= 4; ++z)
             for (int y = -4; y <= 4; ++y)
                 for (int x = -4; x <= 4; ++x) {
-                    // weights that fall to 0: a ball with a hard edge leans to the voxels' axes
+                    // weights that fall to 0: a ball with a hard edge would bias normals to the voxels' axes
                     const glm::dvec3 away = glm::dvec3(x, y, z) - faceFromVoxel(side);
                     const double weight = 1 - glm::dot(away, away) / (kAround * kAround);
                     if (weight > 0)
@@ -53,14 +53,14 @@ std::uint32_t WallFaces::bits(const glm::ivec3& chunk, int row, int side) const 
         return own & ~(own << 1 | (none ? 1u : beside >> 31));
     std::uint32_t upper = own >> 1 | beside << 31;
     if (const int last = n.x - 1 - kChunkExtent * chunk.x; last < kChunkExtent)
-        upper |= 1u << last; // as if lumen went on
+        upper |= 1u << last; // as if the lumen continued
     return own & ~upper;
 }
 
 WallFaces::Face WallFaces::at(const glm::ivec3& voxel, int side) const {
     const glm::dvec3 toFace = faceFromVoxel(side);
     const glm::ivec3 last = voxels_.extentVoxels() - 1;
-    glm::dvec3 inward(0); // moment of the lumen around the face: of a plane at right angles to it
+    glm::dvec3 inward(0); // moment of the lumen around the face: for a plane at right angles to it
     for (const Neighbour& near : around_[static_cast<std::size_t>(side)])
         if (voxels_.contains(glm::clamp(voxel + near.offset, glm::ivec3(0), last)))
             inward += near.moment;

@@ -1,5 +1,5 @@
-// bricking/analysis/lumen/wall_faces.h: a lumen's wall as faces of voxels: the faces, the direction of the
-// wall at each, and the area that each stands for.
+// bricking/analysis/lumen/wall_faces.h: a lumen's wall as faces of voxels, each with the wall's normal and
+// the area that it represents.
 #pragma once
 
 #include "bricking/analysis/lumen/voxel_set.h"
@@ -26,7 +26,7 @@ class WallFaces {
     /// The set must outlive it.
     WallFaces(const VoxelSet& voxels, const glm::dmat4& patientFromVoxel);
 
-    /// Voxels of a row of a chunk with wall at a side, as bits; the volume's border is none.
+    /// Voxels of a row of a chunk with wall at a side, as bits; the volume's border is no wall.
     std::uint32_t bits(const glm::ivec3& chunk, int row, int side) const;
 
     struct Face {
@@ -48,7 +48,7 @@ class WallFaces {
     std::array<std::vector<Neighbour>, kSides> around_;
 };
 
-/// Whether a straight line goes through voxels of the set alone, its ends' included. Voxel space.
+/// True if a straight line, ends included, passes only through voxels of the set. Voxel space.
 bool seesThrough(const VoxelSet& voxels, const glm::dvec3& from, const glm::dvec3& to);
 
 } // namespace tessera

@@ -14,7 +14,7 @@ namespace tessera {
 namespace {
 
 /// A decoder that remembers warnings instead of logging them: "premature end", "bad Huffman code",
-/// "extraneous bytes". The library goes on after them with made-up samples.
+/// "extraneous bytes". The library continues after them with invented samples.
 template <class Decoder> class StrictDecoder final : public Decoder {
   public:
     using Decoder::Decoder;

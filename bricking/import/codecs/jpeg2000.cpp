@@ -42,7 +42,7 @@ OPJ_BOOL seekTo(OPJ_OFF_T place, void* user) {
     return OPJ_TRUE;
 }
 
-/// What the library says besides: nothing of it is printed.
+/// Other output of the library, which is not printed.
 void complain(const char*, void* user) {
     *static_cast<bool*>(user) = true;
 }

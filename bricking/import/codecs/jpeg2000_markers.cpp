@@ -14,7 +14,7 @@ constexpr std::uint32_t kMostTiles = 65535; // Isot has 16 bits
 struct TilePart {
     std::size_t at = 0;     // of its SOT marker
     std::uint32_t said = 0; // Psot: from that marker to the end of its data; 0: to the end of the stream
-    std::size_t length = 0; // what the stream itself shows
+    std::size_t length = 0; // by the stream itself
 };
 
 /// Xsiz to XTOsiz and the components (T.800, A.5.1).
@@ -56,7 +56,7 @@ bool isIrreversible(const MarkerReader& reader, std::size_t at, std::size_t leng
     return length > wavelet && reader.u8(at + wavelet) == 0;
 }
 
-/// Where tile-parts begin, by their markers, and where the stream ends.
+/// The starts of tile-parts, by their markers, and the end of the stream.
 std::vector<TilePart> findTileParts(const MarkerReader& reader, const Jpeg2000Header& main) {
     std::vector<TilePart> parts;
     std::size_t at = main.end;
@@ -127,7 +127,7 @@ StreamHeader walkJpeg2000(Bytes stream, const std::string& where) {
         const TilePart& part = parts[i];
         const bool untilEnd = part.said == 0 && i + 1 == parts.size();
         if (!untilEnd && part.said > part.length)
-            main.header.lossy = true; // something was cut away: quality layers, if the rest is sound
+            main.header.lossy = true; // data was removed: quality layers, if the rest is valid
         if (!untilEnd && part.said != part.length && main.header.damage.empty())
             main.header.damage = "tile-part " + std::to_string(i) + " says " + std::to_string(part.said) +
                                  " bytes and has " + std::to_string(part.length);

@@ -157,7 +157,7 @@ std::optional<StreamHeader> peekHeader(StreamCoding coding, Bytes beginning) {
             return readJpeg2000Header(reader).header;
         if (coding != StreamCoding::rle)
             return walk(reader, true);
-    } catch (const InputError&) { // not there, or damaged: whoever decodes says so
+    } catch (const InputError&) { // missing, or damaged: the decoder reports it
     }
     return std::nullopt;
 }

@@ -21,7 +21,8 @@ void decodeJpegLs(Bytes stream, const StreamHeader& header, const std::string& w
     try {
         charls::jpegls_decoder decoder(stream.data(), stream.size(), true);
         const charls::frame_info& frame = decoder.frame_info();
-        // The walk and the library read the same header: a difference means that one of them was misled.
+        // The marker check and the library read the same header: a difference means that one of them was
+        // misled.
         if (static_cast<int>(frame.width) != header.columns ||
             static_cast<int>(frame.height) != header.rows || frame.component_count != 1 ||
             frame.bits_per_sample != header.bits ||

@@ -1,5 +1,5 @@
-// bricking/import/codecs/markers.h: reads big-endian numbers of a stream by position, for the walks of
-// stream.h. Reading beyond the end is an error that names the file.
+// bricking/import/codecs/markers.h: reads big-endian numbers of a stream by position, for the marker checks
+// of stream.h. Reading beyond the end is an error that names the file.
 #pragma once
 
 #include "bricking/import/codecs/stream.h"

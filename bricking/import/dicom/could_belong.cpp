@@ -18,13 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostDigits = 9; // longer ones are parts of UIDs and count nothing
+constexpr std::size_t kMostDigits = 9; // longer ones are parts of UIDs, not counters
 constexpr std::size_t kMostNames = 3;
-constexpr std::size_t kFewSlices = 2; // of a series that a damaged UID makes of another's slices
+constexpr std::size_t kFewSlices = 2; // largest number of slices that a damaged UID splits off a series
 constexpr double kAlike = 1e-3;       // of directions and spacings, as in dicom_geometry.cpp
 constexpr double kOffPlace = 0.02;    // of a gap
 
-/// A name with one of its numbers cut out: "IM-0001-", ".dcm" and 42.
+/// A name split at one of its numbers: "IM-0001-", ".dcm" and 42.
 struct Numbered {
     std::string around;
     unsigned long number = 0;
@@ -47,7 +47,7 @@ std::vector<Numbered> numberings(const std::string& name) {
     return found;
 }
 
-/// The files of all series by folder: what a file's neighbours are looked up in.
+/// The files of all series by folder, for the lookup of neighbours.
 class Neighbours {
   public:
     /// Of all series, or of one.
@@ -76,19 +76,20 @@ class Neighbours {
         const auto at = byFolder_.find(folder.string());
         return at != byFolder_.end() && at->second.contains(series);
     }
-    /// Whether a file of the series in that folder has the ending; of names without one, about the length.
+    /// True if a file of the series in that folder has the ending; for names without one, about the length.
     bool endingHolds(const fs::path& file, std::size_t series) const {
         const auto at = byEnding_.find((file.parent_path() / endingOf(file)).string());
         return at != byEnding_.end() && at->second.contains(series);
     }
-    /// Whether the folder holds no slice, but the folder beside it, under the same name: a folder a slice.
+    /// True if the folder holds no slice, but the folder beside it does, under the same name: one folder per
+    /// slice.
     bool sameNameBesideHolds(const fs::path& file, std::size_t series) const {
         const fs::path folder = file.parent_path();
         const auto at = bySameName_.find((folder.parent_path() / file.filename()).string());
         return byFolder_.find(folder.string()) == byFolder_.end() && at != bySameName_.end() &&
                at->second.contains(series);
     }
-    /// Whether three folders or more beside this one hold a slice of the series each, and none holds several
+    /// True if three folders or more beside this one hold a slice of the series each, and none holds several
     /// slices.
     bool foldersBesideHoldASliceEach(const fs::path& folder, std::size_t series) const {
         std::size_t holding = 0;
@@ -102,7 +103,7 @@ class Neighbours {
         }
         return holding > kFewSlices;
     }
-    /// Whether the folder, or one that lies in it, holds slices of the series.
+    /// True if the folder, or one inside it, holds slices of the series.
     bool folderOrOneBelowHolds(const fs::path& folder, std::size_t series) const {
         return folderHolds(folder, series) ||
                std::any_of(byFolder_.begin(), byFolder_.end(), [&](const auto& entry) {
@@ -122,7 +123,7 @@ class Neighbours {
     }
 
     std::map<std::string, std::map<unsigned long, std::set<std::size_t>>> byName_;
-    /// ".dcm"; for a name without a short ending of letters, what stands for names of about its length.
+    /// ".dcm"; for a name without a short ending of letters, a key for names of about its length.
     static std::string endingOf(const fs::path& file) {
         constexpr std::size_t kLongest = 5, kAlikeLengths = 4;
         const std::string ending = file.extension().string();
@@ -136,8 +137,8 @@ class Neighbours {
     std::map<std::string, std::size_t> slicesOfFolder_;
 };
 
-/// Whether a slice continues the stack of a series: alike in size, orientation and spacing, and a whole
-/// number of gaps from its first slice, at most one beyond its ends.
+/// True if a slice continues the stack of a series. It has the same size, orientation and spacing, and is a
+/// whole number of gaps from the first slice, at most one beyond the ends.
 bool continues(const DicomSlice& slice, const DicomSeries& series) {
     const DicomSlice& first = series.slices.front();
     if (!slice.positionMm || !slice.rowDirection || !slice.spacingMm || !first.rowDirection ||

@@ -1,5 +1,5 @@
-// bricking/import/dicom/could_belong.h: the unused files that could be slices of a series. With one of them
-// the series is surely not complete, and leaving it out would go unnoticed.
+// bricking/import/dicom/could_belong.h: the unused files that could be slices of a series. If there is one,
+// the series may be incomplete without notice.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"
@@ -10,15 +10,14 @@
 
 namespace tessera {
 
-/// A file whose header names the series belongs to it. Of one whose header cannot be read the neighbours
-/// decide. They are the files of the same name but for one number, next below and above; where there is none,
-/// the folder decides. A file that is no DICOM file at all belongs only by its neighbours or its name's
-/// ending. An empty folder belongs where its name, or the folders beside it, are those of slices.
-/// So does a lone slice under another SeriesInstanceUID that lies where the next slice of the series would,
-/// with a file beside the series' own by name.
+/// A file whose header names the series belongs to it. For a file with an unreadable header the neighbours
+/// decide: the files with the next lower and higher number in the same name. Without neighbours the folder
+/// decides. A file that is not DICOM at all belongs only by its neighbours or its name's ending. An empty
+/// folder belongs if its name, or the folders beside it, are those of slices. So does a lone slice with
+/// another SeriesInstanceUID at the position of the series' next slice, with a neighbouring name.
 std::vector<PassedFile> couldBelong(const DicomScan& scan, std::size_t series);
 
-/// Throws InputError naming the first such file and why it cannot be read, and the number of others.
+/// Throws InputError naming the first such file and the reason, and the number of others.
 void requireComplete(const DicomScan& scan, std::size_t series);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
 // bricking/import/dicom/dicom_bare.h: recognizes DICOM data sets without the preamble of 128 bytes and the
-// mark "DICM", as old archives and network dumps leave them.
+// mark "DICM", as from old archives and network dumps.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Whether the first bytes of a file of that size are a data set in little endian, explicit or implicit. Its
-/// elements then begin in group 0002 or 0008, ascend, and have lengths that fit.
+/// True if the first bytes of a file of that size are a data set in little endian, explicit or implicit.
+/// Elements begin in group 0002 or 0008, ascend, and have lengths that fit.
 bool looksLikeBareDicom(std::span<const std::byte> head, std::uint64_t fileBytes);
 
 } // namespace tessera

@@ -22,7 +22,7 @@ namespace tessera {
 namespace {
 
 constexpr std::uint64_t kLargestInflated = std::uint64_t{512} << 20;
-constexpr std::uint64_t kTailBytes = std::uint64_t{1} << 20; // what follows the pixels
+constexpr std::uint64_t kTailBytes = std::uint64_t{1} << 20; // data after the pixels
 constexpr std::size_t kInflatedPart = 256 * 1024;
 constexpr std::size_t kMostMeta = 1 << 20; // the meta group has a few short elements
 constexpr std::size_t kMetaBegin = 132;    // preamble and "DICM"
@@ -34,7 +34,7 @@ std::uint32_t littleEndian(const std::byte* at, int bytes) {
     return value;
 }
 
-/// Where the meta group ends: the first element that is not of group 2.
+/// The end of the meta group: the first element that is not of group 2.
 std::size_t endOfMeta(const std::vector<std::byte>& bytes, const std::string& where) {
     std::size_t at = kMetaBegin;
     while (at + 12 <= bytes.size() && littleEndian(&bytes[at], 2) == 2) {
@@ -66,8 +66,8 @@ std::vector<std::byte> plainMeta() {
 
 using Sink = std::function<bool(std::uint64_t offset, std::span<const std::byte>)>;
 
-/// Gives the plain file in portions, from its beginning, until `take` wants no more. At its end, what follows
-/// is checked. Throws InputError naming the file.
+/// Passes on the plain file in portions, from its beginning, until `take` returns false. At its end, what
+/// follows is checked. Throws InputError naming the file.
 void inflateTo(const std::filesystem::path& path, const Sink& take) {
     const std::string where = path.string();
     const InputFile file(path);
@@ -82,7 +82,7 @@ void inflateTo(const std::filesystem::path& path, const Sink& take) {
         throw Error("zlib cannot start");
     const std::unique_ptr<z_stream, int (*)(z_stream*)> ending(&stream, inflateEnd);
     packed.resize(kInflatedPart);
-    const auto refill = [&] { // what is not looked at yet stays in front
+    const auto refill = [&] { // unprocessed bytes stay in front
         std::copy_n(stream.next_in, stream.avail_in, reinterpret_cast<Bytef*>(packed.data()));
         const std::size_t got = file.readSome(readTo, std::span(packed).subspan(stream.avail_in));
         readTo += got;

@@ -1,6 +1,6 @@
 // bricking/import/dicom/dicom_deflated.h: undoes the deflated transfer syntax, which vtk-dicom does not read.
-// The result is "the plain file": explicit little endian with the same data set. A few bytes may inflate to a
-// thousand times as many, so none of this holds the whole.
+// The result is "the plain file": explicit little endian with the same data set. Data may inflate a
+// thousandfold, so the whole file is never in memory.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 namespace tessera {
 
 constexpr const char* kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
-/// Of the plain file: the pixels have to begin within.
+/// Bytes of the plain file within which pixels must begin.
 constexpr std::uint64_t kMostInflatedHeader = std::uint64_t{16} << 20;
 
-/// The plain file under a name that a parser can open, in memory alone (headers hold identifiers). Its first
-/// 16 MiB and its last 1 MiB are as they are, with zeros between.
+/// The plain file under a name that a parser can open, in memory only (headers hold identifiers). Its first
+/// 16 MiB and its last 1 MiB are exact, with zeros between.
 class InflatedFile {
   public:
     /// Throws InputError naming the file if it is damaged or larger than 512 MiB when inflated.
@@ -32,8 +32,8 @@ class InflatedFile {
     std::uint64_t sizeBytes_ = 0;
 };
 
-/// Fills out from byte `offset` of the plain file on, passing what lies before. Throws InputError naming the
-/// file if it ends before.
+/// Fills out from byte `offset` of the plain file on, skipping bytes before it. Throws InputError naming the
+/// file if it ends earlier.
 void readInflated(const std::filesystem::path& path, std::uint64_t offset, std::span<std::byte> out);
 
 } // namespace tessera

@@ -30,8 +30,8 @@ constexpr double kMostSideways = 1.0 / 3; // of a pixel, for positions that are 
 constexpr double kMostRoundedDirection = 0.01; // two decimals
 constexpr double kMostRoundedSpacing = 0.02;   // of the spacing, and two decimals
 constexpr double kRoundingSlack = 1 + 1e-6;    // decimal fractions in binary
-constexpr double kMostGrowth = 4;              // slices after resampling, per slice before
-constexpr int kMostListed = 12;                // runs of gaps in a message
+constexpr double kMostGrowth = 4;              // largest number of slices after resampling, per slice before
+constexpr int kMostListed = 12;                // largest number of runs of gaps in a message
 
 std::string mm(double value) {
     char text[32];
@@ -52,8 +52,7 @@ glm::dvec3 unitDirection(const glm::dvec3& given, const std::string& where) {
     return given / length;
 }
 
-/// What the last decimal that a header gives of some numbers is worth: 1 for whole ones; 0: finer than
-/// `mostDecimals` tell.
+/// The value of the last decimal of some numbers in a header: 1 for whole ones; 0: finer than `mostDecimals`.
 template <class Numbers> double unitOf(const Numbers& numbers, int mostDecimals) {
     double unit = 1;
     for (int decimals = 0; decimals <= mostDecimals; ++decimals, unit /= 10)
@@ -64,7 +63,7 @@ template <class Numbers> double unitOf(const Numbers& numbers, int mostDecimals)
     return 0;
 }
 
-/// What directions and pixel spacing of a slice are rounded to, at most.
+/// The coarsest rounding of directions and pixel spacing of a slice.
 struct Rounding {
     double direction = 0, spacing = 0;
 };
@@ -77,7 +76,7 @@ Rounding roundingOf(const DicomSlice& slice) {
                       unitOf(std::array{s.x, s.y}, kMostDecimals)})};
 }
 
-/// Whether two vectors are roundings of one.
+/// True if two vectors are roundings of one.
 template <class Vector> bool roundingExplains(const Vector& a, const Vector& b, double unitA, double unitB) {
     double largest = 0;
     for (int i = 0; i < Vector::length(); ++i)
@@ -102,8 +101,8 @@ void checkComplete(const DicomSlice& slice, const std::string& where) {
                           printableName(slice.file.filename()));
 }
 
-/// Every slice has a place, and all agree in everything but position. Of numbers that are rounded in some
-/// slices the finest are taken, which plan.oddity says.
+/// Checks that every slice has a position, and that all agree in everything else. Of numbers that are rounded
+/// in some slices the finest are taken, as reported in plan.oddity.
 Stack checkAlike(const DicomSeries& series, SlicePlan& plan, const std::string& where) {
     const DicomSlice& first = series.slices.front();
     std::vector<Rounding> rounding;
@@ -213,15 +212,15 @@ std::vector<double> sortAlongNormal(const DicomSeries& series, const Stack& stac
     if (shared > 0)
         throw badFile(where, "one slice at each position",
                       std::to_string(shared) + " of " + std::to_string(distance.size()) +
-                          " slices at the place of another (duplicates, or several time points in one "
+                          " slices at the position of another (duplicates, or several time points in one "
                           "series), the first " +
                           pair);
     return distance;
 }
 
-/// How far rounding can have moved each slice of plan.order from its place in a straight and even stack of
-/// the same ends, mm: half a unit of its own last decimal and half of the ends'. 0: no decimals worth
-/// telling, or more than `most` is lost.
+/// The largest displacement of each slice of plan.order by rounding, from a straight and even stack with the
+/// same ends, mm. It is half a unit of its own last decimal and half of the ends'. 0: no relevant rounding,
+/// or displacements above `most`.
 std::vector<double> movedByRounding(const DicomSeries& series, const SlicePlan& plan, double most) {
     constexpr int kMostDecimals = 4;
     std::vector<double> units;
@@ -249,7 +248,7 @@ double driftAlong(const std::vector<double>& distance) {
     return largest;
 }
 
-/// Whether an even stack with rounded positions would have these gaps.
+/// True if an even stack with rounded positions could have these gaps.
 bool roundingMakesUneven(const DicomSeries& series, const SlicePlan& plan,
                          const std::vector<double>& distance, double medianMm) {
     const std::vector<double> moved = movedByRounding(series, plan, kMostRounding * medianMm);

@@ -22,10 +22,10 @@ namespace tessera {
 class DicomHeader {
   public:
     explicit DicomHeader(vtkDICOMMetaData* data) : data_(data) {}
-    /// Of one item of a sequence, which has no frames.
+    /// For one item of a sequence, which has no frames.
     explicit DicomHeader(const vtkDICOMItem* item) : item_(item) {}
 
-    /// Without the blanks and zeros that fill it up.
+    /// Without padding blanks and zeros.
     std::string text(vtkDICOMTag tag, int frame = 0) const {
         const std::string value = valueOf(tag, frame).AsString();
         const std::string_view filling(" \0", 2);
@@ -33,7 +33,7 @@ class DicomHeader {
         return begin == std::string::npos ? "" : value.substr(begin, end + 1 - begin);
     }
     bool has(vtkDICOMTag tag) const { return data_->Has(tag); }
-    /// The only item of a sequence; nothing where there are more, or none.
+    /// The only item of a sequence; nothing if there are more, or none.
     std::optional<DicomHeader> itemOf(vtkDICOMTag sequence) const {
         const vtkDICOMValue& value = valueOf(sequence, 0);
         const vtkDICOMItem* items = value.GetSequenceData();
@@ -51,9 +51,9 @@ class DicomHeader {
         std::optional<HeaderFault> ignored;
         return reals<N>(tag, frame, "", ignored);
     }
-    /// The same; where the element holds something that is no such number, `fault` says so, the first only:
-    /// expected "RescaleSlope (0028,1053) of 1 finite number", found "a text that is no number". The text
-    /// itself is never quoted: in a damaged header it may be anything.
+    /// The same; the first other content goes to `fault`: expected "RescaleSlope (0028,1053) of 1 finite
+    /// number", found "a text that is no number". The text itself is never quoted: in a damaged header it may
+    /// be anything.
     template <int N>
     std::optional<std::array<double, N>> reals(vtkDICOMTag tag, int frame, const char* name,
                                                std::optional<HeaderFault>& fault) const {
@@ -92,7 +92,7 @@ class DicomHeader {
         const auto value = reals<1>(tag, frame, name, fault);
         return value ? std::optional((*value)[0]) : std::nullopt;
     }
-    /// The last of several numbers: what was done last.
+    /// The last of several numbers: that of the last step.
     std::optional<double> last(vtkDICOMTag tag) const {
         const vtkDICOMValue& value = valueOf(tag, 0);
         if (!value.IsValid() || value.GetNumberOfValues() < 1)
@@ -119,7 +119,7 @@ class DicomHeader {
   private:
     static constexpr const char* kBlank = "blank";
 
-    /// Fills `count` numbers from "a\b\c"; says what is wrong, or nothing.
+    /// Fills `count` numbers from "a\b\c"; returns the fault, or nothing.
     static std::string parse(const std::string& text, double* out, int count) {
         if (text.find_first_not_of(std::string(" \0", 2)) == std::string::npos)
             return kBlank; // an empty value is an absent one
@@ -129,7 +129,7 @@ class DicomHeader {
             const std::string part = text.substr(begin, end - begin);
             char* rest = nullptr;
             const double number = std::strtod(part.c_str(), &rest);
-            // strtod takes hexadecimal and "infinity" too; a decimal string is none of these.
+            // strtod accepts hexadecimal and "infinity" too, which are no decimal strings.
             if (rest == part.c_str() || part.find_first_of("xXpP") != std::string::npos ||
                 std::string(rest).find_first_not_of(' ') != std::string::npos)
                 return "a text that is no number";
@@ -148,7 +148,7 @@ class DicomHeader {
     const vtkDICOMItem* item_ = nullptr; // instead of it
 };
 
-/// Short code words only: what a whitelist entry may hold. Anything else is dropped, not shortened.
+/// Short code words only, the content of a whitelist entry. Anything else is dropped, not shortened.
 inline std::string codeWord(const std::string& text) {
     for (const char c : text) {
         const bool plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kPartBytes = std::size_t{1} << 20; // compared at once
 
-/// Slices by place, in space; those without a position are left out.
+/// Slices by position; those without one are left out.
 std::vector<std::vector<std::size_t>> placesOf(const DicomSeries& series) {
     std::vector<std::size_t> order;
     glm::dvec3 normal(0, 0, 1);
@@ -70,11 +70,11 @@ bool samePixels(const DicomSlice& a, const DicomSlice& b) {
         return sizeA > fromA && sizeB > fromB && sizeA - fromA == sizeB - fromB &&
                sameBytes(a, fromA, b, fromB, sizeA - fromA);
     } catch (const Error&) {
-        return false; // reading the slice itself says why
+        return false; // reading the slice itself reports it
     }
 }
 
-/// Everything that the header says about the picture, but for its file.
+/// Everything in the header about the image, except its file.
 bool sameHeader(const DicomSlice& a, const DicomSlice& b) {
     return a.coding == b.coding && a.columns == b.columns && a.rows == b.rows &&
            a.bitsAllocated == b.bitsAllocated && a.bitsStored == b.bitsStored && a.highBit == b.highBit &&
@@ -92,7 +92,7 @@ struct Key {
 std::optional<double> real(const std::optional<int>& number) {
     return number ? std::optional<double>(*number) : std::nullopt;
 }
-/// What headers number phases with, the surest first.
+/// Header values that number phases, most reliable first.
 const Key kKeys[] = {
     {"phase ", " %", [](const SliceMoment& m) { return m.cardiacPercent; }},
     {"time ", "", [](const SliceMoment& m) { return real(m.temporalPosition); }},
@@ -100,7 +100,7 @@ const Key kKeys[] = {
     {"acquisition ", "", [](const SliceMoment& m) { return real(m.acquisition); }},
     {"echo ", "", [](const SliceMoment& m) { return real(m.echo); }},
 };
-/// What only gives an order at each place.
+/// Header values that only give an order at each position.
 const Key kOrders[] = {
     {"time ", "", [](const SliceMoment& m) { return m.triggerMs; }},
     {"time ", "", [](const SliceMoment& m) { return m.acquisitionSecond; }},
@@ -113,7 +113,8 @@ std::string numbered(const Key& key, double value) {
     return key.before + std::string(text) + key.after;
 }
 
-/// By the value of the key, if as many values as pictures at the fullest place tell them apart everywhere.
+/// By the value of the key, if there are as many values as images at the fullest position, and they
+/// distinguish all images.
 std::vector<DicomPhase> byValue(const DicomSeries& series,
                                 const std::vector<std::vector<std::size_t>>& places, std::size_t most,
                                 const Key& key) {
@@ -135,7 +136,7 @@ std::vector<DicomPhase> byValue(const DicomSeries& series,
     return list;
 }
 
-/// By the order of the key's values at each place, if every place has as many pictures.
+/// By the order of the key's values at each position, if every position has equally many images.
 std::vector<DicomPhase> byOrder(const DicomSeries& series,
                                 const std::vector<std::vector<std::size_t>>& places, std::size_t most,
                                 const Key& key) {

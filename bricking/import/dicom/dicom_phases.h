@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// Removes slices whose pixels, place and moment equal those of an earlier one, and gives their number. Reads
-/// pixels only of slices that share a place.
+/// Removes slices whose pixels, position and moment equal those of an earlier one, and returns their number.
+/// Reads pixels only for slices at the same position.
 std::size_t dropDuplicates(DicomSeries& series);
 
 struct DicomPhase {
@@ -19,10 +19,10 @@ struct DicomPhase {
     std::vector<std::size_t> slices; // indices into DicomSeries::slices
 };
 
-/// The phases of a series in which slices share places, in their order, each with every place at most once.
-/// They are told apart by cardiac phase, temporal position, trigger time, acquisition number or echo, else by
-/// the order of their times. Empty where no places are shared, or where nothing in the headers tells the
-/// pictures apart.
+/// The phases of a series in which slices share positions, in order, each with every position at most once.
+/// Cardiac phase, temporal position, trigger time, acquisition number or echo distinguish them, else the
+/// order of their times. Empty if no positions are shared, or if nothing in the headers distinguishes the
+/// images.
 std::vector<DicomPhase> phasesOf(const DicomSeries& series);
 
 } // namespace tessera

@@ -23,7 +23,7 @@ std::int32_t storedValue(std::uint32_t word, const DicomSlice& slice) {
     return slice.isSigned && (bits & sign) ? value - static_cast<std::int32_t>(mask) - 1 : value;
 }
 
-/// Whether a word has bits beside the stored ones that are neither an overlay's nor a sign that goes on.
+/// True if a word has bits beside the stored ones that are neither an overlay's nor an extended sign.
 bool holdsMore(std::uint32_t word, const DicomSlice& slice) {
     const std::uint32_t all = slice.bitsAllocated == 8 ? 0xFFu : 0xFFFFu;
     const std::uint32_t stored = ((1u << slice.bitsStored) - 1u) << (slice.highBit + 1 - slice.bitsStored);
@@ -45,17 +45,16 @@ void unpack(const DicomSlice& slice, std::span<std::int32_t> out, StreamFindings
     if (more > 0 && !slice.hasOverlayBits && findings.beyond.empty())
         findings.beyond = printableName(slice.file.filename()) + ": " + std::to_string(more) +
                           " pixels have bits beside the " + std::to_string(slice.bitsStored) +
-                          " that BitsStored (0028,0101) tells, which are left out; is that tag right?";
+                          " of BitsStored (0028,0101), which are left out; is that tag right?";
 }
 
-/// Mends the lengths of a JPEG 2000 stream's tile-parts. Whether that gave the image that was meant is known
-/// only where the header tells its largest value.
+/// Repairs the lengths of a JPEG 2000 stream's tile-parts. The result can be checked only if the header
+/// states the largest value.
 std::vector<std::byte> mend(const std::vector<std::byte>& stream, const StreamHeader& header,
                             const DicomSlice& slice) {
     if (!slice.largestStored)
         throw badFile(slice.file.string(),
-                      "tile-parts of the length that they say, or a largest pixel value to check by",
-                      header.damage);
+                      "tile-parts of the stated length, or a largest pixel value for a check", header.damage);
     return withMendedTileParts(stream, slice.file.string());
 }
 
@@ -65,7 +64,7 @@ void checkMended(const StreamHeader& header, const DicomSlice& slice, std::span<
         throw badFile(slice.file.string(),
                       "a largest pixel value of " + std::to_string(*slice.largestStored) +
                           ", as its tags say",
-                      std::to_string(largest) + " after mending (" + header.damage + ")");
+                      std::to_string(largest) + " after repair (" + header.damage + ")");
 }
 
 } // namespace

@@ -18,7 +18,7 @@ class DicomPixels {
     /// Throws InputError naming the file if it is truncated, if its stream is damaged or contradicts the
     /// tags in size, and if it cannot be decoded.
     void read(const DicomSlice& slice, std::span<std::int32_t> out);
-    /// Of all slices read so far.
+    /// For all slices read so far.
     const StreamFindings& findings() const { return findings_; }
 
   private:

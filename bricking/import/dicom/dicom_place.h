@@ -7,11 +7,10 @@
 
 namespace tessera {
 
-/// Tags of stored values (padding, extremes): whether they are signed follows the pixels, whatever the file's
-/// own coding says.
+/// Tags of stored values (padding, extremes) have the sign of the pixels, whatever the file's own coding.
 std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice);
 
-/// Fills these members of a slice whose number format is known. A number that is none goes to slice.fault.
+/// Fills these members of a slice whose number format is known. An invalid number goes to slice.fault.
 void readPlace(const DicomHeader& header, int frame, DicomSlice& slice);
 
 } // namespace tessera

@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kApart = 1.5; // times the thickness: slices that lie so far apart leave some of the body out
+constexpr double kApart = 1.5; // times the thickness: at this distance slices leave out some of the body
 constexpr std::size_t kMostValues = 3;
 
 std::string shown(double value) {
@@ -20,7 +20,7 @@ std::string shown(double value) {
     return text;
 }
 
-/// How many slices have each value.
+/// The number of slices with each value.
 template <class Value, class Of> std::map<Value, std::size_t> tallyOf(const DicomSeries& series, Of of) {
     std::map<Value, std::size_t> tally;
     for (const DicomSlice& slice : series.slices)
@@ -54,7 +54,7 @@ std::string differing(const std::map<Value, std::size_t>& tally, const Words& wo
     return text;
 }
 
-/// What InstanceNumber goes up by from slice to slice in space; nothing where it does not do so evenly.
+/// The increment of InstanceNumber from slice to slice in space; nullopt if it is not even.
 std::optional<int> instanceStep(const DicomSeries& series, const SlicePlan& plan) {
     std::optional<int> step;
     for (std::size_t n = 1; n < plan.order.size(); ++n) {
@@ -78,7 +78,7 @@ std::string leftOut(const DicomSeries& series, const SlicePlan& plan, bool ofSev
     std::string text;
     if (apart)
         text = "slices are " + shown(thickness) + " mm thick and lie " + shown(plan.gapMm) +
-               " mm apart: what lies between them is not in the scan";
+               " mm apart: the space between them is not in the scan";
     if (skips)
         text += (apart ? "; " : "") + std::string("InstanceNumber (0020,0013) goes up by ") +
                 std::to_string(step) + ": were slices left out?";

@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_remarks.h: remarks about a series: harmless oddities that are accepted, said
-// once and kept in the store. Private to the DICOM importer.
+// bricking/import/dicom/dicom_remarks.h: remarks about a series: harmless irregularities that are accepted,
+// reported once and kept in the store. Private to the DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_geometry.h"
@@ -10,11 +10,11 @@
 
 namespace tessera {
 
-/// Of the slices that make the volume, a line each; quotes numbers and code words alone.
-/// @param ofSeveralPhases  other pictures of the same places were left out
+/// For the slices of the volume, one per line; quotes only numbers and code words.
+/// @param ofSeveralPhases  other images at the same positions were left out
 std::vector<std::string> remarksOn(const DicomSeries& series, const SlicePlan& plan, bool ofSeveralPhases);
 
-/// The kernel, voltage and thickness that most slices have.
+/// The kernel, voltage and thickness of most slices.
 void takeCommonAcquisition(DicomSeries& series);
 
 } // namespace tessera

@@ -94,7 +94,7 @@ bool hasOverlayBits(const Header& header) {
     return false;
 }
 
-/// The colours that one sample a pixel is said to stand for: an index into a table, or a mistake. "": greys.
+/// The stated colour model of one sample per pixel: an index into a table, or a mistake. "": greys.
 std::string colourOf(const Header& header) {
     const std::string text = header.text(DC::PhotometricInterpretation);
     for (const char* colour : {"RGB", "PALETTE", "YBR", "HSV", "ARGB", "CMYK"})
@@ -175,7 +175,7 @@ class Scanner {
             current_.storageClass = header.text(DC::SOPClassUID);
         if (current_.isWhole)
             return addImage(file, structure, header, syntax, *parser);
-        // The class stands in the meta group: where that is damaged, it says nothing.
+        // The class is in the meta group: if that is damaged, it is unreliable.
         if (structure.syntax.empty() && !structure.irregularity.empty())
             return damaged(file, "a meta group without fault", structure.irregularity);
         const std::string words = objectWords(current_.storageClass);
@@ -189,9 +189,9 @@ class Scanner {
     }
 
     DicomScan take() {
-        // A series in which nothing has a position (a radiograph, a screen shot) is no volume. One in which
-        // something has is kept whole, so that a slice without a position is noticed.
-        std::vector<std::optional<std::size_t>> kept; // of each series, its place in `series`
+        // A series in which nothing has a position (a radiograph, a screen shot) is no volume. A series with
+        // some positions is kept whole, so that a slice without a position is noticed.
+        std::vector<std::optional<std::size_t>> kept; // of each series, its index in `series`
         std::vector<DicomSeries> series;
         joinLoneSlices(scan_.series, says_);
         const bool slicesAreRegular =
@@ -221,12 +221,13 @@ class Scanner {
             std::set<std::filesystem::path> files; // frames share one
             for (const DicomSlice& slice : each.slices)
                 files.insert(slice.file);
-            // Without the series' UID too, or irregular, the header is damaged: it could be anybody's slice.
+            // If the series' UID is missing too, or the header is irregular, it is damaged: it could be a
+            // slice of any series.
             const auto irregular =
                 std::find_if(each.slices.begin(), each.slices.end(),
                              [](const DicomSlice& slice) { return !slice.irregularity.empty(); });
             const bool isWithoutUid = withoutUid_.contains(index);
-            // What an irregular header says that it is need not be true, unless the writer is like that.
+            // An irregular header may be wrong about its kind, unless its writer is always irregular.
             const bool isIrregular =
                 irregular != each.slices.end() && (each.object.empty() || slicesAreRegular);
             const bool isDamaged = isIrregular || (isWithoutUid && each.object.empty());
@@ -272,7 +273,7 @@ class Scanner {
         parser.Update();
     }
 
-    /// Of the file in hand. The UID identifies a study: it stays in here.
+    /// Of the current file. The UID identifies a study: it is not passed on.
     struct Current {
         std::string uid, modality, storageClass;
         bool isWhole = false; // the header was read to its end
@@ -337,7 +338,7 @@ class Scanner {
         const std::uint64_t present = std::min<std::uint64_t>(fileBytes - std::min(offset, fileBytes),
                                                               plain ? parser.GetPixelDataVL() : fileBytes);
         const std::uint64_t needed = plain ? frameBytes * static_cast<std::uint64_t>(frames) : 1;
-        // No codec here gains more than a thousandfold; a larger claim is not worth allocating for.
+        // No codec here gains more than a thousandfold; a larger stated size is not worth allocating.
         if (present < needed || frameBytes > present * 1000 + (std::uint64_t{1} << 26))
             return damaged(file, std::to_string(plain ? needed : frameBytes) + " bytes of pixels",
                            std::to_string(present) + " bytes (is the file truncated?)");
@@ -356,7 +357,7 @@ class Scanner {
         if (slice.irregularity.empty())
             slice.irregularity = missingTag(header);
 
-        // More pixels than rows, columns and frames say: one of them lies, or a slice is lost.
+        // More pixels than rows, columns and frames state: one of them is wrong, or a slice is lost.
         const std::uint64_t rowBytes = frameBytes / static_cast<std::uint64_t>(slice.rows);
         if (plain && present >= needed + rowBytes)
             return damaged(file,
@@ -366,7 +367,7 @@ class Scanner {
                            std::to_string(present));
         if (const std::uint64_t claimed = parser.GetPixelDataVL(); plain && claimed > fileBytes - offset)
             return damaged(file,
-                           "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) claims",
+                           "the " + std::to_string(claimed) + " bytes that PixelData (7fe0,0010) states",
                            std::to_string(fileBytes - offset));
         // A dose or protocol screen that was saved under the scan's own SeriesInstanceUID is no slice of it.
         if (!header.has(DC::ImagePositionPatient) && frames == 1 &&
@@ -398,7 +399,7 @@ class Scanner {
         }
     }
 
-    /// The fragments of each frame; what the first stream's own header says of its loss goes to slice.
+    /// The fragments of each frame; loss by the first stream's own header goes to slice.
     static std::vector<std::vector<Fragment>> findStreams(const std::filesystem::path& path,
                                                           const CompressedSyntax& syntax,
                                                           std::uint64_t offset, int frames,
@@ -420,7 +421,7 @@ class Scanner {
         return clean ? uid : "(not a UID)";
     }
 
-    /// What stands for the series of a file that names none, as some who take names out leave it.
+    /// The substitute for a missing series, as some anonymisers leave it.
     static std::string withoutUid(const Header& header, const DicomSlice& slice) {
         std::string key = "|" + header.text(DC::StudyInstanceUID) + "|" + header.text(DC::SeriesNumber) +
                           "|" + std::to_string(slice.columns) + "|" + std::to_string(slice.rows);
@@ -463,7 +464,7 @@ class Scanner {
     std::vector<std::pair<PassedFile, Current>> passed_;
     std::vector<SeriesAgreement> says_;             // of each series
     std::set<std::size_t> withoutUid_;              // series that no file names
-    std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it stays in here
+    std::map<std::string, std::size_t> indexOfUid_; // a UID identifies a study: it is not passed on
 };
 
 } // namespace

@@ -1,5 +1,5 @@
 // bricking/import/dicom/dicom_scan.h: reads the headers of DICOM files and groups the slices by series. It
-// keeps the few values that a volume needs. Everything else in a header, every identifier included, is
+// keeps the few values that a volume needs. Everything else in a header, including every identifier, is
 // dropped here.
 #pragma once
 
@@ -18,26 +18,26 @@
 
 namespace tessera {
 
-/// How a slice's pixels lie in its file.
+/// The storage of a slice's pixels in its file.
 enum class PixelCoding : std::uint8_t {
     littleEndian, // plain, read by position
     bigEndian,    // plain, read by position
-    deflated,     // the whole data set is deflated; the offset is that in what it inflates to
-    compressed    // a stream in fragments
+    deflated,     // the whole data set is deflated; the offset is in the inflated data
+    compressed    // a compressed stream in fragments
 };
 
-/// What a header should hold, and what it holds instead, in words that quote no value.
+/// The expected and the actual content of a header, in words that quote no value.
 struct HeaderFault {
     std::string expected, found;
     bool operator==(const HeaderFault&) const = default;
 };
 
-/// When and as what a slice was taken, as far as its header says: tells apart pictures of one place. For
-/// sorting and for the list of phases; a time of day is never shown.
+/// Time and kind of a slice, by its header: distinguishes images at one position. For sorting and for the
+/// list of phases; a time of day is never shown.
 struct SliceMoment {
     std::optional<double> cardiacPercent;                   // NominalPercentageOfCardiacPhase
     std::optional<double> triggerMs;                        // TriggerTime, after the R wave
-    std::optional<int> temporalPosition, acquisition, echo; // numbers that headers count with
+    std::optional<int> temporalPosition, acquisition, echo; // numbers of headers
     std::optional<double> acquisitionSecond, contentSecond; // of the day
     bool operator==(const SliceMoment&) const = default;
 };
@@ -52,8 +52,8 @@ struct DicomSlice {
     bool isSigned = false;
     StreamCoding stream = StreamCoding::jpeg; // compressed only, as the next
     std::vector<Fragment> fragments;
-    bool hasOverlayBits = false; // overlays lie in the bits that are not stored
-    bool lossy = false;          // said by the header, the transfer syntax or the stream's own header
+    bool hasOverlayBits = false; // overlays are in bits beside the stored ones
+    bool lossy = false;          // by the header, the transfer syntax or the stream's own header
     double lossyRatio = 0;       // LossyImageCompressionRatio; 0 unknown
     std::optional<std::int32_t> largestStored;               // LargestImagePixelValue
     std::optional<double> slope, intercept;                  // absent: not rescaled
@@ -61,32 +61,33 @@ struct DicomSlice {
     std::optional<glm::dvec3> positionMm;                    // ImagePositionPatient
     std::optional<glm::dvec3> rowDirection, columnDirection; // along a row (x), along a column (y)
     std::optional<glm::dvec2> spacingMm;                     // x, y
-    std::string irregularity; // of the file's structure, in words that quote no value; empty: none
+    std::string
+        irregularity; // irregularity of the file's structure, in words that quote no value; empty: none
     SliceMoment moment;
     std::string kernel;                        // a code word; "" unknown
     double tubeVoltageKv = 0, thicknessMm = 0; // 0 unknown
     std::optional<int> instance;               // InstanceNumber; says nothing about the order
     double suvPerValue = 0;                    // PET: SUV by body weight; 0 unknown
-    std::optional<HeaderFault> fault;          // the first number of the header that is none
+    std::optional<HeaderFault> fault;          // the first invalid number of the header
 };
 
 struct DicomSeries {
     std::vector<DicomSlice> slices; // in the order of the files' names
     Acquisition acquisition;
-    bool isHounsfield = false;         // CT, rescaled, and not said to be in another unit
+    bool isHounsfield = false;         // CT, rescaled, with no other unit stated
     double betweenSlicesMm = 0;        // SpacingBetweenSlices, 0 unknown; used for a single slice only
-    bool isScout = false;              // a localizer: a shadow picture, not a section
-    std::string object;                // what it is where that is no CT, MR or PET: "secondary capture"
-    std::string disagreement;          // an element that has to be the same in every file and is not
-    std::vector<std::string> oddities; // harmless and worth a word
-    std::string derivation;            // "MPR", "MIP", ...: how it was derived, "" for an original
-    std::string part;                  // of what was one series: "frame of reference 1 of 2"; "" all of it
+    bool isScout = false;              // a localizer: a projection, not a section
+    std::string object;                // kind of an object other than CT, MR or PET: "secondary capture"
+    std::string disagreement;          // an element that must be the same in every file and is not
+    std::vector<std::string> oddities; // harmless irregularities
+    std::string derivation;            // "MPR", "MIP", ...: its derivation, "" for an original
+    std::string part;                  // part of a split series: "frame of reference 1 of 2"; "" all of it
     std::optional<int> number;         // SeriesNumber
-    std::string suvMissing;            // PET: why SUV is not known
-    std::string date;                  // "2023-05-17", for choosing: never kept; "" unknown
+    std::string suvMissing;            // PET: why SUV is unknown
+    std::string date;                  // "2023-05-17", for the choice, never stored; "" unknown
 };
 
-/// Files of one series that hold no slice of a volume, and what they are.
+/// Files of one series without slices of a volume, and their kind.
 struct DicomOther {
     std::string modality, what; // "SR", "dose report"
     int files = 0;
@@ -95,10 +96,10 @@ struct DicomOther {
 struct DicomScan {
     std::vector<DicomSeries> series; // by the name of their first file; each has a slice with a position
     std::vector<DicomOther> others;
-    std::vector<PassedFile> passed; // every file that is in no series
+    std::vector<PassedFile> passed; // every file in no series
 };
 
-/// Reads the headers of these files, no pixels. Every file is in a series or among those passed over.
+/// Reads the headers of these files, no pixels. Every file is in a series or among the skipped ones.
 DicomScan scanDicom(const std::vector<std::filesystem::path>& files);
 
 } // namespace tessera

@@ -60,7 +60,7 @@ void checkRescale(const DicomSeries& series, const std::string& where) {
     if (!series.disagreement.empty())
         throw badFile(where, series.disagreement + " the same in every slice", "more than one");
     const DicomSlice& first = series.slices.front();
-    for (const DicomSlice& slice : series.slices) { // one without would be shifted against the others
+    for (const DicomSlice& slice : series.slices) { // a slice without it would be shifted against the others
         const bool noSlope = slice.slope.has_value() != first.slope.has_value();
         if (noSlope || slice.intercept.has_value() != first.intercept.has_value())
             throw badFile(where,
@@ -76,8 +76,8 @@ void checkRescale(const DicomSeries& series, const std::string& where) {
                                 where + " (" + printableName(slice.file.filename()) + ")");
 }
 
-/// A slice whose header is built in another way than most others' is damaged; where most are so, it is the
-/// writer's habit. Returns what to say of such a habit.
+/// A slice with a header unlike most others is damaged; if most are like this, it is the writer's habit.
+/// Returns the remark on such a habit.
 std::string checkRegular(const DicomSeries& series) {
     const auto isOdd = [](const DicomSlice& slice) { return !slice.irregularity.empty(); };
     const auto odd = std::count_if(series.slices.begin(), series.slices.end(), isOdd);
@@ -90,8 +90,9 @@ std::string checkRegular(const DicomSeries& series) {
     return "irregular headers, in most slices alike (" + first.irregularity + "): read all the same";
 }
 
-/// Slices of one series have one number format. A few that say another one are damaged, for a bit that flips
-/// there shifts or wraps every value; where many do, each is read by its own, which is said.
+/// Slices of one series have one number format. A few with another format are damaged, because a flipped bit
+/// there shifts or wraps every value. If there are many, each is read by its own format, and this is
+/// reported.
 std::string checkFormats(const DicomSeries& series) {
     using Format = std::tuple<int, int, int, bool>;
     const auto formatOf = [](const DicomSlice& s) {
@@ -166,7 +167,7 @@ void takeSuv(const DicomSeries& series, VolumeInfo& info) {
             (series.suvMissing.empty() ? "one weight, dose and time for all slices" : series.suvMissing));
 }
 
-/// All that can be refused without looking at pixels, and what is remarked on the rest.
+/// All checks without pixels, and the remarks.
 std::pair<SlicePlan, VolumeInfo> checkedVolume(DicomSeries& series, bool resampleZ, bool ofSeveralPhases,
                                                const std::string& where) {
     takeCommonAcquisition(series);
@@ -223,7 +224,7 @@ class DicomSource final : public RandomSlabSource {
   private:
     using Slice = std::vector<std::byte>;
 
-    /// The sorted slice n, kept with one other; `keep` is the one not to be replaced.
+    /// The sorted slice n, cached with one other; `keep` is the one not to replace.
     const Slice& converted(int n, int keep) {
         for (Kept& kept : kept_)
             if (kept.slice == n)
@@ -249,7 +250,7 @@ class DicomSource final : public RandomSlabSource {
         }
     }
 
-    /// Reads the sorted slice n and brings it to physical values of the stored type.
+    /// Reads the sorted slice n and converts it to physical values of the stored type.
     void convert(int n, std::span<std::byte> out) {
         const DicomSlice& slice =
             series_.slices[static_cast<std::size_t>(plan_.order[static_cast<std::size_t>(n)])];
@@ -332,7 +333,7 @@ std::size_t slicesOfFullest(const std::vector<DicomPhase>& phases) {
     return most;
 }
 
-/// "phase 50 %", with its slices where it lacks some.
+/// "phase 50 %", with its number of slices if some are missing.
 std::string labelOf(const DicomPhase& phase, const std::vector<DicomPhase>& phases) {
     const std::size_t most = slicesOfFullest(phases), own = phase.slices.size();
     return phase.label +
@@ -347,18 +348,18 @@ std::string listPhases(const std::vector<DicomPhase>& phases) {
     return text;
 }
 
-/// Leaves the slices of one phase, where there are several. One that lacks slices which another has is
-/// refused, unless what is missing may be.
+/// Keeps the slices of one phase, if there are several. A phase with fewer slices than another is refused,
+/// unless allowMissing.
 void choosePhase(DicomSeries& series, int wanted, bool allowMissing, const std::string& where) {
     const std::vector<DicomPhase> phases = phasesOf(series);
     const int count = static_cast<int>(phases.size());
     if (phases.empty() && wanted != 0)
-        throw badFile(where, "several phases for --phase to choose from", "one picture at each place");
+        throw badFile(where, "several phases for --phase to choose from", "one image at each position");
     if (phases.empty())
         return;
     if (wanted < 1 || wanted > count)
         throw badFile(where,
-                      wanted == 0 ? "one picture at each place, or a choice with --phase N"
+                      wanted == 0 ? "one image at each position, or a choice with --phase N"
                                   : "--phase between 1 and " + std::to_string(count),
                       (wanted == 0 ? "" : std::to_string(wanted) + " of ") + std::to_string(count) +
                           " phases (" + listPhases(phases) + ")");
@@ -374,7 +375,7 @@ void choosePhase(DicomSeries& series, int wanted, bool allowMissing, const std::
     series.slices = std::move(kept);
 }
 
-/// Slices without a position are left out where what is missing may be.
+/// Slices without a position are left out with allowMissing.
 std::size_t dropWithoutPosition(DicomSeries& series) {
     return std::erase_if(series.slices, [](const DicomSlice& slice) { return !slice.positionMm; });
 }

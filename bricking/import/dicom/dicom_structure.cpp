@@ -18,7 +18,7 @@ constexpr std::uint64_t kMetaBegin = 132; // preamble and mark
 constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
 constexpr std::uint32_t kSyntaxTag = 0x00020010, kPixelTag = 0x7FE00010, kItem = 0xFFFEE000,
                         kItemEnd = 0xFFFEE00D, kSequenceEnd = 0xFFFEE0DD;
-constexpr std::uint32_t kMostUidBytes = 1024; // longer lists of them are not looked at
+constexpr std::uint32_t kMostUidBytes = 1024; // longer lists are not checked
 constexpr int kMostNested = 16;
 constexpr std::uint64_t kBlockBytes = 512; // tapes and some archives fill files up to a multiple of it
 
@@ -41,7 +41,7 @@ constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
 constexpr const char* kExplicitBig = "1.2.840.10008.1.2.2";
 constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
 
-/// The walk cannot go on; caught by structureOf().
+/// The check cannot continue; caught by structureOf().
 struct Irregular {
     std::string words;
     bool breaksOff = false;
@@ -53,7 +53,7 @@ std::string tagText(std::uint32_t tag) {
     return text;
 }
 
-/// The bytes of a file or of memory, by position, a window of them at hand.
+/// The bytes of a file or of memory, by position, through a window.
 class Source {
   public:
     using Read = std::function<std::size_t(std::uint64_t, std::span<std::byte>)>;
@@ -85,7 +85,7 @@ struct Element {
     std::uint64_t content = 0; // where it begins
 };
 
-/// Digits and points, several UIDs apart by backslashes, the last one filled up to an even length.
+/// Digits and points, several UIDs separated by backslashes, the last one padded to an even length.
 bool isUids(const std::byte* text, std::size_t length) {
     while (length > 0 && (text[length - 1] == std::byte{0} || text[length - 1] == std::byte{' '}))
         --length;
@@ -95,7 +95,7 @@ bool isUids(const std::byte* text, std::size_t length) {
 
 class Walk {
   public:
-    /// @param found  where irregularities go that do not end the walk
+    /// @param found  gets irregularities that do not end the check
     Walk(Source& source, bool bigEndian, bool implicit, std::string& found)
         : source_(source), bigEndian_(bigEndian), implicit_(implicit), found_(found) {}
 
@@ -145,7 +145,7 @@ class Walk {
         return at;
     }
 
-    /// Where the next element begins.
+    /// The start of the next element.
     std::uint64_t after(const Element& e, std::uint64_t end, int depth) {
         if (e.length == kUndefined && !e.isSequence)
             throw Irregular{"an undefined length at " + tagText(e.tag)};
@@ -207,7 +207,7 @@ class Walk {
     std::string& found_;
 };
 
-/// Past the items of encapsulated pixels; framesOf() has seen that they are there.
+/// Skips the items of encapsulated pixels, which framesOf() has checked.
 std::uint64_t afterFragments(Walk& walk, std::uint64_t at) {
     while (true) {
         const Element item = walk.head(at);
@@ -226,7 +226,7 @@ bool isFilling(Source& source, std::uint64_t at) {
     return std::all_of(rest, rest + (source.size() - at), [](std::byte b) { return b == std::byte{0}; });
 }
 
-/// Whether an element at `at` has a representation that is known.
+/// True if the element at `at` has a known representation.
 bool looksExplicit(Source& source, std::uint64_t at) {
     const std::byte* vr = source.at(at + 4, 2);
     const std::string_view word(reinterpret_cast<const char*>(vr), 2);

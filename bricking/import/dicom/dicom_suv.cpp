@@ -8,9 +8,9 @@
 namespace tessera {
 namespace {
 
-// Bounds of what a header may claim; beyond, it has other units than it should.
+// Bounds of header values; beyond, the units are wrong.
 constexpr double kLeastDoseBq = 1e6, kMostDoseBq = 1e11;
-constexpr double kLeastKg = 0.01, kMostKg = 650; // mice to men
+constexpr double kLeastKg = 0.01, kMostKg = 650; // from mice to humans
 constexpr double kLeastHalfLifeS = 60, kMostHalfLifeS = 1e7;
 
 SuvFactor unknown(const std::string& missing) {
@@ -39,7 +39,7 @@ SuvFactor suvFactorOf(const DicomHeader& header) {
                halfLife = tracer->real(DC::RadionuclideHalfLife);
     if (!within(dose, kLeastDoseBq, kMostDoseBq))
         return unknown("RadionuclideTotalDose (0018,1074) in Bq");
-    const double perDose = 1000 * *weight / *dose; // g of a person stand for ml
+    const double perDose = 1000 * *weight / *dose; // g of body weight count as ml
     const std::string decay = header.text(DC::DecayCorrection);
     if (decay == "ADMIN") // values are those of the injection
         return {perDose, ""};

@@ -1,5 +1,5 @@
-// bricking/import/dicom/dicom_suv.h: the factor from a PET's activity to SUV by body weight, where the header
-// has all that it takes (QIBA, "SUV vendor-neutral pseudo-code"). Weight, dose and times are used and
+// bricking/import/dicom/dicom_suv.h: the factor from a PET's activity to SUV by body weight, if the header
+// has all values for it (QIBA, "SUV vendor-neutral pseudo-code"). Weight, dose and times are used and
 // forgotten. Private to the DICOM importer.
 #pragma once
 
@@ -10,12 +10,12 @@
 namespace tessera {
 
 struct SuvFactor {
-    double perValue = 0; // SUVbw = perValue * value; 0: not known
-    std::string missing; // why not: "PatientWeight (0010,1030)", or what of it means nothing
+    double perValue = 0; // SUVbw = perValue * value; 0: unknown
+    std::string missing; // the reason if unknown: "PatientWeight (0010,1030)", or an invalid value of it
 };
 
-/// Of a PET image. Nothing is guessed: values in other units, other decay corrections, and doses, weights and
-/// times that are missing or implausible give none.
+/// For a PET image. Nothing is guessed: values in other units, other decay corrections, and missing or
+/// implausible doses, weights and times give no factor.
 SuvFactor suvFactorOf(const DicomHeader& header);
 
 } // namespace tessera

@@ -49,7 +49,7 @@ std::vector<Fragment> readItems(const InputFile& file, std::uint64_t at) {
     }
 }
 
-/// Frames begin where the table says, each at the beginning of a fragment.
+/// Frames begin at the table's offsets, each at the beginning of a fragment.
 std::vector<std::vector<Fragment>> framesByTable(const InputFile& file, const std::vector<Fragment>& items,
                                                  int frames) {
     std::vector<std::byte> table(items.front().lengthBytes);

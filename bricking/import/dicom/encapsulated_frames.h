@@ -17,12 +17,12 @@ struct Fragment {
 
 /// The fragments of each frame. offsetBytes: of the first item, after the pixel element's own header.
 /// A single frame takes all fragments; several need a table of offsets or one fragment each. Throws
-/// InputError naming the file for items that do not follow one another to the sequence's end, for one that
-/// ends beyond the file, and where frames cannot be told apart.
+/// InputError naming the file if items are not contiguous up to the sequence's end, if one ends beyond the
+/// file, and if fragments cannot be assigned to frames.
 std::vector<std::vector<Fragment>> framesOf(const InputFile& file, std::uint64_t offsetBytes, int frames);
 
-/// A frame's stream, put together.
-/// @pre its fragments lie in the file, as framesOf() has seen
+/// The assembled stream of a frame.
+/// @pre its fragments are within the file, as checked by framesOf()
 std::vector<std::byte> readFrame(const InputFile& file, const std::vector<Fragment>& fragments);
 
 } // namespace tessera

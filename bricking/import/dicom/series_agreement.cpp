@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kVolumeSlices = 3; // fewer under another identifier could be damage of a header
 
-/// How many slices say each text; those that say none are left out.
+/// The number of slices with each text; slices without a text are left out.
 using Tally = std::map<std::string, std::size_t>;
 
 Tally tallyOf(const std::vector<SliceSays>& slices, std::string SliceSays::*text) {
@@ -29,7 +29,7 @@ std::size_t slicesThatSay(const Tally& tally) {
     return slices;
 }
 
-/// An identifier that is another in every slice, as some who take names out write it, identifies nothing.
+/// An identifier that differs in every slice, as from some anonymisers, identifies nothing.
 bool isEverySlicesOwn(const Tally& tally, std::size_t least) {
     return tally.size() >= least && tally.size() == slicesThatSay(tally);
 }
@@ -54,7 +54,7 @@ void SeriesAgreement::judge(DicomSeries& series) const {
         series.oddities.push_back(missingIn(slices_.size() - said, slices_.size(), "Modality (0008,0060)") +
                                   ": taken as in the others");
 
-    // HU is what CT has anyway; any other unit has to stand in every slice.
+    // HU is the default of CT; any other unit must be in every slice.
     std::map<std::string, int> types;
     for (const SliceSays& slice : slices_)
         ++types[slice.rescaleType == "HU" ? "" : slice.rescaleType];
@@ -67,7 +67,7 @@ void SeriesAgreement::judge(DicomSeries& series) const {
 
     const Tally patients = tallyOf(slices_, &SliceSays::patient);
     if (isEverySlicesOwn(patients, kVolumeSlices))
-        series.oddities.push_back("every slice names a patient of its own: none is taken for one");
+        series.oddities.push_back("every slice has a PatientID of its own: they are ignored");
     else if (patients.size() > 1)
         disagree("PatientID (0010,0020)");
     else if (const std::size_t said = slicesThatSay(patients); said > 0 && said < slices_.size())
@@ -75,7 +75,7 @@ void SeriesAgreement::judge(DicomSeries& series) const {
 
     const Tally frames = tallyOf(slices_, &SliceSays::frame);
     if (isEverySlicesOwn(frames, 2))
-        series.oddities.push_back("every slice names a frame of reference of its own: none is taken for one");
+        series.oddities.push_back("every slice has a FrameOfReferenceUID of its own: they are ignored");
     else if (frames.size() > 1)
         disagree("FrameOfReferenceUID (0020,0052)");
 }
@@ -89,7 +89,7 @@ std::vector<std::vector<std::size_t>> SeriesAgreement::framesApart() const {
             order.push_back(frame);
         slices[frame].push_back(i);
     }
-    // A slice that names none could be of any.
+    // A slice without one could be of any.
     if (order.size() < 2 || slices.find("") != slices.end() ||
         std::any_of(slices.begin(), slices.end(),
                     [](const auto& frame) { return frame.second.size() < kVolumeSlices; }))

@@ -1,5 +1,5 @@
-// bricking/import/dicom/series_agreement.h: elements that all slices of a series must agree in. Identifiers
-// are compared here and never leave this file's types. Private to the DICOM importer.
+// bricking/import/dicom/series_agreement.h: elements that must be equal in all slices of a series.
+// Identifiers are compared here and never leave this file's types. Private to the DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"
@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-/// An empty text is an absent one: it agrees with everything.
+/// An empty text is absent: it equals everything.
 struct SliceSays {
     std::string modality, rescaleType, patient, frame; // frame: of reference
     bool hasIntercept = false;
@@ -24,9 +24,8 @@ class SeriesAgreement {
     void add(const SeriesAgreement& other);
     /// Fills modality, isHounsfield, disagreement and oddities of the series.
     void judge(DicomSeries& series) const;
-    /// Positions of two frames of reference have nothing to do with one another: where each of several has
-    /// slices enough for a volume, they are series of their own. One group of slices (as indices) for each;
-    /// empty: the series stays whole.
+    /// Positions in two frames of reference are unrelated: if each of several has enough slices for a volume,
+    /// they are separate series. Returns a group of slice indices for each; empty: the series stays whole.
     std::vector<std::vector<std::size_t>> framesApart() const;
     SeriesAgreement of(const std::vector<std::size_t>& slices) const;
 

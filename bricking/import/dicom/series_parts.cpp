@@ -20,7 +20,7 @@ bool hasPlace(const DicomSlice& slice) {
     return slice.positionMm && slice.rowDirection && slice.spacingMm;
 }
 
-/// Whether slices could be neighbours: all but the position is the same.
+/// True if slices could be neighbours: all but the position is the same.
 bool alike(const DicomSeries& a, const DicomSeries& b) {
     const DicomSlice &p = a.slices.front(), &q = b.slices.front();
     return a.isScout == b.isScout && a.object == b.object && a.number == b.number && hasPlace(p) &&
@@ -42,7 +42,7 @@ bool isEvenStack(const DicomSeries& series) {
 } // namespace
 
 void joinLoneSlices(std::vector<DicomSeries>& series, std::vector<SeriesAgreement>& says) {
-    std::vector<std::vector<std::size_t>> groups; // of lone slices that are alike
+    std::vector<std::vector<std::size_t>> groups; // of similar lone slices
     for (std::size_t i = 0; i < series.size(); ++i) {
         if (series[i].slices.size() != 1 || series[i].isScout || !series[i].object.empty())
             continue;
@@ -65,7 +65,8 @@ void joinLoneSlices(std::vector<DicomSeries>& series, std::vector<SeriesAgreemen
             joined.slices.push_back(series[group[n]].slices.front());
         if (!isEvenStack(joined))
             continue;
-        joined.oddities.push_back("every slice names a series of its own: by their places they are one");
+        joined.oddities.push_back(
+            "every slice has a SeriesInstanceUID of its own: by position they are one series");
         for (std::size_t n = 1; n < group.size(); ++n) {
             series[group[n]].slices.clear();
             says[group.front()].add(says[group[n]]);

@@ -1,6 +1,6 @@
-// bricking/import/dicom/series_parts.h: series that SeriesInstanceUID does not describe. Single slices that
-// each name a series of their own and make one stack are joined. Series of several frames of reference are
-// split. Private to the DICOM importer.
+// bricking/import/dicom/series_parts.h: series that differ from SeriesInstanceUID. Single slices with a
+// series each that form one stack are joined. Series of several frames of reference are split. Private to the
+// DICOM importer.
 #pragma once
 
 #include "bricking/import/dicom/dicom_scan.h"
@@ -10,13 +10,13 @@
 
 namespace tessera {
 
-/// Series of one slice that make an even stack of three or more are joined to the first of them, because some
-/// anonymizers give every file a SeriesInstanceUID of its own. The others are left without slices. Not beside
-/// a longer series of such slices, which they could be strays of.
+/// Joins series of one slice that form an even stack of three or more to the first of them: some anonymisers
+/// give every file its own SeriesInstanceUID. The others are left without slices. Not beside a longer series
+/// of such slices, to which they could belong.
 /// @param says  of each series, joined too
 void joinLoneSlices(std::vector<DicomSeries>& series, std::vector<SeriesAgreement>& says);
 
-/// The series itself, or one for each of its frames of reference; judged.
+/// The series itself, or one for each of its frames of reference, after the checks of series_agreement.h.
 std::vector<DicomSeries> partsOf(DicomSeries series, const SeriesAgreement& says);
 
 } // namespace tessera

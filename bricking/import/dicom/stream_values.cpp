@@ -59,12 +59,12 @@ void clampTo(const Range& range, std::span<std::int32_t> values, StreamFindings&
         }
 }
 
-/// Streams without a sign hold the words of the pixels; the tags tell the sign.
+/// Streams without a sign hold the pixels' words; the tags give the sign.
 bool readWords(const StreamHeader& stream, const DicomSlice& slice, std::span<std::int32_t> values) {
     if (!slice.isSigned)
         return false;
     const std::int32_t most = rangeOf(values).most;
-    // Words of fewer bits than the tags say: whether the missing ones repeat the sign, nobody can tell.
+    // Words of fewer bits than the tags state: it is unknown whether the missing bits repeat the sign.
     if (stream.bits < slice.bitsStored && most >= 1 << (stream.bits - 1))
         throw badFile(slice.file.string(),
                       "a stream of " + std::to_string(slice.bitsStored) + " bits for signed pixels",
@@ -89,7 +89,7 @@ void fitToTags(const StreamHeader& stream, const DicomSlice& slice, std::span<st
     if (stored.holds(own))
         return;
     if (signsDiffer && stored.holds(rangeReread(values, stream.bits, slice.isSigned))) {
-        // Words that were compressed as if they had the other sign; their values fit the tags only so.
+        // Words that were compressed with the other sign; only then do their values fit the tags.
         rereadAll(values, stream.bits, slice.isSigned);
         return;
     }

@@ -12,17 +12,17 @@
 
 namespace tessera {
 
-/// What reading compressed slices showed, for all slices together.
+/// Findings in compressed slices, for all slices together.
 struct StreamFindings {
-    std::uint64_t clamped = 0; // samples of lossy streams beyond the stored range, brought back to its ends
+    std::uint64_t clamped = 0; // samples of lossy streams beyond the stored range, clamped
     bool lossy = false;        // some stream is
-    std::string disagreement;  // of a stream and the tags, the first one; empty: none
-    std::string beyond;        // words with bits that are not stored, the first slice's; empty: none
-    std::string mended;        // what was mended in a stream, the first one; empty: nothing
+    std::string disagreement;  // the first contradiction between a stream and the tags; empty: none
+    std::string beyond;        // words with bits beside the stored ones, of the first such slice; empty: none
+    std::string mended;        // the first repair of a stream; empty: none
 };
 
-/// Turns samples as the stream says into stored values, in place. Throws InputError naming the file where
-/// both readings contradict the tags.
+/// Converts a stream's samples to stored values, in place. Throws InputError naming the file if both
+/// interpretations contradict the tags.
 void fitToTags(const StreamHeader& stream, const DicomSlice& slice, std::span<std::int32_t> values,
                StreamFindings& findings);
 

@@ -6,7 +6,7 @@
 
 namespace tessera {
 
-/// While it lives, messages of VTK are swallowed. Not to be nested.
+/// While it lives, messages of VTK are suppressed. Not to be nested.
 class QuietVtk {
   public:
     QuietVtk();

@@ -12,14 +12,14 @@
 namespace tessera {
 
 struct FileFormat {
-    std::string inFolders; ///< "NIfTI files": what messages expect in a folder
-    std::string named;     ///< ".nii, .nii.gz": and where one file is named
-    /// Opens a file in its own voxel order, reading headers alone. Throws InputError naming the file where it
-    /// is no volume of the format.
+    std::string inFolders; ///< "NIfTI files": for messages about folders
+    std::string named;     ///< ".nii, .nii.gz": for messages about single files
+    /// Opens a file in its own voxel order, reading headers alone. Throws InputError naming the file if it is
+    /// no volume of the format.
     std::unique_ptr<SlabSource> (*open)(const std::filesystem::path& file) = nullptr;
-    /// Whether a file with the format's ending that nobody named is meant: others are passed over. Null: all.
+    /// True if a file of a folder with the format's ending is a volume; others are skipped. Null: all are.
     bool (*isMeant)(const std::filesystem::path& file) = nullptr;
-    /// Other files of the volume, which are none of their own. Null: there are none.
+    /// Other files of the volume, which are no volumes themselves. Null: there are none.
     std::vector<std::filesystem::path> (*parts)(const std::filesystem::path& file) = nullptr;
     std::vector<std::string> endings = {}; ///< of names, lower case: from the format's CMakeLists.txt
 };
@@ -27,10 +27,10 @@ struct FileFormat {
 /// By their folders' names. Defined by the build.
 const std::vector<FileFormat>& fileFormats();
 
-/// The format with the longest of the endings that a file's name has, in either case; null: none has.
+/// The format with the longest ending that matches a file's name, in any case; null: none matches.
 const FileFormat* fileFormatOf(const std::filesystem::path& file);
 
-/// "a DICOM folder, .nii or .json": what messages expect, `first` and then a text of every format.
+/// "a DICOM folder, .nii or .json": for messages: `first`, then a text of every format.
 std::string withFormats(const std::string& first, std::string FileFormat::*text);
 
 } // namespace tessera

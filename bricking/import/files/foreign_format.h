@@ -1,5 +1,5 @@
-// bricking/import/files/foreign_format.h: recognizes formats that are not read, so that a refusal can name
-// them and advise.
+// bricking/import/files/foreign_format.h: recognizes unsupported formats, so that a refusal can name them and
+// advise.
 #pragma once
 
 #include <filesystem>
@@ -9,14 +9,14 @@
 namespace tessera {
 
 struct ForeignFormat {
-    std::string what;   // "an NRRD volume"; "" where it is not known
+    std::string what;   // "an NRRD volume"; "" if unknown
     std::string advice; // "convert it to .nii.gz (3D Slicer saves it as NIfTI)"; may be ""
     bool known() const { return !what.empty(); }
     std::string text() const { return advice.empty() ? what : what + ": " + advice; }
 };
 
-/// Of a file or folder, by its name and first bytes: Zarr v2 and v3, OME-Zarr, a .zarr without metadata,
-/// volumes, archives and pictures by their endings and marks, DICOMDIR.
+/// By the name and first bytes of a file or folder. It knows Zarr v2 and v3, OME-Zarr, a .zarr without
+/// metadata, DICOMDIR, and volumes, archives and pictures by their extensions and magic numbers.
 ForeignFormat foreignFormatOf(const std::filesystem::path& path);
 
 /// The foreign volumes among files: "2 NRRD volumes (a.nrrd, b.nhdr), ..."; "" for none. With the advice for

@@ -1,5 +1,5 @@
 // bricking/import/files/gzip_stream.cpp: see gzip_stream.h. A file may hold several gzip members one after
-// another (RFC 1952, 2.2); what follows the bytes asked for is not looked at.
+// another (RFC 1952, 2.2); bytes after the requested ones are not checked.
 #include "bricking/import/files/gzip_stream.h"
 
 #include "core/base/error.h"

@@ -1,5 +1,5 @@
 // bricking/import/files/gzip_stream.h: one forward pass over a gzip file, with bounded memory; every damage
-// is named.
+// is reported.
 #pragma once
 
 #include "bricking/import/source/input_file.h"
@@ -20,8 +20,8 @@ class GzipStream {
     /// Fills out with the next decompressed bytes. Throws InputError naming the file if it is damaged (bad
     /// block, wrong checksum) or ends before.
     void read(std::span<std::byte> out);
-    /// Runs to the end of the member that was being read, so that its checksum is compared; what it still
-    /// holds is passed over; returns how many bytes that was. Throws InputError as read() does.
+    /// Skips to the end of the current member, so that its checksum is compared; returns the number of bytes
+    /// skipped. Throws InputError as read() does.
     std::uint64_t finish();
 
   private:

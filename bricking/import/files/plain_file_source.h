@@ -1,5 +1,5 @@
-// bricking/import/files/plain_file_source.h: voxels that lie uncompressed in one file, [z][y][x] with x
-// fastest. Raw files and uncompressed NIfTI files have this in common.
+// bricking/import/files/plain_file_source.h: uncompressed voxels in one file, [z][y][x] with x fastest, for
+// raw files and uncompressed NIfTI files.
 #pragma once
 
 #include "bricking/import/source/input_file.h"
@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// Where and how the voxels lie.
+/// Position and type of the voxels.
 struct VoxelLayout {
     FileType type = FileType::i16;
     bool bigEndian = false;

@@ -1,5 +1,5 @@
-// bricking/import/source/format_endings.h: names of files that a format of single files may read. For a list
-// of a folder, which needs no importer.
+// bricking/import/source/format_endings.h: file name endings of single-file formats, for folder listings
+// without importers.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-/// ".nii", ".nii.gz", ...: of all formats of bricking/import/files; empty where importers are left out.
+/// ".nii", ".nii.gz", ...: of all formats of bricking/import/files; empty in builds without importers.
 const std::vector<std::string>& volumeFileEndings();
 
 } // namespace tessera

@@ -20,7 +20,7 @@ class InputFile {
     const std::filesystem::path& path() const { return path_; }
     std::uint64_t sizeBytes() const { return sizeBytes_; }
 
-    /// Fills out from byte `offset` on. Throws InputError if the file ends before, Error if the disk fails.
+    /// Fills out from byte `offset` on. Throws InputError if the file ends earlier, Error if the disk fails.
     void readAt(std::uint64_t offset, std::span<std::byte> out) const;
     /// Reads up to out.size() bytes, fewer only at the end of the file. Throws Error if the disk fails.
     std::size_t readSome(std::uint64_t offset, std::span<std::byte> out) const;

@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 constexpr double kMostEdges = 0.35;          // of the voxels with a label; noise has edges nearly everywhere
-constexpr std::uint64_t kLeastVoxels = 4096; // fewer tell nothing
+constexpr std::uint64_t kLeastVoxels = 4096; // fewer are inconclusive
 
 } // namespace
 
@@ -49,11 +49,10 @@ std::string LabelTally::remark() const {
         static_cast<double>(edges_) > kMostEdges * static_cast<double>(inside_))
         return "";
     char text[240];
-    std::snprintf(
-        text, sizeof text,
-        "%s (%zu whole values, %.0f to %.0f): drawn as one scale, on which labels side by side look "
-        "alike; --isosurface 0.5 shows the outside of all",
-        kLabelMapRemark, count_, values_[0], values_[count_ - 1]);
+    std::snprintf(text, sizeof text,
+                  "%s (%zu whole values, %.0f to %.0f): drawn as one continuous scale, on which neighbouring "
+                  "labels look alike; --isosurface 0.5 shows the outside of all",
+                  kLabelMapRemark, count_, values_[0], values_[count_ - 1]);
     return text;
 }
 

@@ -147,7 +147,7 @@ class OrientedSource final : public SlabSource {
         const int firstRow = order_.flipped[2] ? rows - next_ - count : next_;
         slice_.resize(static_cast<std::size_t>(count) * rowBytes);
 
-        // Where the spooled row and the source's z lie among the new x and y.
+        // The position of the spooled row and of the source's z in the new x and y.
         const std::size_t rowTo = order_.sourceAxis[0] == rowAxis ? 0 : 1, zTo = 1 - rowTo;
         const std::array<std::ptrdiff_t, 2> outStride = {1, info_.extentVoxels.x};
         const std::size_t sliceBytes = sliceBytesOf(info_);

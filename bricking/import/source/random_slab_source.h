@@ -1,5 +1,5 @@
 // bricking/import/source/random_slab_source.h: a SlabSource whose slices can be read in any order. A reversed
-// slice axis costs nothing then. Files that can only be read forward (gzip) are not of this kind.
+// slice axis is then free. Files that can only be read forward (gzip) are not of this kind.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
@@ -9,7 +9,7 @@ namespace tessera {
 
 class RandomSlabSource : public SlabSource {
   public:
-    /// Reads slice z, 0 <= z < extent.z, into out: [y][x]. Each slice is to be read once, or counts repeat.
+    /// Reads slice z, 0 <= z < extent.z, into out: [y][x]. Each slice must be read once, or counts repeat.
     virtual void readSliceAt(int z, std::span<std::byte> out) = 0;
 
     void readSlices(int count, std::span<std::byte> out) final {

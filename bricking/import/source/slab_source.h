@@ -15,16 +15,16 @@ namespace tessera {
 class SlabSource {
   public:
     virtual ~SlabSource() = default;
-    /// Complete from the start, except for what only the voxels tell, which grows as slices are read and is
-    /// final after the last one: nonFiniteVoxels, absentStored, clampedVoxels, lossy, remarks.
+    /// Complete from the start, except for values from voxels, which are final after the last slice:
+    /// nonFiniteVoxels, absentStored, clampedVoxels, lossy, remarks.
     virtual const VolumeInfo& info() const = 0;
     /// Reads the next `count` slices (z ascending) into out: [z][y][x], x fastest, little-endian stored
     /// values. out.size() == count * extent.y * extent.x * bytesPerValue. Throws InputError naming the file
     /// on truncated or damaged data. Non-finite values arrive already replaced by absentStored.
     virtual void readSlices(int count, std::span<std::byte> out) = 0;
-    /// One line for people: what is being read ("134 DICOM slices, series 2"). Never a patient identifier.
+    /// One line for people: "134 DICOM slices, series 2". Never a patient identifier.
     virtual std::string describe() const = 0;
-    /// What reading the slices showed that a user should know, a line each; complete after the last slice.
+    /// Findings of reading that a user should know, one per line; complete after the last slice.
     virtual std::vector<std::string> notes() const { return {}; }
 };
 

@@ -11,7 +11,7 @@ namespace tessera {
 
 class SpoolFile {
   public:
-    /// In `folder`, or where the system keeps temporary files if it is empty. Throws Error if that fails.
+    /// In `folder`, or if it is empty in the system's folder for temporary files. Throws Error if that fails.
     explicit SpoolFile(const std::filesystem::path& folder);
     ~SpoolFile();
     SpoolFile(const SpoolFile&) = delete;

@@ -1,6 +1,6 @@
 // bricking/import/source/voxel_types.h: conversion of the number types that files use to the four that a
-// store holds. It is lossless where it can be (i8 widens to i16). 32- and 64-bit integers and doubles become
-// float32, which keeps integers exactly up to 2^24 only. The sources say so in describe().
+// store holds. It is lossless if possible (i8 widens to i16). 32- and 64-bit integers and doubles become
+// float32, which keeps integers exactly up to 2^24 only. Sources report this in describe().
 #pragma once
 
 #include "core/base/volume.h"
@@ -19,14 +19,14 @@ enum class FileType : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, 
 std::size_t bytesPerFileValue(FileType type);
 /// "int8" ... "float64".
 const char* name(FileType type);
-/// The inverse of name(); nothing for any other word.
+/// The inverse of name(); nullopt for any other word.
 std::optional<FileType> fileTypeOf(const std::string& name);
 /// The type that the store holds for it.
 ValueType storedTypeOf(FileType type);
 /// True where the stored type cannot hold every value of the file type exactly (i32, u32, i64, u64, f64).
 bool losesPrecision(FileType type);
 
-/// What conversion had to change.
+/// Counts of changed values.
 struct VoxelCounts {
     std::uint64_t nonFinite = 0; // NaN and infinities, replaced
     std::uint64_t rounded = 0;   // whole numbers that float32 cannot hold exactly
@@ -35,11 +35,11 @@ struct VoxelCounts {
 
 /// Converts in.size() / bytesPerFileValue(type) values into little-endian stored values.
 /// out.size() must be that count times bytesPerValue(storedTypeOf(type)). in and out may not overlap.
-/// What is not finite becomes absentStored.
+/// Values that are not finite become absentStored.
 void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double absentStored,
                  std::span<std::byte> out, VoxelCounts& counts);
 
-/// Of finite values as they are stored.
+/// Range of finite stored values.
 struct ValueRange {
     double least = std::numeric_limits<double>::infinity(), most = -least;
     bool isEmpty() const { return least > most; }

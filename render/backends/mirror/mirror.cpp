@@ -39,7 +39,7 @@ template <typename Real, typename Values> struct LitField {
     }
 };
 
-/// visit(field), with the field of the input.
+/// Calls visit(field) with the field of the input.
 template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
     withCacheField<Real>(*input.cache, *input.info, *input.selection, input.levels, input.optics->gradient,
                          [&](auto& values) {
@@ -48,7 +48,7 @@ template <typename Real, typename Visit> void withField(const MirrorInput& input
                          });
 }
 
-/// A ray's parts, into a list that serves all rays of a thread.
+/// A ray's parts, in a list that is reused for all rays of a thread.
 template <typename Real>
 std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const SegmentedRay<Real>& ray,
                                             std::size_t number, std::vector<SegmentedRay<Real>>& parts) {
@@ -62,7 +62,7 @@ std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const Segm
     return parts;
 }
 
-constexpr std::size_t kStrip = 64; // rays a thread takes at a time: neighbours share chunks
+constexpr std::size_t kStrip = 64; // rays per task of a thread: neighbours share chunks
 
 } // namespace
 

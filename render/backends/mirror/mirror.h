@@ -1,6 +1,6 @@
 // render/backends/mirror/mirror.h: the mirror, a CPU oracle: the contract of docs/sampling.md in float and in
-// double. What the march draws in exact mode must equal the float mirror; a difference is a fault of
-// one of them.
+// double. The GPU ray caster in exact mode must equal the float mirror; a difference is a fault of one of
+// them.
 #pragma once
 
 #include "bricking/levels/visibility.h"
@@ -25,10 +25,9 @@
 
 namespace tessera {
 
-/// Adds what one ray, or a part of it, shows behind what it has gathered before. Premultiplied
-/// colour and alpha.
-/// @param field  value(p) and gradient(p) at a place in voxels; pitch(p), distance of samples there
-/// @param hit    with isosurfaces: where the first is met
+/// Composites a ray, or a part of it, behind what it has gathered before. Premultiplied colour and alpha.
+/// @param field  value(p) and gradient(p) at a point in voxels; pitch(p), distance of samples there
+/// @param hit  with isosurfaces: gets the first hit
 template <typename Real, typename Field>
 void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
                     SurfaceHit* hit, glm::vec<4, Real>& sum) {
@@ -89,7 +88,7 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
     }
 }
 
-/// Nothing behind it is seen.
+/// True if nothing behind it is visible.
 template <typename Real> bool isOpaque(const Optics& optics, const glm::vec<4, Real>& sum) {
     return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
 }
@@ -119,7 +118,7 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
     return mirrorRayOf<Real>(std::span(&ray, 1), field, input, work, hit);
 }
 
-/// Where the rays come from: pixel index (row by row) -> ray.
+/// Source of rays: pixel index (row by row) -> ray.
 template <typename Real> using RaySource = std::function<SegmentedRay<Real>(std::size_t)>;
 
 /// One colour per ray, in order. Bit-equal at any number of threads.
@@ -132,7 +131,7 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
 
-/// What the rays of isosurfaces meet first, one of each ray, in order.
+/// The first hits of rays and isosurfaces, one per ray, in order.
 template <typename Real>
 std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
                                    const RaySource<Real>& rays, int threads);
@@ -141,8 +140,7 @@ extern template std::vector<SurfaceHit> mirrorHits<float>(const MirrorInput&, st
 extern template std::vector<SurfaceHit> mirrorHits<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int);
 
-/// Adds what one ray sees of bricks, of the input's selection, strides and optics; for several
-/// threads at once.
+/// Adds the visibility of bricks along a ray, by the input's selection, strides and optics. Thread-safe.
 /// @param field  value(p) and gradient(p) at a place in voxels
 template <typename Field>
 void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
@@ -169,12 +167,12 @@ void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& i
     }
 }
 
-/// What rays see of bricks, as VisibilityPass counts it: lights added up in whole numbers, so that threads do
-/// not matter. Optics' shading and termination, and occupancy, count for nothing.
+/// The visibility of bricks, counted like VisibilityPass: light is added in whole numbers, so the result does
+/// not depend on threads. Shading, termination and occupancy are ignored.
 std::vector<SeenBrick> mirrorSeen(const MirrorInput& input, std::size_t rayCount,
                                   const RaySource<float>& rays, int threads);
 
-/// Of the ray of that number in an array.
+/// Phase of a ray, by its number in an array.
 template <typename Real> Real phaseIn(const RayFrame<Real>& frame, std::size_t index, std::size_t columns) {
     return frame.phased ? phaseOf<Real>(static_cast<int>(index % columns), static_cast<int>(index / columns))
                         : Real(0);
@@ -189,8 +187,7 @@ template <typename Real> RaySource<Real> frameRays(const RayFrame<Real>& frame) 
         return segmentedRay(frame, pixel, phaseIn(frame, index, width));
     };
 }
-/// Those through places on the picture; through the middle of every pixel where there are none. The places
-/// outlive it.
+/// Rays through points on the picture; without points through every pixel centre. The points outlive it.
 /// @param columns  of their array, for phases
 template <typename Real>
 RaySource<Real> frameRays(const RayFrame<Real>& frame, std::span<const glm::vec2> places, int columns = 1) {

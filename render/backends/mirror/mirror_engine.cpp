@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kRaysAtATime = 4096; // where there is a deadline
+constexpr std::size_t kRaysAtATime = 4096; // per task with a deadline
 
 class MirrorCaster : public RayCaster {
   public:
@@ -58,7 +58,7 @@ class MirrorCaster : public RayCaster {
     }
 
   private:
-    /// Where they are not lit yet, as the scene is now.
+    /// Lights bricks for the current scene, unless they are lit.
     void lightBricks() {
         const std::vector<std::uint8_t>& levels = scene_.layer().selection.levels;
         if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera &&
@@ -85,7 +85,7 @@ class MirrorCaster : public RayCaster {
     int threads_;
     MemoryBudget& budget_;
     std::optional<StoredLight> light_;
-    std::vector<std::uint8_t> litLevels_; // when light_ was made
+    std::vector<std::uint8_t> litLevels_; // at the time of light_
     Camera litCamera_;
     std::uint64_t litFunction_ = 0;
     Rays rays_;

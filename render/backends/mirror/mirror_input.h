@@ -15,27 +15,28 @@ namespace tessera {
 
 class StoredLight;
 
-/// All that a mirror needs besides its rays. The pointed-to objects outlive it.
+/// All inputs of the mirror besides its rays. The pointed-to objects outlive it.
 struct MirrorInput {
     BrickCache* cache = nullptr;
     const VolumeInfo* info = nullptr;
     const Selection* selection = nullptr;
     const LevelMap* levels = nullptr; // null: the selection has one level
     const Optics* optics = nullptr;
-    const Occupancy* occupancy = nullptr;        // null: no skipping
-    const Occupancy* surfaceOccupancy = nullptr; // what the surfaces alone show; null: the same as occupancy
-    const ValueBounds* bounds = nullptr;         // of rays that keep one value; null: nothing is leapt over
-    const StoredLight* light = nullptr;          // of voxels, where the scene has any
+    const Occupancy* occupancy = nullptr; // null: no skipping
+    const Occupancy* surfaceOccupancy =
+        nullptr;                         // occupancy of the surfaces alone; null: the same as occupancy
+    const ValueBounds* bounds = nullptr; // of rays that keep one value; null: no leaps
+    const StoredLight* light = nullptr;  // light per voxel, if the scene has any
     Strides strides;
-    const CutRays* cuts = nullptr; // of all rays of the array; null: rays are whole
-    std::size_t firstRay = 0;      // number among them of the first that is drawn
+    const CutRays* cuts = nullptr; // of all rays of the array; null: no cuts
+    std::size_t firstRay = 0;      // number in the array of the first ray drawn
     double segmentVoxels = 1;      // with cuts
     ShareDone progress = {};       // of a picture's rays
-    /// What isosurfaces show: how far along its ray each is met, mm, in place of its red.
+    /// Content of isosurfaces: distance along the ray, mm, in place of red.
     bool showsDistances = false;
 };
 
-/// What a prepared scene gives the mirror; valid as long as the scene is not moved.
+/// The mirror's inputs from a prepared scene; valid until the scene moves.
 MirrorInput mirrorInput(const FramePlan& scene, bool skipping);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
 // render/backends/mirror/mirror_surfaces.h: rays through a volume with isosurfaces (docs/sampling.md,
-// "Isosurfaces"), on the CPU; as shaders/march_surface.glsl and march_surface_loop.glsl.
+// "Isosurfaces"), on the CPU; counterpart of shaders/march_surface.glsl and march_surface_loop.glsl.
 #pragma once
 
 #include "core/base/work.h"
@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// Where a ray first meets a plane of sample centres of this pitch beyond w, in segments from start.
+/// The first plane of sample centres of this pitch on a ray beyond w, in segments from start.
 template <typename Real>
 Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Real w, Real pitch,
                Real segmentVoxels) {
@@ -28,14 +28,14 @@ Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Re
     return next;
 }
 
-/// How far a ray is: the segment that comes next, and what it has gathered.
+/// The progress of a ray: its next segment, and what it has gathered.
 template <typename Real> struct SurfaceRayState {
     int next = 0;
     glm::vec<4, Real> sum{0};
 };
 
-/// Takes a ray on from its state to its end, or to a stride whose field says lacks(): there it stops as it
-/// was before.
+/// Continues a ray from its state to its end, or to a stride where field.lacks(): there it stops with the
+/// state before that stride.
 /// @param field  as mirrorRay()'s; lacks() besides
 template <typename Real, typename Field>
 void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
@@ -105,7 +105,7 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                                     [&] { return materialOf(optics, a, b); });
             done = over(colour, alpha);
         };
-        Real from = 0, valueFrom = front; // of what of the volume is not added yet
+        Real from = 0, valueFrom = front; // start of the part of the volume that is not added yet
         const auto addSurface = [&](Real at, std::size_t number) {
             if (done)
                 return;

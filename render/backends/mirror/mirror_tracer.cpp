@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-/// A field that nobody asks for light.
+/// A field without light.
 template <typename Values> struct UnlitField {
     Values& values;
     float value(const glm::vec3& p) { return values.value(p); }
@@ -27,7 +27,7 @@ MirrorTracer::MirrorTracer(const FramePlan& scene, double voxels)
     optics_.surfaces = scene.layer().optics.surfaces;
     optics_.volumeShows = false;
     input_.optics = &optics_;
-    if (input_.surfaceOccupancy) // the volume's own does not matter
+    if (input_.surfaceOccupancy) // the volume's own is irrelevant
         input_.occupancy = input_.surfaceOccupancy;
     input_.surfaceOccupancy = nullptr;
     input_.strides.segmentVoxels = voxels;

@@ -1,5 +1,5 @@
 // render/backends/mirror/mirror_tracer.h: rays of light among isosurfaces, read through the brick cache:
-// surfaceRay() of mirror_surfaces.h, in float. Every engine that has no tracer of its own uses it.
+// surfaceRay() of mirror_surfaces.h, in float. Engines without a tracer of their own use it.
 #pragma once
 
 #include "render/backends/mirror/mirror_input.h"
@@ -9,7 +9,7 @@ namespace tessera {
 
 class MirrorTracer : public SurfaceTracer {
   public:
-    /// Of the scene as it is, which outlives it.
+    /// For the current scene, which outlives it.
     /// @param voxels  of a segment
     MirrorTracer(const FramePlan& scene, double voxels);
     MirrorTracer(const MirrorTracer&) = delete;
@@ -17,7 +17,7 @@ class MirrorTracer : public SurfaceTracer {
     void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;
 
   private:
-    Optics optics_; // surfaces, and nothing else
+    Optics optics_; // of surfaces alone
     MirrorInput input_;
 };
 

@@ -1,5 +1,5 @@
 // render/backends/mirror/mirror_values.h: rays that keep one of the values along them, or their mean
-// (docs/sampling.md, "Modes"), on the CPU; twin of shaders/march_values.glsl.
+// (docs/sampling.md, "Modes"), on the CPU; counterpart of shaders/march_values_loop.glsl.
 #pragma once
 
 #include "core/base/work.h"
@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// Takes a ray to its end.
+/// Continues a ray to its end.
 /// @param field  value(p) at a place in voxels
 template <typename Real, typename Field>
 void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,

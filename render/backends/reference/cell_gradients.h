@@ -1,5 +1,5 @@
-// render/backends/reference/cell_gradients.h: gradients of the field along a ray through one of its cells, as
-// the scene takes them, for light and for gradient opacity.
+// render/backends/reference/cell_gradients.h: gradients of the field along a ray through one of its cells, by
+// the scene's operator, for light and for gradient opacity.
 #pragma once
 
 #include "render/backends/reference/cubic.h"
@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// The 4x4x4 samples around a cell: all that gradients in it can reach.
+/// The 4x4x4 samples around a cell: the support of its gradients.
 class Neighbourhood {
   public:
     Neighbourhood(LatticeReader& reader, const glm::ivec3& low) : extent_(reader.extent()), first_(low - 1) {
@@ -33,20 +33,19 @@ class Neighbourhood {
     std::array<double, 64> values_;
 };
 
-/// Distance of the planes, those of sample centres among them, between which every component of the gradient
-/// along a ray is a cubic, voxels. Planes of sample centres bound the cells of the field. Differences over
-/// half a pitch take values half a voxel off, which change their cells at the planes between. Cubic B-splines
-/// make a polynomial of the eighth degree, which is a cubic to some 1e-7 of the gradient on an eighth
-/// of a cell.
+/// Distance of the planes between which every component of the gradient along a ray is a cubic, voxels.
+/// Planes of sample centres, which bound the cells of the field, are among them. Differences over half a
+/// pitch use values half a voxel away, which change cells at the planes between. Cubic B-splines give a
+/// polynomial of the eighth degree, which on an eighth of a cell is a cubic to some 1e-7 of the gradient.
 inline double planesOfGradient(Gradient gradient) {
     if (gradient == Gradient::cubic)
         return 0.125;
     return gradient == Gradient::forward || gradient == Gradient::centralHalf ? 0.5 : 1.0;
 }
 
-/// In patient space, per mm, at ta, two places between and tb: between them every component is a cubic. The
-/// analytic gradient jumps between cells, so there the cell decides, not the rounding of the place.
-/// @param position  of a parameter, voxels
+/// In patient space, per mm, at ta, two points between and tb: between them every component is a cubic. The
+/// analytic gradient jumps between cells, so there the cell decides, not the rounded position.
+/// @param position  by parameter, voxels
 template <typename Position>
 std::array<glm::dvec3, 4> gradientsInCell(LatticeReader& samples, const glm::ivec3& low, const Optics& optics,
                                           const Position& position, double ta, double tb) {
@@ -76,8 +75,8 @@ class GradientAlongRay {
         return leaf::gradientOpacity<V>(optics_.gradientOpacity, gradient(u),
                                         V(std::numeric_limits<double>::max()));
     }
-    /// Corners of that factor, from 0 to 1: where the gradient's length is one of its points'. What lies
-    /// closer together than a part of kParts may be missed.
+    /// Kinks of that factor, from 0 to 1: where the gradient's length is that of a point. Kinks closer
+    /// together than 1/kParts may be missed.
     template <typename Visit> void forEachCorner(const Visit& visit) const {
         constexpr int kParts = 16;
         std::array<double, kParts + 1> squares{};

@@ -1,5 +1,5 @@
-// render/backends/reference/cell_stretch.h: a ray's stretch through one cell of the field, as a cubic, and
-// the isosurfaces that it crosses.
+// render/backends/reference/cell_stretch.h: the part of a ray in one cell of the field, as a cubic, and the
+// isosurfaces that it crosses.
 #pragma once
 
 #include "core/scene/scene.h" // Isosurface
@@ -20,18 +20,18 @@ struct CellStretch {
           count(cubic.monotonePieces(ends)) {}
 
     Cubic cubic;                  // stored value, by u from 0 to 1
-    double first, last;           // stored values at its ends, as they were read
+    double first, last;           // stored values at its ends, as read
     std::array<double, 4> ends{}; // of the pieces on which the cubic is monotone, by u
     std::size_t count;            // of ends
 };
 
-/// The stretches of a ray, one after another. Where two meet the field has one value, or a surface there
-/// would be met twice or never.
+/// The consecutive stretches of a ray. The field must have one value where two meet, or a surface there would
+/// be crossed twice or never.
 class StretchesOfRay {
   public:
-    /// Another ray, or another part of one: nothing meets what comes next.
+    /// Begins another ray or part: the next stretch does not continue the last.
     void begin() { lastEnd_ = std::numeric_limits<double>::quiet_NaN(); }
-    /// @param position  of a place t of the ray, voxels
+    /// @param position  of parameter t of the ray, voxels
     template <typename Position>
     CellStretch through(const Cell& cell, const Position& position, double ta, double tb) {
         const auto stored = [&](double t) { return cell.at(position(t)); };
@@ -46,8 +46,8 @@ class StretchesOfRay {
     double lastEnd_ = std::numeric_limits<double>::quiet_NaN(), lastValue_ = 0;
 };
 
-/// Calls visit(u, number of the surface) for each crossing, in the order in which the ray meets them, until
-/// it returns true; returns whether it did. Below a value is one side of its surface, the rest the other.
+/// Calls visit(u, number of the surface) for each crossing, in order along the ray, until it returns true;
+/// returns whether it did. Values below the isovalue are one side of the surface, all others the other.
 /// @param surfaces  by ascending value
 template <typename Visit>
 bool crossSurfaces(const CellStretch& stretch, const std::vector<Isosurface>& surfaces, const Visit& visit) {

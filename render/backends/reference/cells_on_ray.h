@@ -1,5 +1,5 @@
-// render/backends/reference/cells_on_ray.h: the cells of the field along a ray, the empty ones among them,
-// and the field in one.
+// render/backends/reference/cells_on_ray.h: the cells of the field along a ray, its empty cells, and the
+// field in one cell.
 #pragma once
 
 #include "bricking/statistics/statistics.h"
@@ -51,11 +51,11 @@ void forEachInterval(const ReferenceRay& ray, double t0, double t1, double spaci
     }
 }
 
-/// Cells of 8^3 voxels that nothing shows in, by their ranges; none where the input has no ranges.
+/// Invisible cells of 8^3 voxels, by their ranges; none if the input has no ranges.
 class EmptyCells {
   public:
     EmptyCells() = default; // none
-    /// @param function  says with emptyOver(lowest, highest) whether stored values between two show nothing
+    /// @param function  emptyOver(lowest, highest): stored values between these are invisible
     template <typename Function> EmptyCells(const ReferenceInput& input, const Function& function) {
         if (const Statistics* s = input.statistics) {
             grid_ = cellGrid(input.info->extentVoxels);
@@ -65,7 +65,7 @@ class EmptyCells {
                                                static_cast<double>(s->cellMax[i]));
         }
     }
-    /// Whether [ta,tb] of a ray, which no border of such cells divides, is in one of them.
+    /// True if [ta,tb] of a ray, which crosses no border of such cells, is in one of them.
     bool hold(const ReferenceRay& ray, double ta, double tb) const {
         if (empty_.empty())
             return false;
@@ -87,7 +87,7 @@ class Cell {
     Cell(LatticeReader& reader, const glm::ivec3& low) : low_(low) { reader.cube<2>(low, values_.data()); }
     double lowest() const { return *std::min_element(values_.begin(), values_.end()); }
     double highest() const { return *std::max_element(values_.begin(), values_.end()); }
-    /// Trilinear also a rounding error outside of the cell, so that the cubic is exact.
+    /// Trilinear also slightly outside of the cell (rounding), so that the cubic is exact.
     double at(const glm::dvec3& p) const {
         const glm::dvec3 f = p - 0.5 - glm::dvec3(low_);
         return leaf::trilinear(values_[0], values_[1], values_[2], values_[3], values_[4], values_[5],

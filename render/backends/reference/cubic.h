@@ -47,10 +47,10 @@ struct Cubic {
     }
 };
 
-/// Where monotone f crosses value between a and b; f(a) and f(b) lie on different sides. Newton's steps, and
-/// halves where one leaves what is left.
+/// Finds where monotone f crosses value between a and b; f(a) and f(b) lie on different sides. Newton steps,
+/// or bisection where a step leaves the interval.
 inline double crossing(const Cubic& f, double value, double a, double b) {
-    constexpr double kNear = 1e-15; // where steps end: the next would be its square
+    constexpr double kNear = 1e-15; // convergence: the next step would be its square
     const bool rising = f(a) < value;
     double u = 0.5 * (a + b);
     for (int turn = 0; turn < 100 && b - a > kNear; ++turn) {

@@ -1,6 +1,6 @@
 // render/backends/reference/light_between.h: light along a piece of a ray, between points whose light is
-// known. Rays of light are too dear for every point that the integrator asks about. A parabola through three
-// points stands in where it agrees with two more between them; else the piece is halved.
+// known. Rays of light are too expensive for every point of the integrator. A parabola through three points
+// is used if it agrees with two more between them; else the piece is halved.
 #pragma once
 
 #include "render/backends/reference/light_rays.h"
@@ -13,19 +13,19 @@
 
 namespace tessera {
 
-/// By places u from 0 to 1 of an interval of a ray.
+/// By parameter u from 0 to 1 on an interval of a ray.
 class LightBetween {
   public:
-    /// How well light must be known.
+    /// Required accuracy of light.
     struct Need {
         double tolerance = 0; // of shares
-        double weight = 1;    // of what the piece adds to its ray's colour, at most
-        double part = 1;      // of the ray's way through the volume
+        double weight = 1;    // upper bound on the piece's contribution to its ray's colour
+        double part = 1;      // share of the ray's path through the volume
     };
 
     void clear() { pieces_.clear(); }
-    /// Adds [u0,u1], behind all that is there. Errors of a ray's pieces, times their weights, come to about
-    /// twice the tolerance at most.
+    /// Adds [u0,u1] behind the existing pieces. Errors of a ray's pieces, times their weights, sum to at most
+    /// about twice the tolerance.
     /// @param light  (u) -> LightShares
     template <typename Light>
     void add(double u0, double u1, int channels, const Need& need, const Light& light) {
@@ -33,19 +33,19 @@ class LightBetween {
         const LightShares a = light(u0), m = light(middle), b = light(u1);
         refine({u0, middle, u1}, {a, m, b}, channels, need, light, 0);
     }
-    /// Of one light all along it.
+    /// Adds a piece with constant light.
     void add(double u0, double u1, const LightShares& light) {
         pieces_.push_back({u0, u1, light, light, light});
     }
 
-    /// At the end.
+    /// Light at the end.
     const LightShares& last() const { return pieces_.back().b; }
-    /// Where pieces meet.
+    /// Calls visit at the joints of pieces.
     template <typename Visit> void forEachJoint(const Visit& visit) const {
         for (std::size_t i = 0; i + 1 < pieces_.size(); ++i)
             visit(pieces_[i].to);
     }
-    /// V: both of a pair lie in the same piece.
+    /// V: both of a pair are in the same piece.
     template <typename V> leaf::ReceivedLight<V> at(V u, const leaf::LightingNumbers& lighting) const {
         const double first = firstOf(u);
         std::size_t n = 0;

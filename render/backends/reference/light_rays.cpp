@@ -1,7 +1,7 @@
-// render/backends/reference/light_rays.cpp: see light_rays.h. As for what is seen, the field between two
-// planes of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point
-// Gauss rule gives the depth, and the depth up to each of its points, which the light that is left there
-// follows from; pieces deeper than a half are halved.
+// render/backends/reference/light_rays.cpp: see light_rays.h. As for view rays, the field between two planes
+// of sample centres is a cubic, cut where it crosses a point of the function. On a piece a four-point Gauss
+// rule gives the optical depth, and the depth up to each of its points, from which the light left there
+// follows. Pieces with a depth above a half are halved.
 #include "render/backends/reference/light_rays.h"
 
 #include "render/contract/ray.h"
@@ -43,10 +43,10 @@ const Rule& gauss4() {
     return rule;
 }
 
-/// More than this no light of voxels can be.
+/// Upper bound of light per voxel.
 constexpr double kMostLight = 65535 / double{leaf::kLightOne};
 
-/// (1 - exp(-depth)) / depth: the mean of what is left of light along a piece of one extinction.
+/// (1 - exp(-depth)) / depth: the mean transmittance along a piece of constant extinction.
 double meanLeft(double depth) {
     return depth > 1e-8 ? -std::expm1(-depth) / depth : 1 - 0.5 * depth;
 }
@@ -125,7 +125,7 @@ double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, d
 GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& direction) {
     const double from = sources_.occlusion.offsetMm, mm = sources_.occlusion.radiusMm - from;
     if (!(mm > 0))
-        return {1, {}}; // what it comes to as the ends meet
+        return {1, {}}; // its limit as the ends meet
     const glm::dvec3 first = place + from * direction;
     const Walk light = walk<true>(first, direction, mm);
     if (sources_.occlusion.method == OcclusionMethod::local)
@@ -197,7 +197,7 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     if (optics_.grades()) {
         gradient.emplace(optics_, gradientsInCell(samples_, low, optics_, position, ta, tb));
         gradient->forEachCorner([&](double u) { cuts_.push_back(u); });
-        constexpr int kParts = 8; // in which the factor rises or falls, or as good as does
+        constexpr int kParts = 8; // in which the factor is monotone, or nearly so
         for (int n = 1; rejects && n < kParts; ++n)
             cuts_.push_back(static_cast<double>(n) / kParts);
     }
@@ -236,7 +236,7 @@ template <bool withSeen>
 void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
                              double u1, Walk& walk, int halvings) {
     constexpr double kMostDepth = 0.5;
-    constexpr double kMostGraded = 0.25; // of a cell: lengths of gradients are no polynomials
+    constexpr double kMostGraded = 0.25; // of a cell: lengths of gradients are not polynomial
     constexpr int kMostHalvings = 12;
     const Rule& rule = gauss4();
     const double mm = (u1 - u0) * cell.length;

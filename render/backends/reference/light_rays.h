@@ -1,7 +1,7 @@
 // render/backends/reference/light_rays.h: the light that reaches a point, by rays of the reference's own:
 // through level 0, by the function's points, in double. Shadows are exp(-integral of extinction) from a point
 // to the light or the volume's border. Occlusion is equations 6.1, 6.3 and 6.4 of the course notes. It is
-// slow, and uses nothing of render/light/ but the directions.
+// slow, and shares only the directions with render/light/.
 #pragma once
 
 #include "render/backends/reference/cell_gradients.h"
@@ -23,24 +23,24 @@ namespace tessera {
 /// Shares of light by channel (LightingNumbers): occlusion first, then every light that casts a shadow.
 using LightShares = std::array<double, leaf::kMostLightChannels>;
 
-/// What one ray of occlusion brings: equation 6.5's two parts.
+/// The contribution of one occlusion ray: the two parts of equation 6.5.
 struct GatheredLight {
-    double open = 0;    // of the light that comes from all sides
-    glm::dvec3 sent{0}; // by tissue on its way
+    double open = 0;    // of ambient light
+    glm::dvec3 sent{0}; // from emissive tissue along the ray
 };
 
-/// What stands in the light's way: the function, and behind each isosurface what lets as much light through a
-/// voxel's length as the surface does. Stored values.
+/// The extinction of light rays: the function's, and behind each isosurface one that transmits over a voxel's
+/// length as much light as the surface. Over stored values.
 class Obstacles {
   public:
     Obstacles(const StoredFunction& function, const VolumeInfo& info);
 
-    /// Where extinction is not smooth, ascending.
+    /// Kinks of extinction, ascending.
     const std::vector<double>& kinks() const { return kinks_; }
     bool emptyOver(double lo, double hi) const;
     glm::dvec3 emission(double stored) const { return function_.emission(stored); }
     FunctionPiece pieceAround(double stored) const { return function_.pieceAround(stored); }
-    /// Of the surfaces that a value is behind, 1/mm.
+    /// Extinction of the surfaces in front of a value, 1/mm.
     double behindSurfaces(double stored) const;
 
   private:
@@ -49,11 +49,11 @@ class Obstacles {
     std::vector<double> ofSurfaces_; // 1/mm
 };
 
-/// One thread's. All that it is given outlives it.
+/// For one thread. All inputs outlive it.
 class LightRays {
   public:
-    /// @param emptyCells  nothing in the light's way: passed in one stride
-    /// @param panels  that a smooth piece of a ray starts with
+    /// @param emptyCells  without extinction: passed in one stride
+    /// @param initial panels of a smooth piece of a ray
     LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
               const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples, int panels);
 
@@ -61,30 +61,30 @@ class LightRays {
     LightShares at(const glm::dvec3& place);
     int channels() const { return channels_; }
 
-    /// Share of the light that gets to a place, mm, from so far away.
+    /// Share of the light that reaches a point from a distance, mm.
     /// @param direction  unit, towards it
     double shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm);
-    /// Equation 6.1 for one direction; by the scene's method only what is left of light at the ray's end, and
-    /// only what grows denser along it, or stays as it is, taking any.
+    /// Equation 6.1 for one direction. By the scene's method only the light left at the ray's end counts, and
+    /// only extinction that does not fall along the ray.
     double openness(const glm::dvec3& place, const glm::dvec3& direction) {
         return gathered(place, direction).open;
     }
     GatheredLight gathered(const glm::dvec3& place, const glm::dvec3& direction);
 
-    /// Below this share of light the rest of a ray is dark.
+    /// Share of light below which the rest of a ray is dark.
     static constexpr double kDark = 1e-6;
 
   private:
     struct Walk {
         double left = 1;    // of the light
         double seen = 0;    // its integral over the ray, mm
-        glm::dvec3 sent{0}; // the same, of light that tissue sends
+        glm::dvec3 sent{0}; // the same, of emitted light
     };
-    /// What a ray goes through between two planes of sample centres.
+    /// A part of a ray between two planes of sample centres.
     struct CellOnWay {
         Cubic cubic;                      // stored value
         double length;                    // mm
-        const GradientAlongRay* gradient; // none: opacities take none
+        const GradientAlongRay* gradient; // none: no gradient opacity
         double factor(double u) const { return gradient ? gradient->factor(u) : 1; }
     };
     template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);

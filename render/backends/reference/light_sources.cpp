@@ -58,7 +58,8 @@ LightSources::LightSources(const ReferenceInput& input) {
         const bool withCamera = light.frame == LightFrame::camera;
         Caster caster;
         caster.isPoint = light.kind == LightKind::point;
-        glm::dvec3 middle(0), towards(0); // of the disk; from what is lit, by which the disk is turned
+        glm::dvec3 middle(0),
+            towards(0); // of the disk; from the lit region, which sets the disk's orientation
         double far = 1;
         if (caster.isPoint) {
             middle = withCamera ? input.camera.position + axes * light.position : light.position;
@@ -66,7 +67,7 @@ LightSources::LightSources(const ReferenceInput& input) {
             far = glm::length(towards);
             towards = far > 0 ? towards / far : glm::dvec3(0, 0, 1);
         } else {
-            // Without a direction it comes from where the others have it come from.
+            // A light without a direction gets that of the others.
             const double length = glm::length(light.direction);
             const glm::dvec3 d = length > 0 ? light.direction / length : glm::dvec3(0, 0, 1);
             middle = withCamera && length > 0 ? axes * d : d;

@@ -9,23 +9,23 @@
 
 namespace tessera {
 
-/// Patient space; the same for all rays of light.
+/// In patient space; common to all rays of light.
 class LightSources {
   public:
     explicit LightSources(const ReferenceInput& input);
 
     static constexpr int kPlacesOfSoftLight = 4;
-    static constexpr double kOffsetVoxels = 2; // towards a light, of where rays of shadow start
+    static constexpr double kOffsetVoxels = 2; // offset of the start of shadow rays, towards a light
 
     struct Caster {
         bool isPoint = false;
-        glm::dvec3 middle{0};           // unit, towards the light; or a place, mm
-        std::vector<glm::dvec3> places; // over its disk, the same; one alone: the middle
+        glm::dvec3 middle{0};           // unit, towards the light; or a point, mm
+        std::vector<glm::dvec3> places; // the same, over its disk; one alone: the centre
     };
     bool hasOcclusion = false;
     Occlusion occlusion;
     std::vector<SphereDirection> directions; // of occlusion
-    int ambientChannels = 0;                 // of light from all sides
+    int ambientChannels = 0;                 // of ambient light
     std::vector<Caster> casters;
     double offsetMm = 0;
 };

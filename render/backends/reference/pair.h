@@ -1,6 +1,5 @@
-// render/backends/reference/pair.h: two doubles computed side by side, as every processor can, with what the
-// leaves of the contract ask of a number (render/contract/leaves.h). Each has the value that it
-// would have alone.
+// render/backends/reference/pair.h: two doubles computed side by side, with the operations that the
+// contract's templates need (render/contract/leaves.h). Each has exactly the value of a scalar computation.
 #pragma once
 
 #include <cmath>

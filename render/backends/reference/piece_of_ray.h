@@ -21,22 +21,22 @@
 namespace tessera {
 
 /// The light of docs/sampling.md along a ray between two planes of samples. Every kind of gradient is a cubic
-/// there, component by component. Taken as one, it costs a few multiplications at a place, not the many
-/// values that it is the difference of. It is also free of the noise of their differences, which would have
-/// panels halved without end.
+/// there, component by component. As a cubic it costs a few multiplications per point, instead of many values
+/// of the field. It is also free of the noise of their differences, which would make panels halve without
+/// end.
 class LightAlongRay : public GradientAlongRay {
   public:
     /// Patient space.
     /// @param gradients  at 0, 1/3, 2/3 and 1
     /// @param from, to  places of 0 and 1, voxels
-    /// @param received  what gets there of it, by u; none: all of it, everywhere
+    /// @param received  light that arrives, by u; none: all of it, everywhere
     LightAlongRay(const Optics& optics, const glm::dvec3& direction,
                   const std::array<glm::dvec3, 4>& gradients, const glm::dvec3& from, const glm::dvec3& to,
                   const LightBetween* received)
         : GradientAlongRay(optics, gradients), received_(received), toPatient_(optics.patientFromVoxel),
           direction_(direction), from_(from), path_(to - from), facing_(along(gradients, direction)) {}
 
-    /// Corners of the light, from 0 to 1: where the gradient turns away from the ray, or from a light.
+    /// Kinks of the light, from 0 to 1: where the gradient turns away from the ray, or from a light.
     template <typename Visit> void forEachTurn(const Visit& visit) const {
         turnsOf(facing_, visit);
         for (int i = 0; i < optics_.lighting.count; ++i) {
@@ -48,7 +48,7 @@ class LightAlongRay : public GradientAlongRay {
         }
     }
 
-    /// What becomes of colours: colour * scale + add.
+    /// Lit colours: colour * scale + add.
     template <typename V> leaf::Lit<V> at(V u, const leaf::Material<double>& material) const {
         const Vector<V> gradient = this->gradient(u);
         const Vector<V> direction{V(direction_.x), V(direction_.y), V(direction_.z)};
@@ -98,7 +98,7 @@ class LightAlongRay : public GradientAlongRay {
             if ((f(ends[i]) < 0) != (f(ends[i + 1]) < 0))
                 visit(crossing(f, 0, ends[i], ends[i + 1]));
     }
-    /// Towards a point it is of the fourth degree; where that turns is a cubic's affair.
+    /// Towards a point light it is of the fourth degree, with extrema at roots of a cubic.
     template <typename Visit>
     void turnsOfPoint(const glm::dvec3& first, const glm::dvec3& way, const Visit& visit) const {
         const auto value = [&](double u) {
@@ -131,14 +131,14 @@ class LightAlongRay : public GradientAlongRay {
     Cubic facing_;
 };
 
-/// What the integrator asks of a piece of a ray between two cuts: two nodes side by side.
+/// The integrand on a piece of a ray between two cuts: two nodes side by side.
 struct PieceOfRay {
     const Cubic& cubic; // stored value
     const FunctionPiece& function;
-    const LightAlongRay* light; // none: colours stay as they are
+    const LightAlongRay* light; // none: colours are unlit
     double length;              // mm from 0 to 1
     leaf::Material<double> material;
-    const GradientAlongRay* gradient = nullptr; // of gradient opacity; none: there is none
+    const GradientAlongRay* gradient = nullptr; // of gradient opacity; may be none
 
     void operator()(const ReferenceIntegrator::Places& u, RadiantNodes& at) const {
         for (std::size_t i = 0; i < u.size(); i += 2) {

@@ -1,8 +1,8 @@
 // render/backends/reference/reference.cpp: see reference.h. Between two planes of sample centres the field
-// along a ray is a cubic; it is cut where it crosses a point of the transfer function or the value of an
-// isosurface, and each smooth piece goes to the integrator. Shading adds the planes where the
-// values that the gradient is made of change their cell, and cuts where that gradient turns away from the
-// ray. Occlusion and shadows are taken by rays of their own (light_rays.h), where anything is to be seen.
+// along a ray is a cubic. It is cut where it crosses a point of the transfer function or the value of an
+// isosurface, and each smooth piece goes to the integrator. Shading adds the planes where the values that the
+// gradient is made of change their cell, and cuts where that gradient turns away from the ray. Occlusion and
+// shadows have rays of their own (light_rays.h), at visible points.
 #include "render/backends/reference/reference.h"
 
 #include "core/base/threads.h"
@@ -32,7 +32,7 @@
 namespace tessera {
 namespace {
 
-/// What rays of light are made of, for all threads.
+/// Shared inputs of light rays, for all threads.
 struct Lit {
     LightSources sources;
     Obstacles obstacles;
@@ -41,7 +41,7 @@ struct Lit {
 
 class RayIntegral {
   public:
-    /// @param lit  null: all light gets everywhere
+    /// @param lit  null: no occlusion or shadows
     RayIntegral(const ReferenceInput& input, const StoredFunction& function, const Optics& optics,
                 LatticeReader& samples, const EmptyCells& emptyCells, const Lit* lit)
         : input_(input), info_(*input.info), function_(function), optics_(optics), samples_(samples),
@@ -94,8 +94,8 @@ class RayIntegral {
         return t1 > t0 || (input_.flat && t1 == t0);
     }
 
-    /// Of rays that keep one value: between planes of sample centres the field is a cubic, whose extremes are
-    /// at its ends or where it turns, and whose mean is that of its values by the three-eighths rule.
+    /// For rays that keep one value. Between planes of sample centres the field is a cubic: its extrema are
+    /// at its ends or turning points, and its mean follows from the three-eighths rule.
     glm::dvec4 keptValue(const ReferenceRay& ray) {
         if (parts_.empty())
             return glm::dvec4(0);
@@ -136,7 +136,7 @@ class RayIntegral {
             return;
         const auto position = [&](double t) { return ray.base + t * ray.direction; };
         const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
-        // The cell decides whether anything shows; only then are its neighbours worth reading.
+        // Neighbours are read only if something is visible in the cell.
         const Cell cell(samples_, low);
         const double lo = cell.lowest(), hi = cell.highest();
         if (function_.emptyOver(lo, hi))
@@ -171,8 +171,7 @@ class RayIntegral {
         addPieces(cubic, length, &light, integral);
     }
 
-    /// What gets there of the light, into received_: from the first to the last place between cuts where
-    /// anything is to be seen.
+    /// Computes received light into received_: from the first to the last visible position between cuts.
     void receive(const ReferenceRay& ray, double ta, double tb, const Cubic& cubic, double mostExtinction,
                  const ReferenceIntegrator& integral) {
         received_.clear();
@@ -197,7 +196,7 @@ class RayIntegral {
         const double length = (tb - ta) * (last - first);
         const double adds = met_.empty() ? -std::expm1(-mostExtinction * length) : 1;
         const LightBetween::Need need{lightTolerance_, std::exp(-integral.depth()) * adds, length / wayMm_};
-        if (need.weight <= need.tolerance * need.part) // whatever light there is
+        if (need.weight <= need.tolerance * need.part) // for any light
             received_.add(first, last, std::isnan(lastLit_) ? light(first) : lastShares_);
         else if (first < last)
             received_.add(first, last, lightRays_->channels(), need, light);
@@ -209,8 +208,8 @@ class RayIntegral {
         }
     }
 
-    /// What lies between the cuts, and the surfaces that are met at some of them.
-    /// @param gradient  none: neither colours nor opacities need it
+    /// Adds the pieces between the cuts, and the surfaces at some of them.
+    /// @param gradient  none if neither colours nor opacities need it
     void addPieces(const Cubic& cubic, double length, const LightAlongRay* gradient,
                    ReferenceIntegrator& integral) {
         const LightAlongRay* const light = optics_.shading ? gradient : nullptr;
@@ -245,7 +244,7 @@ class RayIntegral {
         }
     }
 
-    /// The crossings of surfaces, in the order in which the ray meets them, into met_ and cuts_.
+    /// Appends the crossings of surfaces, in order along the ray, to met_ and cuts_.
     void findSurfaces(const CellStretch& stretch) {
         met_.clear();
         crossSurfaces(stretch, function_.surfaces(), [&](double u, std::size_t number) {
@@ -263,7 +262,7 @@ class RayIntegral {
     const EmptyCells& emptyCells_;
     int panels_;
     glm::dmat3 toPatient_;             // of directions
-    std::vector<RayCuts::Part> parts_; // of the ray that are drawn
+    std::vector<RayCuts::Part> parts_; // drawn parts of the ray
     std::vector<double> cuts_;
     struct Met {
         double at; // of the interval, 0 to 1
@@ -275,7 +274,7 @@ class RayIntegral {
     std::optional<LightRays> lightRays_;
     double lightTolerance_;
     LightBetween received_;
-    double lastLit_ = 0; // where light was taken last
+    double lastLit_ = 0; // last position with computed light
     LightShares lastShares_{};
 };
 
@@ -283,7 +282,7 @@ class RayIntegral {
 
 namespace {
 
-/// A camera's rays by their places on the picture, in pixels.
+/// A camera's rays by points on the picture, in pixels.
 class RayMaker {
   public:
     RayMaker(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size)

@@ -1,7 +1,7 @@
 // render/backends/reference/reference.h: the true volume rendering integral of the finest level, in double,
-// cell by cell. Not fast; a difference to it is the error that reports speak of. It reads the transfer
-// function's points, not the table, and knows neither levels, nor empty bricks, nor steps. Isosurfaces are at
-// the roots of the field's cubics.
+// cell by cell. It is slow; reported errors are differences to it. It reads the transfer function's points,
+// not the table, and has no levels, empty bricks or steps. Isosurfaces are at the roots of the field's
+// cubics.
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
@@ -26,26 +26,25 @@ struct ReferenceInput {
     const VolumeInfo* info = nullptr;
     const TransferFunction* function = nullptr;
     Shading shading;
-    /// Optional: cells of 8^3 voxels whose range has no extinction and no isosurface are passed
-    /// in one stride.
+    /// Optional: cells of 8^3 voxels without extinction and isosurface are passed in one stride.
     const Statistics* statistics = nullptr;
-    /// Panels that a smooth piece of a ray starts with, at least 1. More never change the result by more than
-    /// rounding: that is part of the proof (reference_proof.h).
+    /// Initial panels of a smooth piece of a ray, at least 1. More panels change the result only by rounding,
+    /// as the verification checks (reference_proof.h).
     int panels = 1;
     std::vector<Isosurface> surfaces = {}; // of the scene
     ShareDone progress = {};
     Lighting lighting = {}; // of the scene
-    Camera camera = {};     // that lights may be fixed to
-    /// How well shares of light are known along a ray, where the scene has occlusion or shadows: errors come
-    /// to about twice as much of a pixel's light at most (light_between.h).
+    Camera camera = {};     // for lights fixed to it
+    /// Tolerance of shares of light along a ray, for occlusion or shadows: the error of a pixel's light is at
+    /// most about twice this share (light_between.h).
     double lightTolerance = 1e-3;
-    /// Rays that keep one value: the greatest and least of the field itself, its mean along the ray.
+    /// Of rays that keep one value: the extrema of the field itself, or its mean along the ray.
     Reduction reduction = Reduction::composite;
     ValueLook look = {};
-    /// What is drawn: inside of all; in voxels.
+    /// The drawn part is inside of all slabs; in voxels.
     std::vector<RaySlab<double>> slabs = {};
-    bool flat = false;             // one of them is a plane, at which a ray has one value
-    const RayCuts* cuts = nullptr; // what else is cut away
+    bool flat = false;             // one slab is a plane, at which a ray has one value
+    const RayCuts* cuts = nullptr; // other cuts
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).
@@ -55,16 +54,16 @@ struct ReferenceRay {
 };
 
 /// The camera's rays, row by row from the top left pixel, through pixel centres.
-/// @param stride  only those of thinned() pictures (core/image/image.h)
-/// @param shift   moves each inside its pixel, pixels right and down
+/// @param stride  only rays of thinned() pictures (core/image/image.h)
+/// @param shift  moves each ray in its pixel, pixels right and down
 std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
                                         int stride = 1, const glm::dvec2& shift = glm::dvec2(0));
 
-/// Its rays through places on the picture, in pixels.
+/// The camera's rays through points on the picture, in pixels.
 std::vector<ReferenceRay> referenceRays(const Camera& camera, const VolumeInfo& info, const glm::ivec2& size,
                                         std::span<const glm::vec2> places);
 
-/// For light alone: it has no table.
+/// Optics for lighting alone, without a table.
 struct Optics;
 Optics shadingOf(const ReferenceInput& input);
 

@@ -10,14 +10,14 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // where there is a deadline
+constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // per call with a deadline
 
 class ReferenceCaster : public RayCaster {
   public:
     ReferenceCaster(const FramePlan& scene, bool tellsHits, int threads)
         : scene_(scene), tellsHits_(tellsHits), threads_(threads) {}
 
-    /// Rays are the view's own, in double; strides count for nothing.
+    /// Rays are the view's own, in double; strides are ignored.
     void begin(const Rays& rays) override {
         check(rays);
         const ViewState& view = scene_.view;

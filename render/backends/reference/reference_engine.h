@@ -1,5 +1,5 @@
-// render/backends/reference/reference_engine.h: the true integral in double, as an engine. It reads every
-// voxel at the finest level, whatever levels were chosen, and takes no steps.
+// render/backends/reference/reference_engine.h: the true integral in double, as an engine. It reads the
+// finest level, whatever levels were chosen, and has no step.
 #pragma once
 
 #include "render/engine.h"

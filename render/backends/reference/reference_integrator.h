@@ -55,8 +55,8 @@ class ReferenceIntegrator {
     };
     static constexpr double kTolerance = 1e-14; // of a panel, against its own size and the picture's
     static constexpr int kMaxHalvings = 48;
-    /// What a colour's differences are told against: lights can be so strong that what a double rounds off is
-    /// above any fixed tolerance, and panels would be halved without end.
+    /// Scale of a colour's differences: lights can be so strong that rounding exceeds any fixed tolerance,
+    /// and panels would be halved without end.
     static double brightness(double colour) {
         constexpr double kCommon = 4; // up to this, colours are told as they are
         return std::max(1.0, colour / kCommon);

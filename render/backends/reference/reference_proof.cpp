@@ -116,7 +116,7 @@ ClosedFormError linearTimesLinear() {
     return e;
 }
 
-/// Of the transmittance, where the depth stays below what the integrator calls opaque.
+/// Error of the transmittance, for depths below the integrator's opaque limit.
 ClosedFormError boundaryLayer() {
     ClosedFormError e{"T11", "boundary layer k/(t+eps), eps 1e-2 to 1e-8", 0, kLoose};
     for (const double eps : {1e-2, 1e-4, 1e-6, 1e-8})
@@ -165,7 +165,7 @@ bool showsNothing(const TransferFunction& function) {
                        [](const OpacityPoint& p) { return p.opacity == 0; });
 }
 
-/// Half seen through from end to end of the volume, its colour another one on every side of every surface.
+/// Half transparent from end to end of the volume, with another colour on each side of every surface.
 TransferFunction fogAround(const std::vector<Isosurface>& surfaces, const VolumeInfo& info) {
     double lowest = surfaces.front().value, highest = lowest;
     for (const Isosurface& surface : surfaces) {
@@ -194,8 +194,8 @@ RayProof proveOnRays(const ReferenceInput& scene, const std::vector<ReferenceRay
         input.function = &fog;
         input.shading.on = false;
     }
-    // Rays of light are proven by closed forms (tests/render/light/light_reference_test.cpp); what is proven
-    // here takes light as it comes, for at places as dense as the second integrator's nobody could wait.
+    // Light rays are verified by closed forms (tests/render/light/light_reference_test.cpp). The verification
+    // here takes their results as given, because at the second integrator's density they would take too long.
     input.lighting.occlusion.reset();
     for (Light& light : input.lighting.lights)
         light.shadow = false;

@@ -1,8 +1,9 @@
-// render/backends/reference/simpson_ray.h: the second integrator of the proof (reference_proof.h): one ray
-// through the field by adaptive Simpson, from panels of 1/64 voxel on. It is cut where the field meets a
-// point of the function or an isosurface. It reads samples and function as the reference does (LatticeReader,
-// TransferFunction). It takes gradients and light pointwise, as the mirror does (sampler.h, optics.h).
-// Interpolation, cuts, crossings and quadrature are its own. Corners of the light it finds by halving.
+// render/backends/reference/simpson_ray.h: the second integrator of the verification (reference_proof.h): one
+// ray through the field by adaptive Simpson quadrature, from panels of 1/64 voxel on. Rays are cut where the
+// field crosses a point of the function or an isosurface. Samples and function are read like the reference's
+// (LatticeReader, TransferFunction). Gradients and light are pointwise, like the mirror's (sampler.h,
+// optics.h). Interpolation, cuts, crossings and quadrature are its own. Kinks of the light are found by
+// halving.
 #pragma once
 
 #include "core/base/mean_spacing.h"
@@ -61,7 +62,7 @@ class SimpsonRay {
         glm::dvec3 colour;
     };
 
-    /// Where the ray enters, crosses planes of sample centres, and leaves.
+    /// The ray's entry, crossings of planes of sample centres, and exit.
     std::vector<double> cellEnds(const ReferenceRay& ray) const {
         double first = ray.tMin, last = std::numeric_limits<double>::max();
         for (int axis = 0; axis < 3; ++axis) {
@@ -131,15 +132,14 @@ class SimpsonRay {
         return mixed(plane(0), plane(4), w.z);
     }
 
-    /// A place where a panel is cut, and the surface that is met there, if any.
+    /// A cut of a panel, and the surface there, if any.
     struct Cut {
         double at;
         const Isosurface* surface = nullptr;
     };
 
-    /// Cuts [a,b] where the field meets a point of the function or a surface. It finds the sides that
-    /// quarters of the panel can tell, each cut once more where the parabola through three of its values
-    /// turns.
+    /// Cuts [a,b] where the field crosses a point of the function or a surface. It searches quarters of the
+    /// panel, each split at the extremum of the parabola through three of its values.
     void addPanel(const ReferenceRay& ray, double a, double b) {
         std::vector<Cut> cuts = {{a}, {b}};
         double from = a;
@@ -173,7 +173,7 @@ class SimpsonRay {
         for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), std::min(v0, v1));
              k != kinks_.end() && *k <= std::max(v0, v1); ++k)
             cuts.push_back({meeting(ray, *k, from, to)});
-        // Surfaces of one value are met in the order in which the ray's values pass them.
+        // Surfaces are crossed in the order of the ray's values.
         const auto add = [&](const Isosurface& surface) {
             if ((v0 < surface.value) != (v1 < surface.value) && surface.opacity > 0)
                 cuts.push_back({meeting(ray, surface.value, from, to), &surface});
@@ -276,7 +276,7 @@ class SimpsonRay {
     std::array<double, 8> corners_{};
     double depth_ = 0;
     glm::dvec3 colour_{0};
-    double before_ = 0; // the field where the part before ended; none where it was not looked at
+    double before_ = 0; // the field at the end of the part before; NaN if it was not evaluated
 };
 
 } // namespace tessera

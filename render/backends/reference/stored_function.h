@@ -16,8 +16,8 @@
 
 namespace tessera {
 
-/// The function between two points that are neighbours. The function before and after them does not matter to
-/// it, so values that rounding takes beyond them are on its side of a step.
+/// The function between two neighbouring points. It ignores the function outside them, so values that
+/// rounding moves beyond them are on the right side of a step.
 class FunctionPiece {
   public:
     /// @param inside  a stored value between the points
@@ -44,7 +44,7 @@ class FunctionPiece {
     }
     bool isTransparent() const { return opacityRise_ == 0 && extinction_ == 0; }
     bool hasOneExtinction() const { return opacityRise_ == 0; }
-    /// 1/mm, where it has one.
+    /// 1/mm, of visible values.
     double extinction() const { return extinction_; }
 
     /// Physical units.
@@ -60,7 +60,7 @@ class FunctionPiece {
   private:
     const TransferFunction* function_;
     double slope_, intercept_;
-    double opacityFrom_ = 0, colourFrom_ = 0; // physical units, as what follows
+    double opacityFrom_ = 0, colourFrom_ = 0; // physical units, as is the next
     double opacity_ = 0, opacityRise_ = 0, extinction_ = 0;
     glm::dvec3 colour_{1}, colourRise_{0};
 };
@@ -86,7 +86,7 @@ class StoredFunction {
     double extinction(double stored) const { return function_.extinction(slope_ * stored + intercept_); }
     FunctionPiece pieceAround(double stored) const { return {function_, slope_, intercept_, stored}; }
     const std::vector<double>& kinks() const { return kinks_; }
-    /// What tissue sends of light of its own.
+    /// Light emitted by tissue.
     glm::dvec3 emission(double stored) const {
         const double value = slope_ * stored + intercept_;
         for (const Material& m : function_.materials())
@@ -94,7 +94,7 @@ class StoredFunction {
                 return m.emission;
         return glm::dvec3(0);
     }
-    /// What answers to light where the function names none: optics' own.
+    /// The default material: that of optics.
     leaf::Material<double> materialAt(double stored, const Optics& optics) const {
         const double value = slope_ * stored + intercept_;
         for (const Material& m : function_.materials())
@@ -106,10 +106,10 @@ class StoredFunction {
                         {m.emission.r, m.emission.g, m.emission.b}};
         return {double{optics.phong.x}, double{optics.phong.y}, double{optics.phong.z}, optics.specularPower};
     }
-    /// Those with an opacity, by value, ascending.
+    /// Surfaces with an opacity above 0, by ascending value.
     const std::vector<Isosurface>& surfaces() const { return surfaces_; }
-    /// Extinction is 0 on all of [lo,hi] and no isosurface there: extinction is piecewise monotone, so ends
-    /// and kinks (both limits) decide.
+    /// True if extinction is 0 on all of [lo,hi], without an isosurface: extinction is piecewise monotone, so
+    /// ends and kinks (both limits) decide.
     bool emptyOver(double lo, double hi) const {
         for (const Isosurface& surface : surfaces_)
             if (lo <= surface.value && surface.value <= hi)
@@ -125,7 +125,7 @@ class StoredFunction {
         return true;
     }
 
-    /// The most extinction on [lo,hi], for the same reason.
+    /// The largest extinction on [lo,hi], by the same argument.
     double mostExtinction(double lo, double hi) const {
         double most = std::max(extinction(lo), extinction(hi));
         for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi;

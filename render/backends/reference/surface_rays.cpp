@@ -16,7 +16,7 @@ ReferenceSurfaces::ReferenceSurfaces(const ReferenceInput& input)
     : input_(input), function_(*input.function, input.surfaces, *input.info), optics_(shadingOf(input)),
       emptyCells_(input, function_) {}
 
-/// visit(t, number of the surface) in the order in which the ray meets them between t0 and t1; true ends it.
+/// Calls visit(t, number of the surface) in order along the ray between t0 and t1, until it returns true.
 template <typename Visit>
 void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
                                         const Visit& visit) const {

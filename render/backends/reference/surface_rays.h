@@ -1,6 +1,6 @@
-// render/backends/reference/surface_rays.h: crossings of rays and isosurfaces by the reference's own means:
-// the cubics of level 0 in double, cell by cell. They give the first hits of a picture's rays, and the light
-// that surfaces take along a way.
+// render/backends/reference/surface_rays.h: crossings of rays and isosurfaces by the cubics of level 0 in
+// double, cell by cell. They give the first hits of a picture's rays, and the light that surfaces take along
+// a ray.
 #pragma once
 
 #include "render/backends/reference/cells_on_ray.h"
@@ -18,10 +18,10 @@ class LatticeReader;
 
 class ReferenceSurfaces : public SurfaceTracer {
   public:
-    /// All that the input points at outlives it, slabs and cuts too.
+    /// All objects of the input outlive it, slabs and cuts included.
     explicit ReferenceSurfaces(const ReferenceInput& input);
 
-    /// Of each ray, in order.
+    /// One per ray, in order.
     /// @param threads  0: all processors
     std::vector<SurfaceHit> firstHits(const std::vector<ReferenceRay>& rays, int threads) const;
     void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;

@@ -1,5 +1,6 @@
-// tests/bench/accuracy/area_sweep.h: the cost and gain of samples of a pixel, against the mean over its area:
-// one ray with shorter steps, as many rays for every pixel, and rays where pixels need them.
+// tests/bench/accuracy/area_sweep.h: the cost and gain of samples of a pixel, against the mean over its area.
+// Compared are one ray with shorter steps, equally many rays for every pixel, and rays where pixels need
+// them.
 #pragma once
 
 #include "tests/bench/accuracy/sweep.h"

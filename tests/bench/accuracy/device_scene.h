@@ -1,6 +1,6 @@
-// tests/bench/accuracy/device_scene.h: a scene's bricks on a device at one level of detail, and marches
-// over them that are made once and draw many times: what is timed is a frame of a viewer, not compiling and
-// loading.
+// tests/bench/accuracy/device_scene.h: a scene's bricks on a device at one level of detail, and GPU ray
+// casters over them. These are made once and draw many times, so that frames of a viewer are timed without
+// compiling and loading.
 #pragma once
 
 #include "core/image/image.h"
@@ -53,11 +53,11 @@ class DeviceScene {
 struct Frame {
     double wallMs = 0; // from the start of all rays to the picture in RAM
     double gpuMs = 0;  // of that, dispatches
-    Work work;         // counted only where the march counts
+    Work work;         // counted only where the ray caster counts
     Image image;
 };
 
-/// A march over a device scene; all of a setting but its step is fixed.
+/// A GPU ray caster over a device scene; all of a setting but its step is fixed.
 class DeviceMarch {
   public:
     /// @param counting  count the work; such frames are not to be timed

@@ -27,9 +27,9 @@ StandardScenes standardScenes(const std::filesystem::path& folder, const std::fi
                               const std::vector<std::string>& only, bool quick, std::size_t ramBytes,
                               const CommonOptions& common, bool keep = false);
 
-/// Writes NAME.json of every scene into the folder that their stores are in: whoever reads one (tessera
-/// render, tests/bench/vtk_peer, a scene's other renderer) finds the function's points and a path relative to
-/// it. Throws Error naming the file that cannot be written.
+/// Writes NAME.json of every scene into the folder of their stores. It holds the function's points and a
+/// relative path, for its readers: tessera render, tests/bench/vtk_peer and a scene's other renderer. Throws
+/// Error naming the file that cannot be written.
 void keepScenes(const std::vector<NamedScene>& scenes, const std::filesystem::path& folder,
                 std::size_t ramBytes);
 

@@ -1,6 +1,6 @@
 // tests/bench/accuracy/stiff.h: the result of each integrator for extinction from 1e-6 to 1e6 per slab. The
-// slab has constant extinction and a colour ramp (closed form T6), cut into 64 segments, by the very
-// arithmetic that march and mirror use.
+// slab has constant extinction and a colour ramp (closed form T6), cut into 64 segments, by the same
+// arithmetic as GPU ray caster and mirror.
 #pragma once
 
 #include <string>

@@ -70,7 +70,7 @@ bool withinBound(const Image& ended, const Image& whole, double bound) {
     return true;
 }
 
-/// A sweep in the making: what is on the device, and the marches over it.
+/// A sweep in progress: the data on the device, and the GPU ray casters over it.
 class Runner {
   public:
     Runner(const NamedScene& scene, const SweepOptions& options, const CommonOptions& common)

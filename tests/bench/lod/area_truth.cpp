@@ -70,8 +70,8 @@ class AreaCaster {
         return std::max<std::size_t>(kAcross, pixels / kAcross * kAcross);
     }
 
-    /// Each half of the samples by itself is stratified, one anywhere in each cell of a grid: of cells twice
-    /// as high as they are wide, and of cells twice as wide.
+    /// Each half of the samples is stratified by itself, with one sample anywhere in each cell of a grid. The
+    /// cells are twice as high as wide in one half, and twice as wide as high in the other.
     struct Mean {
         glm::vec4 all{0}, half[2] = {glm::vec4(0), glm::vec4(0)};
     };

@@ -17,8 +17,8 @@ using GreyPicture = std::vector<double>;
 GreyPicture rotatedGradient();
 /// A level from 0 (32 x 32 samples) to 5 (one) for each of the 8 x 8 blocks, [y][x].
 std::vector<int> randomBlockLevels(unsigned seed);
-/// The picture as the product's own field shows it: a volume one brick deep whose every slice is the picture,
-/// levels constant in depth, read at the pixels' centres in its middle plane.
+/// The picture as the product's own field gives it. Every slice of a volume one brick deep is the picture,
+/// and levels are constant in depth. It is read at the pixels' centres in its middle plane.
 GreyPicture rebuilt(const GreyPicture& original, const std::vector<int>& blockLevels, EdgeFunction function);
 
 /// CIE L*u*v* distance of every pixel, [y][x].

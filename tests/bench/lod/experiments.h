@@ -12,7 +12,7 @@ Report hierarchyReport(const Workbench& bench);
 Report edgeCostReport(const Workbench& bench);
 /// Full, limited and naive sampling: table 2.2 (adaptive_sampling.cpp).
 Report samplingReport(const Workbench& bench);
-/// Samples against an oracle's, with each map of empty space (skipping.cpp).
+/// Samples against an oracle's, with each occupancy map (skipping.cpp).
 Report skippingReport(const Workbench& bench);
 /// Data reductions by transfer function, camera and levels: figure 2.27 (reductions.cpp).
 Report reductionsReport(const Workbench& bench);

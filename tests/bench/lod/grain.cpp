@@ -1,6 +1,6 @@
-// tests/bench/lod/grain.cpp: the experiment "grain": how far the normals that light is taken with are from
-// the surfaces' own, by the kind of gradient: against the formula on a phantom's bones, against Sobel's
-// smooth normal on a scan's skin.
+// tests/bench/lod/grain.cpp: the experiment "grain": how far the shading normals are from the surfaces' own,
+// by the kind of gradient. They are compared with the formula on a phantom's bones, and with Sobel's smooth
+// normal on a scan's skin.
 #include "bricking/store/store_reader.h"
 #include "datasets/phantom.h"
 #include "render/backends/mirror/mirror.h"

@@ -1,8 +1,8 @@
 // tests/bench/lod/hierarchy.h: table 2.1 of the course notes again: what flat and hierarchical
 // multiresolution selections cost under the same criterion. In 2 and in 3 dimensions.
 //
-// The notes number levels from the coarsest: a block of the grid needs level `top` (all its samples) where an
-// object's boundary crosses it, level 1 (two samples an edge) in its interior, level 0 outside. In a
+// The notes number levels from the coarsest. A block of the grid needs level `top` (all its samples) where an
+// object's boundary crosses it. In the interior it needs level 1 (two samples an edge), outside level 0. In a
 // hierarchy a node of depth d covers 2^(top-d) blocks an edge with as many samples as one block.
 // - Flat: every block stores the samples of its own need.
 // - Hierarchy 1: a node whose blocks need more is replaced by all its children.

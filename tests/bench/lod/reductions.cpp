@@ -18,8 +18,8 @@ constexpr double kErrorScale = 20;                      // L*u*v* that error pic
 /// What no pixel of 8 bits can show.
 constexpr float kUnseen = 1.0f / 510;
 
-/// What the choice of levels knows of what hides what: nothing, what the bricks' rays predict, what a picture
-/// of the levels so chosen saw (as the product does), or the truth.
+/// The knowledge of occlusion behind a choice of levels: none, the prediction of the bricks' rays, the
+/// visibility in a picture of the levels so chosen (as in the product), or the truth.
 enum class Way { allVisible, predicted, counted, asSeen };
 constexpr std::array<std::pair<Way, const char*>, 4> kWays = {{{Way::allVisible, "all visible"},
                                                                {Way::predicted, "predicted"},

@@ -1,6 +1,6 @@
-// tests/bench/lod/skipping.cpp: what empty-space skipping saves: samples against those of an oracle that
-// knows which segments show something before their ray ends, with each of the maps, and the time and memory
-// they take.
+// tests/bench/lod/skipping.cpp: the savings of empty-space skipping with each of the maps. Samples are
+// compared with those of an oracle that knows the visible segments before a ray's end. Also the time and
+// memory of the maps.
 #include "render/backends/gpu/features.h"
 #include "render/backends/gpu/fine_mask.h"
 #include "render/backends/gpu/gl/context.h"
@@ -31,7 +31,7 @@ struct WayRow {
     bool same = true;
 };
 
-/// One scene, all of its level 0 on the device, and the four ways to march it.
+/// One scene, all of its level 0 on the device, and the four ways to cast rays through it.
 class SkippingCase {
   public:
     SkippingCase(SceneBench& scene, Fetch fetch, MemoryBudget& ram, MemoryBudget& gpu)

@@ -1,6 +1,6 @@
-// tests/bench/memory/memory_budgets.cpp: one scene at budgets of GPU memory from its floor to unlimited,
-// in one pass and in as many as full quality takes: what the budgets saw, what was resident, and what the
-// picture lost.
+// tests/bench/memory/memory_budgets.cpp: one scene at budgets of GPU memory from its minimum to unlimited, in
+// one pass and in as many as full quality takes. It reports the charged memory, the resident bricks, and the
+// picture's loss.
 #include "tests/bench/memory/memory_budgets.h"
 
 #include "core/base/error.h"

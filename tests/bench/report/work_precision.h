@@ -1,6 +1,6 @@
 // tests/bench/report/work_precision.h: error against run time. It holds the settings that no other beats in
-// both, the time at an error and the error at a time on them, orders of convergence, and how sure a ratio of
-// times is. Nothing is ever extrapolated.
+// both, and on them the time at an error and the error at a time. Also orders of convergence and the
+// confidence of a ratio of times. Nothing is ever extrapolated.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +30,8 @@ struct Order {
     double slope = 0;
     std::size_t points = 0; // that it was fitted to
 };
-/// Fitted to those coarsest points (step, error) of a run in which every halving still takes at least a fifth
-/// off the error and the error is above `floor`; none where fewer than three are left.
+/// Fitted to the coarsest points (step, error) of a run, as long as every halving reduces the error by at
+/// least a fifth and the error is above `floor`. None if fewer than three are left.
 /// @param points  any order; equal steps are not allowed
 std::optional<Order> fittedOrder(std::vector<std::pair<double, double>> points, double floor);
 

@@ -165,7 +165,7 @@ TEST(Centreline, ACollapsedSegmentIsBridgedOnlyWhereASeedSaysSo) {
     const auto colon = torsoColon().pointsMm;
     CentrelineRequest request = between(colon.front(), colon.back());
     const std::string refused = refusal(torso, request);
-    EXPECT_THAT(refused, HasSubstr("--to: expected a place that the lumen of --from"));
+    EXPECT_THAT(refused, HasSubstr("--to: expected a point that the lumen of --from"));
     EXPECT_THAT(refused, HasSubstr("found a gap: the two parts come nearest at ("));
     EXPECT_THAT(refused, HasSubstr("mm apart"));
     // a seed in the gap
@@ -249,7 +249,7 @@ TEST(Centreline, HoweverVoxelsAreNumbered) {
 }
 
 TEST(Centreline, AWallThinnerThanABlockIsNoWayThrough) {
-    // two limbs of a U with a wall of two voxels between them, in a volume whose path is searched in larger
+    // two arms of a U with a wall of two voxels between them, in a volume whose path is searched in larger
     // blocks
     const std::vector<glm::dvec3> u = {{-11, 0, 0}, {-11, 0, 90}, {-9, 0, 98}, {0, 0, 103},
                                        {9, 0, 98},  {11, 0, 90},  {11, 0, 0}};
@@ -304,11 +304,11 @@ TEST(Centreline, SeedsThatAreNowhereAreNamed) {
     const auto line = helix(0.7);
     const FieldChunks chunks(boxInfo({90, 90, 50}, glm::dvec3(0.9), {-40, -40, -9}), tube(line, 5, 1));
     EXPECT_THAT(refusal(chunks, between(line[9], {0, 0, 500})),
-                HasSubstr("--to: expected a place in the volume, from (-40.0, -40.0, -9.0) mm"));
+                HasSubstr("--to: expected a point in the volume, from (-40.0, -40.0, -9.0) mm"));
     EXPECT_THAT(refusal(chunks, between({std::nan(""), 0, 0}, line[9])),
                 HasSubstr("--from: expected a place in the volume"));
     EXPECT_THAT(refusal(chunks, between(line[9], {0, 0, 8})),
-                HasSubstr("--to: expected a place in the lumen of --from"));
+                HasSubstr("--to: expected a point in the lumen of --from"));
     CentrelineRequest given = between(line[9], {0, 0, 8});
     given.threshold = -500;
     EXPECT_THAT(refusal(chunks, given), HasSubstr("found 40 at (0.0, 0.0, 8.0) mm"));

@@ -1,6 +1,6 @@
-// tests/bricking/analysis/thin_branches_test.cpp: airways in a lung that is nearly as dark as they are:
-// branches behind places where walls or noise close them to a threshold that does not leak, and no line in
-// the lung.
+// tests/bricking/analysis/thin_branches_test.cpp: airways in a lung that is nearly as dark as they are.
+// Branches are found behind places where walls or noise close them to a threshold that does not leak, and no
+// line lies in the lung.
 #include "bricking/analysis/lumen/centreline.h"
 #include "bricking/analysis/lumen/thin_branches.h"
 #include "bricking/analysis/lumen/wall_coverage.h"
@@ -50,8 +50,8 @@ double nearestTo(const std::vector<glm::dvec3>& points, const glm::dvec3& mm) {
     return nearest;
 }
 
-/// A windpipe along z whose wall is nearly lung at one place, and a branch towards lower x that is narrow, to
-/// a value, for 2 mm, the nearer one 40 HU less.
+/// A windpipe along z whose wall is nearly as dark as the lung at one place. A branch towards lower x is
+/// narrowed to a value for 2 mm, the nearer one 40 HU less.
 /// @param open  the branch's far end has no wall
 FieldChunks leakyPipe(double narrow, bool open) {
     const std::vector<glm::dvec3> trunk = {{0, 0, -40}, {0, 0, 100}}, side = {{0, 0, 20}, {-34, 0, 40}};

@@ -4,9 +4,9 @@
 // A series of three slices, in every transfer syntax; one slice is damaged in its header or in its pixels.
 // Import, in a process of its own, may refuse or give the right voxels. Wrong voxels are a fault wherever
 // another reader warns or refuses: DCMTK's tools and opj_decompress, where they are installed (dcmconv makes
-// the plain syntaxes besides explicit little endian). Where none does, nobody can tell; those are counted by
-// what they hit.
-// DAMAGE_CORPUS_KEEP=FOLDER keeps the series of every fault; DAMAGE_CORPUS_VERBOSE=1 lists what none told.
+// the plain syntaxes besides explicit little endian). Damage that none of them detects cannot be detected; it
+// is counted by the part that it hits. DAMAGE_CORPUS_KEEP=FOLDER keeps the series of every fault;
+// DAMAGE_CORPUS_VERBOSE=1 lists what none told.
 #include "bricking/import/codecs/stream.h"
 #include "bricking/import/dicom/encapsulated_frames.h"
 #include "bricking/import/open_source.h"

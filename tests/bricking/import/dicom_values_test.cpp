@@ -1,5 +1,5 @@
-// tests/bricking/import/dicom_values_test.cpp: what DICOM headers say of values and places, with numbers that
-// tell right from wrong: both ends of ranges, both signs, stored bits that do not begin at 0, and the worst
+// tests/bricking/import/dicom_values_test.cpp: values and positions from DICOM headers, with numbers that
+// expose faults. These are both ends of ranges, both signs, stored bits that do not begin at 0, and the worst
 // slice of several.
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"

@@ -90,7 +90,7 @@ TEST_F(Folder, ASliceThatCannotBeReadStopsTheImportWhereverItIs) {
 }
 
 TEST_F(Folder, WithoutPermissionIsNotReadable) {
-    // In a child that is nobody, for root may read everything.
+    // In a child process of the user nobody, because root may read everything.
     writeSeries();
     fs::permissions(folder.path(), fs::perms::all);
     fs::permissions(folder / nameOf(45), fs::perms::none);
@@ -269,14 +269,14 @@ TEST_F(Folder, ByteIdenticalDuplicatesAreDroppedWithACount) {
             another = imageAt(3);
             another.pixels[pixel] ^= static_cast<std::uint16_t>(bit);
             writeDicom(folder / "another.dcm", another);
-            EXPECT_THAT(refused(), AllOf(HasSubstr("1 of 6 slices at the place of another"),
+            EXPECT_THAT(refused(), AllOf(HasSubstr("1 of 6 slices at the position of another"),
                                          HasSubstr("IM0044.dcm and another.dcm")))
                 << pixel << ", " << bit;
         }
     another = imageAt(3);
     another.intercept = "-1000"; // the same pixels, other values
     writeDicom(folder / "another.dcm", another);
-    EXPECT_THAT(refused(), HasSubstr("at the place of another"));
+    EXPECT_THAT(refused(), HasSubstr("at the position of another"));
 }
 
 TEST_F(Folder, PhasesBecomeAChoice) {
@@ -323,7 +323,7 @@ TEST_F(Folder, PhasesBecomeAChoice) {
     });
     expectPhases("3: time 3", [&](DicomImage& i, int n, int p) { i.contentTime = time(n, p); });
     writeSeries();
-    EXPECT_THAT(refused({.phase = 1}), HasSubstr("one picture at each place"));
+    EXPECT_THAT(refused({.phase = 1}), HasSubstr("one image at each position"));
     // A phase that lacks a slice at an end would come out shorter without a word.
     for (int n = 0; n < kSlices; ++n)
         for (int phase = 1; phase <= 2; ++phase) {
@@ -495,7 +495,7 @@ TEST_F(Folder, AFrameOfReferenceOfEverySlicesOwnIsNone) {
     EXPECT_THAT(alike->notes(), Each(Not(HasSubstr("frame of reference"))));
     withFrames({"1.2.1", "1.2.2", "1.2.3", "1.2.4"});
     const auto own = openSource(folder.path(), {});
-    EXPECT_THAT(own->notes(), Contains(HasSubstr("every slice names a frame of reference of its own")));
+    EXPECT_THAT(own->notes(), Contains(HasSubstr("every slice has a FrameOfReferenceUID of its own")));
     EXPECT_EQ(own->info().patientFromVoxel, alike->info().patientFromVoxel);
     withFrames({"1.2.1", "", "1.2.1", "1.2.1"});
     EXPECT_EQ(openSource(folder.path(), {})->info().extentVoxels, alike->info().extentVoxels);
@@ -517,7 +517,7 @@ TEST_F(Folder, ASliceThatDisagreesAboutItsValuesIsRefused) {
                 AllOf(HasSubstr("RescaleIntercept (0028,1052) in every slice"), HasSubstr("IM0043")));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.slope.reset(); }),
                 HasSubstr("RescaleSlope (0028,1053) in every"));
-    // Two patients are no one volume; nobody is named.
+    // Two patients are not one volume; no patient is named.
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.patientSuffix = "X"; }),
                 HasSubstr("PatientID (0010,0020)"));
     EXPECT_THAT(refusedWith([](DicomImage& i) { i.modality = "CU"; }), HasSubstr("Modality (0008,0060)"));

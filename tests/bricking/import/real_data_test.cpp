@@ -150,9 +150,9 @@ TEST_F(RealData, ScaledAndObliqueNifti) {
     EXPECT_NEAR(std::acos(z.z) * 180 / std::acos(-1.0), 16.5, 0.5);
 }
 
-/// Every voxel of our LPS volume, looked up at its patient position in VTK's reading of the same file (VTK
-/// has its own parser, reverses slices by a rule of its own and gives its own matrix, so this checks voxels
-/// and affine at once).
+/// Every voxel of our LPS volume, looked up at its patient position in VTK's reading of the same file. VTK
+/// has its own parser, its own rule for reversing slices and its own matrix, so this checks voxels and affine
+/// at once.
 TEST_F(RealData, NiftiAgreesWithVtk) {
     const auto path = at("nifti/CT_pitch.nii.gz");
     vtkNew<vtkNIFTIImageReader> reader;

@@ -1,7 +1,7 @@
-// tests/bricking/import/real_headers_test.cpp: headers as the world has them: names taken out, identifiers
-// missing, empty or another in every slice, numbers rounded per slice, texts in other representations and
-// fillings, slices that differ in slope, kernel or voltage. What is odd and harmless is taken, said and kept;
-// what would make values or places wrong is refused.
+// tests/bricking/import/real_headers_test.cpp: real-world headers: removed names, and identifiers that are
+// missing, empty or different in every slice. Also numbers rounded per slice, texts in other representations
+// and paddings, and slices that differ in slope, kernel or voltage. What is odd and harmless is taken, said
+// and kept; what would make values or places wrong is refused.
 #include "bricking/import/catalogue.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
@@ -134,7 +134,7 @@ TEST_F(RealHeaders, EverySecondSliceMissingIsSaid) {
         return openedWhole();
     };
     EXPECT_THAT(notes(10, "5", 2),
-                ElementsAre("slices are 5 mm thick and lie 10 mm apart: what lies between them is not in the "
+                ElementsAre("slices are 5 mm thick and lie 10 mm apart: the space between them is not in the "
                             "scan; InstanceNumber (0020,0013) goes up by 2: were slices left out?"));
     EXPECT_THAT(notes(10, "5", -2), ElementsAre(HasSubstr("goes up by 2")));
     EXPECT_THAT(notes(10, "5", 1), ElementsAre(Not(HasSubstr("InstanceNumber"))));
@@ -206,7 +206,7 @@ TEST_F(RealHeaders, IdentifiersThatAreMissingOrEmptyStopNothing) {
     EXPECT_THAT(opens("a name in some", [](DicomImage& i, int n) { i.patient = n % 3 ? "A" : ""; }),
                 ElementsAre("PatientID (0010,0020) is missing in 4 of 12 slices"));
     EXPECT_THAT(opens("a name in each", [](DicomImage& i, int n) { i.patient = "A" + std::to_string(n); }),
-                ElementsAre(HasSubstr("every slice names a patient of its own")));
+                ElementsAre(HasSubstr("every slice has a PatientID of its own")));
     EXPECT_THAT(opens("a station in each", [](DicomImage& i, int n) { i.station = std::to_string(n); }),
                 IsEmpty());
     EXPECT_THAT(opens("no modality in some",
@@ -221,7 +221,7 @@ TEST_F(RealHeaders, IdentifiersThatAreMissingOrEmptyStopNothing) {
                 ElementsAre(HasSubstr("no SeriesInstanceUID")));
     EXPECT_THAT(
         opens("a series each", [](DicomImage& i, int n) { i.seriesUid = "1.2." + std::to_string(n); }),
-        ElementsAre(HasSubstr("every slice names a series of its own")));
+        ElementsAre(HasSubstr("every slice has a SeriesInstanceUID of its own")));
     EXPECT_THAT(opens("one number for all", [](DicomImage& i, int) { i.instance = 1; }), IsEmpty());
     EXPECT_THAT(opens("numbers twice", [](DicomImage& i, int n) { i.instance = n / 2; }), IsEmpty());
     EXPECT_THAT(opens("no numbers", [](DicomImage& i, int) { i.without = {0x00200013}; }), IsEmpty());

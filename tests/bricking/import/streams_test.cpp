@@ -1,6 +1,5 @@
-// tests/bricking/import/streams_test.cpp: compressed DICOM pixels: that every coding gives the values that
-// went in, that streams which disagree with their tags are read by their own header, and that damage is
-// refused.
+// tests/bricking/import/streams_test.cpp: compressed DICOM pixels. Every coding returns the encoded values,
+// streams that disagree with their tags are read by their own header, and damage is refused.
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 #include "tests/support/stream_writer.h"
@@ -326,7 +325,7 @@ TEST_F(Streams, StrippedQualityLayersOfASignedStreamUnderUnsignedTags) {
 }
 
 TEST_F(Streams, WarningsOfADecoderAreErrors) {
-    std::string unknown = j2k_; // a marker that nobody knows, skipped with a warning
+    std::string unknown = j2k_; // an unknown marker, skipped with a warning
     unknown.insert(unknown.find(std::string("\xff\x52", 2)), std::string("\xff\x7a\x00\x04\x01\x02", 6));
     refused(image(k2000, unknown));
     std::string extra = lossless_; // bytes that no sample needs, before the end marker

@@ -1,6 +1,6 @@
-// tests/bricking/levels/choice_test.cpp: what a choice of levels is put together from: culling under either
-// sign of the rescale slope and with either number of layers, one level within a budget, and the chooser,
-// which has to pass on what filtering loses and what is hidden.
+// tests/bricking/levels/choice_test.cpp: the parts of a choice of levels: culling under either sign of the
+// rescale slope and with either number of layers, and one level within a budget. Also the chooser, which has
+// to pass on losses by filtering and occlusion.
 #include "bricking/levels/level_chooser.h"
 #include "tests/support/bricking_selection_tools.h"
 

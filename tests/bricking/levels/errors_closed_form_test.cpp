@@ -1,6 +1,6 @@
-// tests/bricking/levels/errors_closed_form_test.cpp: what is predicted of bricks, and what levels then cost
-// and gain, where the answer is known without computing it: rays that are made by hand, budgets that only one
-// choice uses up.
+// tests/bricking/levels/errors_closed_form_test.cpp: predicted errors of bricks, and the cost and gain of
+// levels, where the answer is known without computing it. Rays are made by hand, and budgets have a single
+// choice that uses them up.
 #include "bricking/levels/level_error.h"
 #include "bricking/levels/narrow_function.h"
 #include "tests/support/bricking_selection_tools.h"

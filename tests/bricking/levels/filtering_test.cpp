@@ -1,6 +1,6 @@
-// tests/bricking/levels/filtering_test.cpp: filtering before the transfer function must not lose thin things:
-// how far it shifts a brick's mean colour (the biases), and that pixels then do not limit levels; bricks
-// whose rays all missed what they show.
+// tests/bricking/levels/filtering_test.cpp: filtering before the transfer function must not lose thin
+// structures. Tests how far it shifts a brick's mean colour (the biases), and that pixels then do not limit
+// levels. Also bricks whose rays all missed their visible part.
 #include "core/image/colour.h"
 #include "tests/support/bricking_selection_tools.h"
 

@@ -1,5 +1,5 @@
-// tests/bricking/levels/visibility_test.cpp: how much of a brick is seen: predicted past the bricks before
-// it, where the light that is left is known in closed form; and fed back from frames without flicker.
+// tests/bricking/levels/visibility_test.cpp: the visibility of a brick. It is predicted behind other bricks,
+// where the transmittance is known in closed form, and fed back from frames without flicker.
 #include "bricking/levels/visibility.h"
 
 #include "bricking/levels/predicted_visibility.h"

@@ -1,5 +1,5 @@
-// tests/bricking/store/ome_test.cpp: what a store tells other programs, in numbers worked out by hand: where
-// each level lies, which axis points where, which window shows soft tissue; and that its content hash tells
+// tests/bricking/store/ome_test.cpp: a store's metadata for other programs, in numbers worked out by hand:
+// the position of each level, the directions of axes, and the window of soft tissue. Its content hash detects
 // any change.
 #include "tests/support/bricking_store_tools.h"
 

@@ -1,5 +1,5 @@
-// tests/bricking/store/shard_table_test.cpp: a shard that somebody reads stays open, and whoever waits for
-// its room is woken when the last reader is done.
+// tests/bricking/store/shard_table_test.cpp: a shard with readers stays open, and threads that wait for its
+// room are woken when the last reader is done.
 #include "bricking/store/shard_table.h"
 
 #include <atomic>

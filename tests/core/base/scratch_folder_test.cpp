@@ -1,4 +1,4 @@
-// tests/core/base/scratch_folder_test.cpp: a scratch folder is nobody else's, and leaves nothing behind.
+// tests/core/base/scratch_folder_test.cpp: a scratch folder is private, and leaves nothing behind.
 #include "core/base/scratch_folder.h"
 
 #include "core/base/error.h"

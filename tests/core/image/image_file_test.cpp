@@ -184,8 +184,9 @@ long peakMiB() {
     return usage.ru_maxrss / 1024;
 }
 
-// A few bytes overwritten, or the end missing: a picture or an InputError, and no memory for what a header
-// only claims. Not in EXR's first header bytes: for a text as long as one claims, OpenEXR takes it.
+// A few bytes overwritten, or the end missing: a picture or an InputError, and no memory for sizes that only
+// the header states. Except in EXR's first header bytes: OpenEXR allocates a text of any length that they
+// state.
 TEST_F(ImageFile, DamageIsRefusedOrRead) {
     const std::pair<const char*, int> kinds[] = {{"a.png", 300}, {"a.tif", 300}, {"a.exr", 100}};
     [[maybe_unused]] const long before = peakMiB();

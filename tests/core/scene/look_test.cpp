@@ -20,7 +20,7 @@ TEST(Look, AllAreReadableAndKeepWhatTheyAreNotAbout) {
         applyLook(name, scene);
         EXPECT_EQ(scene.shading.gradient, Gradient::sobel) << name;
         EXPECT_TRUE(scene.shading.on);
-        EXPECT_NE(scene.shading.specularPower, 77) << name; // a look starts from what is there by default
+        EXPECT_NE(scene.shading.specularPower, 77) << name; // a lighting preset starts from the defaults
         const int channels = name == "plain" || name == "endoscope" ? 0 : name.rfind("soft", 0) == 0 ? 1 : 2;
         EXPECT_EQ(lightChannels(scene.lighting), channels) << name;
         EXPECT_EQ(name == "plain", isHeadLightAlone(scene.lighting.lights)) << name;

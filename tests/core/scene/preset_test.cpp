@@ -44,8 +44,8 @@ TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
     EXPECT_GT(opacity("vessels-1", 250), 5 * opacity("vessels-1", 700));
 }
 
-/// A line through tissue, HU at a place in mm: from one value to another, or a sheet between two of one, as
-/// blurred as a scan (a Gaussian's deviation, mm).
+/// A line through tissue, HU at a place in mm: from one value to another, or a sheet between equal ones. It
+/// is as blurred as a scan (a Gaussian's deviation, mm).
 using Profile = std::function<double(double)>;
 double rise(double x, double blur) {
     return 0.5 * std::erfc(-x / blur / std::sqrt(2.0));
@@ -139,8 +139,8 @@ TEST(Preset, EarlierOnesAreKept) {
     EXPECT_EQ(vessels.colourPoints()[2].colour, glm::dvec3(0.7454, 0.0452, 0.0252));
 }
 
-// A preset over shares of an object takes what lies above the background, without its brightest voxels:
-// a bladder of 40 in a body of 1 to 9 does not make the picture black.
+// A preset over shares of an object takes the values above the background, without the brightest voxels. A
+// bladder of 40 in a body of 1 to 9 does not make the picture black.
 TEST(Preset, PetTakesTheValuesOfTheBody) {
     std::vector<double> counts(80, 0); // half a unit a bin
     counts[0] = 1e6, counts[1] = 1e3;

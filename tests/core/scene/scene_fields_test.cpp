@@ -1,5 +1,5 @@
-// tests/core/scene/scene_fields_test.cpp: what holds for every key of the table: it reads back, is refused by
-// its place, means its default where it is missing, and is published as it is read.
+// tests/core/scene/scene_fields_test.cpp: properties of every key of the table. It reads back, a refusal
+// names its place, a missing key means its default, and it is published as it is read.
 #include "core/scene/scene_fields.h"
 
 #include "core/base/error.h"

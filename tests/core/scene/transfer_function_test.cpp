@@ -1,5 +1,5 @@
 // Transfer functions against a slow evaluator, bad points (unsorted, duplicate, not finite), and the table
-// that march and mirror read.
+// that GPU ray caster and mirror read.
 #include "core/scene/transfer_function.h"
 
 #include "core/base/error.h"

@@ -1,6 +1,5 @@
 // tests/render/backends/engine_test.cpp: how an engine and a plane are added (docs/design.md, "How to add"):
-// the least of each, and that the way from a plan to a picture takes them as they are; and that the engines
-// there are can be cut anywhere.
+// a minimal one of each, which rendering uses unchanged. The work of existing engines can be cut anywhere.
 #include "render/backends/mirror/mirror_engine.h"
 #include "render/backends/reference/reference_engine.h"
 #include "tests/support/scene_fixture.h"

@@ -1,5 +1,5 @@
-// Features of the march: which go together, what they bring, that their programs compile and leave out what
-// is not asked for, how one is added, and that idioms for llvmpipe change no bit.
+// Features of the GPU ray caster: their combinations and buffers, and how one is added. Their programs
+// compile and leave out everything that is not requested, and idioms for llvmpipe change no bit.
 #include "core/base/error.h"
 #include "render/backends/gpu/composition.h"
 #include "render/backends/gpu/storage_buffers.h"
@@ -232,7 +232,7 @@ void main() {
                 HasSubstr("FEATURE_DUMMY (marks of pixels) does not go with"));
 }
 
-/// Small dispatches, so that loops that nobody counts stay below what llvmpipe allows.
+/// Small dispatches, so that uncounted loops stay below llvmpipe's limit.
 Slicing smallDispatches() {
     Slicing slicing;
     slicing.fixedTile = 16;

@@ -70,9 +70,9 @@ TEST_F(ProofOnRays, HoldsOnAPhantomWithAPreset) {
     }
 }
 
-// Rays are cut where the gradient that is shaded turns away from them, whichever it is: light has a corner
-// there, and rays cut for another gradient miss it by 1e-8 and more. Between cuts the reference takes each
-// gradient as a cubic, the second integrator as it is.
+// Rays are cut where the shaded gradient, of whatever kind, turns away from them. Light has a corner there,
+// and rays cut for another gradient miss it by 1e-8 and more. Between cuts the reference takes each gradient
+// as a cubic, the second integrator as it is.
 TEST_F(ProofOnRays, HoldsWithEveryGradient) {
     load("torso", {48, 36, 56});
     const auto function = presetFunction("soft-tissue", {-1024, 2000, true, 1, {}});

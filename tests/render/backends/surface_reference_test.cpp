@@ -34,8 +34,8 @@ double largestOf(const glm::dvec4& a, const glm::dvec4& b) {
 }
 
 // What is left is that the mirror holds isovalues and colours as floats: 1e-5 where surfaces are met
-// squarely. A normal turns fast across an edge of a cell, so that some pixels show more; and a ray that all
-// but touches a surface may meet it by one of the two and not by the other.
+// squarely. A normal turns fast across an edge of a cell, so that some pixels differ more. A ray that almost
+// touches a surface may hit it by one of the two and not by the other.
 TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
     for (const int camera : {0, 1, 2})
         for (const Gradient gradient : {Gradient::central, Gradient::analytic, Gradient::sobel,
@@ -59,9 +59,8 @@ TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
         }
 }
 
-// Plateaus of just the isovalues, surfaces of one value, and values that fall where what is stored rises:
-// which side a value is on, and which of two surfaces comes first, is the same for the reference, the second
-// integrator and the mirror.
+// Plateaus at the isovalues, surfaces of one value, and values that fall where stored ones rise. The side of
+// a value and the order of two surfaces are the same for the reference, the second integrator and the mirror.
 TEST(SurfaceReference, SidesAndOrderAreTheSame) {
     for (const double slope : {1.0, -0.1}) {
         SCOPED_TRACE(slope);

@@ -138,8 +138,8 @@ std::size_t leastGpuBytes(const Scene& scene, const StoreReader& store) {
     return accepted;
 }
 
-// Nasty scenes by the whole renderer, with levels chosen by brick in as little memory as is accepted: bricks
-// of several levels, and, where a quality is asked for, several passes.
+// Nasty scenes by the whole renderer, with levels chosen per brick in the least accepted memory. Bricks have
+// several levels, and a requested quality takes several passes.
 TEST(SmallBudgets, DrawNastyScenesInRange) {
     ExtremeStores stores;
     int mixedPictures = 0, drawn = 0;

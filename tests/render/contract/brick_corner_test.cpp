@@ -51,8 +51,8 @@ TEST(BrickCorners, EdgesReachAsFarAsTheTableSays) {
             }
 }
 
-// Rays through bricks of random levels: which strides cut them is in the docs' words, told by looking at
-// every place of a stride instead of at a corner's eight bricks.
+// Rays through bricks of random levels. The strides that cut them follow the docs, by looking at every place
+// of a stride instead of at a corner's eight bricks.
 TEST(Strides, KeepOutOfFinerBricksAndStartAtMultiplesOfTheirLength) {
     std::mt19937 random(41);
     Selection selection;

@@ -1,5 +1,6 @@
-// Cameras in awkward places: exactly on faces, edges and corners of the volume and of bricks, axis-parallel
-// rays, extreme angles, a million millimetres away, looking elsewhere; and a volume one voxel thin.
+// Cameras in awkward places: exactly on faces, edges and corners of the volume and of bricks, a million
+// millimetres away, or looking elsewhere. Also axis-parallel rays, extreme angles, and a volume one voxel
+// thin.
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>
@@ -12,7 +13,7 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(17, 17); // odd: the middle ray runs exactly along the view direction
 
-/// March against float mirror on the GPU's rays, and everything finite and within [0, opaque].
+/// GPU ray caster against float mirror on the GPU's rays, and everything finite and within [0, opaque].
 void expectSound(const std::string& store, const Camera& camera, const std::string& what) {
     SCOPED_TRACE(what);
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);

@@ -1,5 +1,5 @@
-// Crossings of a ray with surfaces of one value inside a trilinear cell: tangents, thin sheets, cells that
-// are met two and three times, surfaces through samples, flat cells, extreme values.
+// Crossings of a ray with surfaces of one value inside a trilinear cell. Cases: tangents, thin sheets, cells
+// with two and three crossings, surfaces through samples, flat cells, extreme values.
 #include "render/contract/cell_roots.h"
 
 #include <array>
@@ -52,8 +52,8 @@ TYPED_TEST(CellRootsOf, TangentsAreMetTwiceOrNotAtAll) {
         }
 }
 
-// A surface through the end that two pieces share is met once, whichever way, and one that turns there never
-// or twice; the side of a value is: below, or not.
+// A surface through the end that two pieces share is hit once, in either direction. One that turns there is
+// hit never or twice. A value is either below or not.
 TYPED_TEST(CellRootsOf, SharedEndsAreMetOnce) {
     using Real = TypeParam;
     std::mt19937 random(4);

@@ -83,8 +83,8 @@ TEST_P(Contract, CuttingTheWorkAndSkippingChangeNoBit) {
     EXPECT_GT(resumed.work.dispatches, 4 * whole.work.dispatches);
 }
 
-// Row: march and float mirror on the GPU's own float rays: at most 4 times the difference of float mirror and
-// double mirror on that scene; a half-voxel shift must fail.
+// Row: GPU ray caster and float mirror on the GPU's own float rays. They differ by at most 4 times the
+// difference of float and double mirror on that scene; a half-voxel shift must fail.
 TEST_P(Contract, MarchEqualsTheMirrorOnItsOwnRays) {
     const GlContext context({"software"});
     for (const bool shading : {false, true}) {

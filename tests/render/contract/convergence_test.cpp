@@ -1,4 +1,4 @@
-// The reference through store and sampler against closed forms, on anisotropic and sheared volumes; and the
+// The reference through store and sampler against closed forms, on anisotropic and sheared volumes. The
 // mirror against the reference: the error falls at the rule's order as the step is halved.
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"
@@ -168,8 +168,8 @@ TEST(MirrorAgainstReference, FallsAtSecondOrder) {
     }
 }
 
-// A whole lit picture of a phantom: the mirror's error to the reference falls with the step, down to what the
-// transfer function's table of floats is off by, which is known and reported.
+// A whole lit picture of a phantom. The mirror's error against the reference falls with the step, down to the
+// error of the transfer function's float table, which is known and reported.
 TEST(MirrorAgainstReference, LitPictureConvergesToTheTablesOwnError) {
     MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
     const VolumeInfo info = StoreReader(storePath("sphere"), ram).info();

@@ -1,6 +1,6 @@
-// tests/render/contract/cuts_test.cpp: boxes, planes and scissors cut rays where they say: against membership
-// written out here, against the reference, and every engine and way of cutting the work against every other
-// (docs/sampling.md, "Cuts").
+// tests/render/contract/cuts_test.cpp: boxes, planes and scissors cut rays at the right places
+// (docs/sampling.md, "Cuts"). They are compared with membership written out here and with the reference, and
+// every engine and division of the work with every other.
 #include "render/backends/reference/reference.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"

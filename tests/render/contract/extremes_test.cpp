@@ -1,6 +1,6 @@
 // tests/render/contract/extremes_test.cpp: every pair of nasty conditions (extreme_cases.h) and 500 random
-// mixes of them: pictures are finite and in range, end in bounded work, equal the mirror, and come as near to
-// the true integral as their step lets expect.
+// mixes of them. Pictures are finite, in range and equal to the mirror's. Their work is bounded, and their
+// error against the true integral is as expected from the step.
 //
 // A failure prints TESSERA_EXTREME_CASE=...: with that in the environment, Extremes.OneCase draws it alone.
 #include "render/backends/reference/reference.h"
@@ -63,7 +63,7 @@ Selection randomShownLevels(const Selection& like, unsigned seed) {
 /// What the cases of a run came to; a test that compared nothing must fail.
 struct Tally {
     int cases = 0, visible = 0, equal = 0, filtered = 0, skipping = 0, constant = 0;
-    double worstMarch = 0; // largest difference of march and float mirror
+    double worstMarch = 0; // largest difference of GPU ray caster and float mirror
 };
 
 /// Double mirror of a camera's own double rays.
@@ -198,11 +198,10 @@ class ExtremeRun {
                     change.add(mirror[i][n] - halved[i][n]);
                     error.add(halved[i][n] - truth[i][n]);
                 }
-        // A rule of first order is off by as much as halving changes it, one of second order by a third of
-        // that; pictures of few pixels are given half of it more. The table is off by its own known error, in
-        // depth at most the same share of the longest ray's.
-        // A table of two-dimensional pre-integration is bilinear between 256 x 256 places; these functions'
-        // colours bend little there.
+        // A rule of first order errs by as much as halving changes it, one of second order by a third of
+        // that. Pictures of few pixels may err by half of it more. The table is off by its own known error,
+        // in depth at most the same share of the longest ray's. A table of two-dimensional pre-integration is
+        // bilinear between 256 x 256 places; these functions' colours bend little there.
         const double ownError = p.layer().table.relativeError +
                                 (p.layer().optics.integrator == Integrator::preintegrated2d ? 1e-4 : 1e-6);
         const double n = 4.0 * static_cast<double>(truth.size());
@@ -218,8 +217,8 @@ class ExtremeRun {
     static double constantAlpha(const FramePlan& p, const SegmentedRay<double>& ray) {
         return opacityOf(static_cast<double>(p.layer().optics.table.front().a) * lengthMm(ray));
     }
-    /// Per pixel, how much of a ray's length in the volume, mm, hangs on where it is by so many voxels: all
-    /// of it for a ray that lies in a face.
+    /// Per pixel, the part of a ray's length in the volume, mm, that changes if the ray moves by so many
+    /// voxels; all of it for a ray that lies in a face.
     static std::vector<double> uncertainLengths(const FramePlan& p, double voxels) {
         std::vector<double> out(static_cast<std::size_t>(p.view.imageSize.x) *
                                 static_cast<std::size_t>(p.view.imageSize.y));

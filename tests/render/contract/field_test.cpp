@@ -1,5 +1,5 @@
-// The field itself: the shader's sampler against its C++ twin at single points, continuity at brick faces,
-// edges and corners, empty bricks, the volume's border, and every value type kept exactly.
+// The field itself: the shader's sampler against its C++ counterpart at single points, and exact values of
+// every type. Also continuity at brick faces, edges and corners, empty bricks, and the volume's border.
 #include "render/backends/gpu/probe.h"
 #include "tests/support/scene_fixture.h"
 

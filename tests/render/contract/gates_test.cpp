@@ -1,6 +1,6 @@
-// tests/render/contract/gates_test.cpp: the gates between march and mirror have teeth in every kind of scene.
-// What they let pass is an absolute figure, not one that follows a scene's own rounding; and a picture whose
-// field is half a voxel off, along any axis, fails each of them.
+// tests/render/contract/gates_test.cpp: the tolerances between GPU ray caster and mirror detect faults in
+// every kind of scene. Each tolerance is absolute, and does not follow a scene's own rounding. A picture
+// whose field is half a voxel off, along any axis, fails each of them.
 #include "core/image/image_metrics.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/surface_fixture.h"

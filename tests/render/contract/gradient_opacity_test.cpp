@@ -1,6 +1,6 @@
 // tests/render/contract/gradient_opacity_test.cpp: gradient opacity: closed forms, on every engine and in the
-// light of voxels; the native engine has the mirror's bits, the march its own tolerance, and both come to the
-// reference; what has none pays for none.
+// light of voxels. The native engine has the mirror's bits, the GPU ray caster its own tolerance, and both
+// converge to the reference. Scenes without gradient opacity have no cost.
 #include "core/image/image_metrics.h"
 #include "render/plan/visibility_rays.h"
 #include "tests/support/graded.h"

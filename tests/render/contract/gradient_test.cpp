@@ -1,5 +1,6 @@
 // Gradients: forward, central (over a pitch and half of it), Sobel and analytic differences against closed
-// forms, their orders, normals under any spacing and shear, and no direction where the field has none.
+// forms, and their orders. Normals hold under any spacing and shear, and have no direction where the field
+// has none.
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>
@@ -326,7 +327,7 @@ TEST(Gradients, AnalyticOneIsTheDerivativeOfMixedLevels) {
     }
 }
 
-// The scene's choice reaches march and mirror, and nothing else is compiled.
+// The scene's choice reaches GPU ray caster and mirror, and nothing else is compiled.
 TEST(Gradients, TheScenesChoiceIsDrawn) {
     const GlContext context({"software"});
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);

@@ -1,6 +1,6 @@
 // tests/render/contract/lights_test.cpp: the scene's own lights, by numbers that stand in this file and come
-// from no code of ours: planes that are known in patient space (lit_planes.h), seen at an angle of 3, 4 and
-// 5, under lights whose angles are as plain. All engines draw them.
+// from no code of ours. Planes that are known in patient space (lit_planes.h) are seen at an angle of 3, 4
+// and 5, under lights at similarly simple angles. All engines draw them.
 #include "render/backends/reference/reference.h"
 #include "tests/support/lights.h"
 #include "tests/support/lit_planes.h"
@@ -343,8 +343,8 @@ TEST(LitPlane, ALightAtTheSampleItselfIsFinite) {
     expectNoLightAtTheLightItself<double>();
 }
 
-// The most light that there can be, from a lamp inside a medium without a gradient and in one with: what is
-// seen is finite and no more than was said.
+// The most light that is possible, from a lamp inside a medium with and without a gradient: the picture is
+// finite and no brighter than the stated bound.
 TEST(LitPlane, TheMostLightThereCanBeIsFinite) {
     const GlContext context({"software"});
     const Planes planes(kSpaces[2].patientFromVoxel);

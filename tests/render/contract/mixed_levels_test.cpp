@@ -1,6 +1,6 @@
-// Bricks of any mix of levels: the shader's field is its twin's; values and gradients are continuous across
-// faces, edges, corners, empty bricks and the volume's border; no value leaves the hull of the samples; and
-// the contract's rows hold on pictures of mixed levels, outside and inside the volume.
+// Bricks of any mix of levels: the shader's field equals the mirror's. Values and gradients are continuous
+// across faces, edges, corners, empty bricks and the volume's border, and no value leaves the hull of the
+// samples. The contract's rows hold on pictures of mixed levels, outside and inside the volume.
 #include "core/image/image_metrics.h"
 #include "render/backends/gpu/probe.h"
 #include "tests/support/lights.h"
@@ -280,8 +280,8 @@ INSTANTIATE_TEST_SUITE_P(
         PictureCase{"abdomen", "bone-1", 2, EdgeFunction::split, Sampling::limited,
                     Integrator::preintegrated2d}));
 
-// The contract's rows on one mixed selection: skipping, tiles and resuming change no bit; march equals
-// mirror.
+// The contract's rows on one mixed selection: skipping, tiles and resuming change no bit; the GPU ray caster
+// equals the mirror.
 TEST_P(MixedPicture, ContractHolds) {
     const GlContext context({"software"});
     const PictureCase c = GetParam();
@@ -344,7 +344,7 @@ TEST(MixedLevels, AStepThatIsSetIsAsIfItWerePlanned) {
 }
 
 // A camera inside at 130 degrees, exactly on a face, an edge and a corner of bricks, looking along an axis
-// and aslant: across borders of levels the same rows hold.
+// and obliquely. The same rows hold across borders of levels.
 TEST(MixedLevels, CamerasOnFacesEdgesAndCorners) {
     const GlContext context({"software"});
     for (const glm::dvec3& at :

@@ -67,8 +67,8 @@ TEST(Phases, ShiftTheLatticeAndNotTheEnds) {
     }
 }
 
-// A corner that is cut by less than a segment: some phases take no sample, none counts backwards, and all
-// together have the length of the ray, but for what those without a sample lack.
+// A corner that is cut by less than a segment. Some phases take no sample, and none counts backwards. All
+// together have the ray's length, except for the phases without a sample.
 TEST(Phases, OfRaysShorterThanASegmentHaveTheirLengthInTheMean) {
     Prepared prepared("torso", sceneOf("soft-tissue", kPicture));
     RayFrame<double> frame = prepared.p.view.frame;

@@ -1,6 +1,6 @@
-// tests/render/contract/stiff_test.cpp: what each integrator promises: its order where field and function are
-// smooth or piecewise linear, its error where the function is a step or a spike, and that no extinction,
-// however large or small, makes it leave [0, full opacity] (closed forms T6, T11).
+// tests/render/contract/stiff_test.cpp: guarantees of each integrator: its order for smooth or piecewise
+// linear fields and functions, and its error for a step or a spike. No extinction, however large or small,
+// makes it leave [0, full opacity] (closed forms T6, T11).
 #include "render/backends/reference/reference.h"
 #include "tests/support/bricking_test_volumes.h"
 #include "tests/support/ray_quadrature.h"

@@ -149,8 +149,8 @@ Formula noise(unsigned seed) {
     };
 }
 
-// How often every ray meets the surface, told from its opacity, against a scan of the field along the ray:
-// all crossings are found, those in pairs within a cell too, whatever the step.
+// The number of hits of every ray, from its opacity, against a scan of the field along the ray. All crossings
+// are found, also pairs within a cell, whatever the step.
 TEST(Isosurfaces, AllCrossingsAreFoundWhateverTheStep) {
     const Stored stored(noise(5), {20, 18, 22});
     std::vector<int> first;
@@ -255,8 +255,8 @@ TEST(Isosurfaces, CompositeInOrder) {
     EXPECT_GT(found, 10);
 }
 
-// The volume before and behind a surface, by every integrator: a slab of constant extinction is cut exactly,
-// however long the segments; and an opaque surface hides all that is behind.
+// The volume before and behind a surface, by every integrator. A slab of constant extinction is cut exactly,
+// however long the segments, and an opaque surface hides everything behind it.
 TEST(Isosurfaces, CutTheVolumeWhereTheyAre) {
     const GlContext context({"software"});
     const Stored stored([](const glm::dvec3& p) { return p.z; }, {32, 32, 40}, true);
@@ -297,8 +297,8 @@ TEST(Isosurfaces, CutTheVolumeWhereTheyAre) {
             }
 }
 
-// Edges so steep that a cell's values go past surfaces and past 0: where the last surface of a piece was met,
-// nothing else is looked for, neither before nor behind it, and no part of the volume is added twice.
+// Edges so steep that a cell's values go past surfaces and past 0. After the last hit of a piece no other is
+// searched, neither before nor behind it, and no part of the volume is added twice.
 TEST(Isosurfaces, NothingIsMetBeyondTheLastOfSteepEdges) {
     const GlContext context({"software"});
     const Formula random = noise(7);

@@ -1,5 +1,5 @@
-// Isosurfaces: cutting the work, skipping, levels and budgets change nothing, march and mirror agree, and
-// nothing is sampled where there are none.
+// Isosurfaces: cutting the work, skipping, levels and budgets change nothing, GPU ray caster and mirror
+// agree, and nothing is sampled where there are none.
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/surface_fixture.h"
@@ -60,7 +60,7 @@ TEST(Isosurfaces, CuttingTheWorkAndSkippingChangeNoBit) {
     }
 }
 
-// March and float mirror on the same rays: as the table of docs/sampling.md has it for the volume alone.
+// GPU ray caster and float mirror on the same rays: as in the table of docs/sampling.md for the volume alone.
 TEST(Isosurfaces, MarchEqualsTheMirror) {
     const GlContext context({"software"});
     for (const int camera : {0, 1, 2})
@@ -189,8 +189,8 @@ TEST(Isosurfaces, CostNothingWhereThereAreNone) {
                          marchOn(plain, marchFeatures(plain.p, true)).image));
 }
 
-// In several passes, with an atlas far too small for the scene: the same picture; also where a dispatch has
-// one turn for a ray, which then must suffice to name the bricks that it waits for.
+// Several passes with an atlas far too small for the scene give the same picture. So does one turn per ray
+// and dispatch, which must then suffice to request the missing bricks.
 TEST(Isosurfaces, AnyBudgetDrawsTheSame) {
     struct Case {
         Integrator integrator;

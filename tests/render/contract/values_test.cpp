@@ -1,6 +1,6 @@
-// tests/render/contract/values_test.cpp: rays that keep one value (maximum, minimum, average, slices and
-// slabs): against a few lines of independent code, against the reference, and every engine and way of cutting
-// the work against every other (docs/sampling.md, "Modes").
+// tests/render/contract/values_test.cpp: rays that keep one value: maximum, minimum, average, slices and
+// slabs (docs/sampling.md, "Modes"). They are compared with a few lines of independent code and with the
+// reference, and every engine and division of the work with every other.
 #include "render/backends/reference/reference.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"

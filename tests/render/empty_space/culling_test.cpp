@@ -47,8 +47,8 @@ std::pair<Image, Image> withAndWithoutCulling(const std::string& store, const Sc
     return {pictures[0], pictures[1]};
 }
 
-// At the finest level not a bit differs, whatever the gradient: two layers around a culled brick show nothing
-// either, so that no difference from where something shows reaches into it.
+// At the finest level no bit differs, whatever the gradient. Two layers around a culled brick are invisible
+// too, so that no gradient's stencil reaches from visible samples into it.
 TEST(Culling, LitPicturesOfTheFinestLevelAreBitEqual) {
     const GlContext context({"software"});
     for (const char* store : {"torso", "abdomen", "head"}) {

@@ -1,5 +1,5 @@
-// The distance map on the CPU: distances are exact, filled or mended; the map follows any sequence of
-// changes of levels and functions bit for bit; and what it calls empty shows nothing.
+// The distance map on the CPU. Distances are exact, whether filled or updated, and the map follows any
+// sequence of changes of levels and functions bit for bit. Its empty cells are invisible.
 #include "core/scene/preset.h"
 #include "tests/support/scene_fixture.h"
 
@@ -275,8 +275,8 @@ TEST(Occupancy, AnySequenceOfChangesGivesWhatAFreshOneHolds) {
     }
 }
 
-// The proof: wherever a cell is empty, extinction is zero, whatever the levels: also with bricks that stand
-// as their mean although they show something, and right on the faces of cells.
+// The proof: in an empty cell extinction is zero, whatever the levels. This includes visible bricks that are
+// replaced by their mean, and the faces of cells.
 TEST(Occupancy, EmptyCellsShowNothingAtAnyLevels) {
     std::mt19937 random(37);
     for (const char* store : {"torso", "abdomen", "marschner-lobb"}) {

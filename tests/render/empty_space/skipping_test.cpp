@@ -94,8 +94,8 @@ TEST(Skipping, BlocksOfCellsSaveSamplesAndChangeNoBit) {
     }
 }
 
-// A march keeps its map, with what the device found of blocks, and takes the slices that an edit of levels
-// changed.
+// A GPU ray caster keeps its map, with the blocks that the device found empty, and takes the slices that an
+// edit of levels changed.
 TEST(Skipping, AMarchFollowsChangesOfLevels) {
     const GlContext context({"software"});
     std::mt19937 random(71);

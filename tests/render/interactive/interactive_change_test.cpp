@@ -1,5 +1,5 @@
 // tests/render/interactive/interactive_change_test.cpp: after a camera, a function or both are set, or a
-// picture is dropped, what an interactive renderer comes to is the picture of a fresh one, bit for bit, and
+// picture is dropped, an interactive renderer converges to the picture of a fresh one, bit for bit, and to
 // the still's.
 #include "bricking/statistics/statistics.h"
 #include "core/image/image_metrics.h"
@@ -222,14 +222,14 @@ TEST_P(InteractiveChanges, AFunctionIsMappedWhereNoLevelChanges) {
     }
 }
 
-// Memory is short, and no page is kept free. A function is drawn with levels that nothing before has a say
-// in; another camera alone with levels that what was seen before has, so that its picture may differ a
-// little, until a function comes again.
+// Memory is short, and no page is kept free. After a new function, levels do not depend on earlier pictures.
+// After a new camera alone they depend on the visibility before, so that its picture may differ a little
+// until the next function.
 TEST_P(InteractiveChanges, ComeToTheSameLevelsWhereMemoryIsShort) {
     Scene scene = interactiveScene("soft-tissue", 0, {48, 48});
     InteractiveOptions options;
     options.spareShare = 0;
-    // The march gets 55 pages of what is reckoned for 40.
+    // The GPU ray caster gets 55 pages of the memory that is planned for 40.
     const std::size_t budget = gpuBytesFor(scene, GetParam() ? 55 : 40, GetParam());
     struct State {
         Image picture;

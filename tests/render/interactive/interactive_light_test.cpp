@@ -1,6 +1,6 @@
-// tests/render/interactive/interactive_light_test.cpp: light of voxels in pictures that follow one another:
-// coarse at first and so called, and in the end that of a renderer that waited for all of it, bit for bit,
-// whatever was set before; an edit computes only what depends on it.
+// tests/render/interactive/interactive_light_test.cpp: light of voxels in successive pictures. It is coarse
+// at first and reported as such. In the end it is bit for bit that of a renderer that waited for all of it,
+// whatever was set before. An edit recomputes only what depends on it.
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"
 #include "tests/support/interactive_fixture.h"
@@ -216,8 +216,8 @@ TEST_P(InteractiveLight, ComesToTheSameWhateverWasLeftUndone) {
     expectTheSameAfter(unfinishedChanges(), GetParam());
 }
 
-// Bytes of light that are put beside the bricks tell what was computed. The march's texels hold all channels
-// of a sample, which are put together.
+// Bytes of light that are put beside the bricks tell what was computed. The GPU ray caster's texels hold all
+// channels of a sample, which are put together.
 TEST_P(InteractiveLight, AnEditOfLightsComputesWhatDependsOnIt) {
     Scene scene = litScene();
     scene.lighting.finestLevel = 3; // coarse light is all there is: one pass

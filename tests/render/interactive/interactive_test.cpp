@@ -1,6 +1,5 @@
-// Pictures that follow one another: what they come to is what a still comes to, whatever moved before and in
-// whatever order bricks arrived; budgets hold after every step; nothing that is wanted is thrown out; and it
-// always comes to an end.
+// Successive pictures converge to the still's picture, whatever moved before and in whatever order bricks
+// arrived. Budgets hold after every step, no requested brick is evicted, and refinement always ends.
 #include "core/base/scratch_folder.h"
 #include "core/image/image_metrics.h"
 #include "render/picture/render_scene.h"
@@ -149,7 +148,8 @@ TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
 }
 
 // Random cameras, functions, paths, deadlines and cancels on a budget of few pages: after every step the
-// budgets hold, what is resident fits and is what rays are told; and it comes to the levels that it wants.
+// budgets hold, and the resident bricks fit and match the table that rays read. It converges to the requested
+// levels.
 TEST_P(InteractiveEngines, AnyStepsKeepTheBudgetAndComeToAnEnd) {
     const Scene scene = interactiveScene("soft-tissue", 0, {32, 32});
     for (const std::size_t pages : {3u, 12u, 40u}) {

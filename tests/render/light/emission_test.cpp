@@ -89,9 +89,8 @@ TEST(Emission, EnginesAgree) {
                     return compare(marchOn(drawn, kFeatureSkipping | kFeatureShading).image, same).maxAbs;
                 };
                 if (const double found = difference(prepared); found > 5e-5) {
-                    // A ray of the phantom that grazes the surface: rounding moves where it crosses, with or
-                    // without light that tissue sends, by which all that is seen is up to three times as
-                    // bright.
+                    // A ray of the phantom that grazes the surface. Rounding moves its crossing, with or
+                    // without emission, which makes the picture up to three times as bright.
                     TransferFunction dark = glowing();
                     std::vector<Material> materials = dark.materials();
                     for (Material& m : materials)

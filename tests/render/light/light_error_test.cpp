@@ -1,5 +1,5 @@
-// tests/render/light/light_error_test.cpp: how far the light of voxels is from that of the reference, and
-// occlusion by a few rays from that by many; and that no light makes any engine draw nonsense.
+// tests/render/light/light_error_test.cpp: the error of the light of voxels against the reference, and of
+// occlusion by a few rays against many. Under no light does an engine draw invalid values.
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"
 #include "render/light/directions.h"
@@ -69,8 +69,8 @@ void expectNear(const PictureCase& c) {
     }
 }
 
-// Twice what was measured. Of the rms and the distances of no light at all (0.010 and 3.6; 0.0094 and 8.4)
-// the march's step makes part of each; the rest is light that is known at samples only: surfaces lie between
+// Twice what was measured. The ray caster's step causes part of the rms and of the distances without light
+// (0.010 and 3.6; 0.0094 and 8.4). The rest is light that is known only at samples. Surfaces lie between
 // them, where light changes most, and at level 1 between samples twice as far apart. Where directional
 // lights' shadows begin at the sample itself, the rms is 0.07.
 TEST(LightError, PicturesOfTheTorso) {
@@ -100,9 +100,9 @@ std::vector<SphereDirection> spiral(int count) {
 }
 
 /// Errors of K rays against 4096, at samples that show something: they fall at least as their number's root.
-/// Were all rays of one weight, they would do so down to a floor only: faces cut into four at the middles of
-/// their edges are not of one size, so that directions crowd around a solid's corners, around a tetrahedron's
-/// most (256 of them: 0.005 and 0.008, where the root asks for 0.003 and 0.005).
+/// With equal weights they would do so only down to a floor. Faces cut into four at the middles of their
+/// edges differ in size, so that directions crowd around a solid's corners. They do so most around a
+/// tetrahedron's (256 of them: 0.005 and 0.008, where the root gives 0.003 and 0.005).
 void expectFallingWithRays(const char* store, const char* preset) {
     Scene scene = sceneOn(infoOf(store), preset, 0, {8, 8});
     scene.lighting.occlusion = Occlusion{};
@@ -147,10 +147,10 @@ TEST(LightError, OcclusionFallsWithRays) {
         expectFallingWithRays("abdomen", "bone-1");
 }
 
-/// Where the error of kept occlusion comes from, at places that rays of the eye see. Of samples: the layers
-/// that rays read are too far apart to tell how fast extinction falls beside a surface, so what is there is a
-/// little too dark (bone -0.03 and -0.024, soft tissue -0.008 and -0.010); were the half step that begins in
-/// the sample itself left out, it would be too bright, by 0.13, 0.085, 0.059 and 0.023. Between samples:
+/// Where the error of kept occlusion comes from, at places that rays of the eye see. Of samples. The layers
+/// that rays read are too far apart to resolve how fast extinction falls beside a surface. So samples there
+/// are a little too dark (bone -0.03 and -0.024, soft tissue -0.008 and -0.010). Without the half step that
+/// begins in the sample itself they would be too bright, by 0.13, 0.085, 0.059 and 0.023. Between samples:
 /// light falls ever slower on the way into a surface, so that a line between two samples lies above it
 /// (0.011, 0.016, 0.007, 0.003). Together within 0.018.
 void expectParts(const char* store, const char* preset) {
@@ -223,8 +223,8 @@ TEST(LightError, OfOcclusionByItsParts) {
     }
 }
 
-/// Lights that nobody would set, by native engine, march and reference: finite, no brighter than the light
-/// that there is, and drawn to the end.
+/// Extreme lights, by native engine, GPU ray caster and reference: finite, no brighter than the light that
+/// there is, and drawn to the end.
 void expectSane(const std::string& what, const std::string& preset, const TransferFunction* function,
                 const Lighting& lighting) {
     SCOPED_TRACE(what + ", " + preset);

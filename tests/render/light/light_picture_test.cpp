@@ -1,6 +1,6 @@
 // tests/render/light/light_picture_test.cpp: pictures with light of voxels, occlusion and shadows: the native
-// engine has the mirror's bits, whatever levels meet; light is there where it should be, and costs nothing
-// where it is not asked for.
+// engine has the mirror's bits, whatever levels meet. Light appears in the right places, and has no cost
+// where it is off.
 #include "core/scene/preset.h"
 #include "render/light/stored_light.h"
 #include "render/picture/render_scene.h"

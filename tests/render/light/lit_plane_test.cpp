@@ -1,6 +1,6 @@
 // tests/render/light/lit_plane_test.cpp: light, by numbers that stand in this file and come from no code of
-// ours: a field of planes that is known in patient space, so that its normal is too, whatever the voxels'
-// spacing and shear; seen at known angles. Phong's terms are worked out by hand.
+// ours. A field of planes is known in patient space, and so is its normal, whatever the voxels' spacing and
+// shear. It is seen at known angles. Phong's terms are worked out by hand.
 #include "render/backends/reference/reference.h"
 #include "tests/support/lit_planes.h"
 

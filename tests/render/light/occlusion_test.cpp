@@ -43,8 +43,8 @@ TEST(SphereDirections, AreEvenlySpread) {
         EXPECT_FALSE(isDirectionCount(count)) << count;
 }
 
-/// Floats know an opacity near 1 to 2^-24, and what half a step of it leaves to 2^-12; a quarter of that, and
-/// as much again at the ray's end, are in the mean over a ray of one step.
+/// Floats hold an opacity near 1 to 2^-24, and the transmittance of half a step to 2^-12. The mean over a ray
+/// of one step has a quarter of that error, and as much again at the ray's end.
 constexpr double kNear = 0x1p-12 / 2;
 
 /// Equations 6.2 and 6.3 at a sample, straight from docs/sampling.md.

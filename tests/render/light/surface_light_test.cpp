@@ -1,6 +1,6 @@
-// tests/render/light/surface_light_test.cpp: ambient occlusion of isosurfaces from what rays meet first: ways
-// are followed alike by every engine, to where the reference finds the surfaces; closed forms; what pictures
-// make of it; what refuses it; and that it costs nothing where it is not asked for.
+// tests/render/light/surface_light_test.cpp: ambient occlusion of isosurfaces from the first hits of rays.
+// Every engine follows its rays alike, to the surfaces that the reference finds. Also closed forms, pictures,
+// refusals, and no cost where it is off.
 #include "core/base/error.h"
 #include "render/backends/mirror/mirror_tracer.h"
 #include "render/backends/native/native_tracer.h"
@@ -209,7 +209,7 @@ TEST(SurfaceLight, ACornerIsAsDarkAsItsFormula) {
     }
 }
 
-/// What cuts leave out is in nobody's way; of a way that two cuts leave two parts of, both are.
+/// Parts that are cut away occlude nothing. If two cuts leave two parts of a ray, both count.
 TEST(SurfaceLight, CutsOpen) {
     const Stored stored(cornerField(), glm::ivec3(40), true);
     const auto openOf = [&](const Cuts& cuts) {

@@ -1,7 +1,7 @@
 // tests/render/picture/determinism_test.cpp: the same picture whatever the run, the threads, the tiles and
-// the dispatches; and what is left out because a scene does not need it leaves no trace, or less than it
-// says: a table of elisions, the general path beside the elided one, for every integrator (SQLite's "disabled
-// optimisation" test).
+// the dispatches. Work that is elided because a scene does not need it changes nothing, or at most its stated
+// bound. A table of elisions compares the general path with the elided one for every integrator (SQLite's
+// "disabled optimisation" test).
 #include "core/base/error.h"
 #include "render/backends/reference/reference.h"
 #include "render/picture/render_scene.h"

@@ -1,6 +1,6 @@
 // tests/render/picture/orientation_picture_test.cpp: left is left from the file to the picture: one
-// asymmetric phantom, written in every format, axis permutation and sign, gives one picture; a mark on the
-// patient's right comes out on the picture's left; and so does the liver of a real abdomen.
+// asymmetric phantom, written in every format, axis permutation and sign, gives one picture. A mark on the
+// patient's right appears on the picture's left, and so does the liver of a real abdomen.
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 #include "tests/support/scene_fixture.h"

@@ -1,6 +1,6 @@
 // tests/render/picture/slice_dicom_test.cpp: slices of a DICOM series are trilinear interpolation of the
-// values that were written into its files, where the files say that they lie: no code of this project between
-// but the program's own import and picture.
+// values in its files, at the positions in the files. The test uses no code of this project except the
+// program's own import and picture.
 #include "bricking/import/importer.h"
 #include "bricking/import/open_source.h"
 #include "render/picture/render_scene.h"

@@ -1,6 +1,6 @@
-// tests/render/picture/unfolded_test.cpp: tubes whose unfolded pictures are known in closed form: shells of
-// an even medium, whose opacity is the same wherever one looks from their middle, and a patch on the wall at
-// a known place.
+// tests/render/picture/unfolded_test.cpp: tubes whose unfolded pictures are known in closed form. These are
+// shells of an even medium, whose opacity is the same in every direction from their middle, and a patch on
+// the wall at a known place.
 #include "bricking/import/importer.h"
 #include "core/animation/flight.h"
 #include "core/base/scratch_folder.h"

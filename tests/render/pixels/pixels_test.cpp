@@ -1,6 +1,5 @@
-// tests/render/pixels/pixels_test.cpp: pixels as means over their areas: where samples lie, what they come
-// to, that the error which is told is the one that is made, and that a picture depends on nothing but its
-// samples.
+// tests/render/pixels/pixels_test.cpp: pixels as means over their areas: the positions of samples and their
+// means. The reported error is the real one, and a picture depends only on its samples.
 #include "core/image/image_metrics.h"
 #include "render/backends/mirror/mirror_engine.h"
 #include "render/backends/native/native_engine.h"

@@ -1,5 +1,5 @@
-// tests/render/pixels/places_test.cpp: rays through any places of a picture, by every engine: a place is what
-// it says (a picture of twice the size has the same rays), whatever the array's shape and order, however the
+// tests/render/pixels/places_test.cpp: rays through any places of a picture, by every engine. Places are
+// exact (a picture of twice the size has the same rays), whatever the array's shape and order, however the
 // work is cut, and while rays wait for bricks.
 #include "core/image/image_metrics.h"
 #include "render/backends/mirror/mirror_engine.h"

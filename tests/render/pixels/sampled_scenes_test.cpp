@@ -87,8 +87,8 @@ void expectSampled(const Scene& scene, float shown = kShown) {
         EXPECT_TRUE(bitEqual(drawn(scene, Verify::none, threads).image, r.image)) << threads;
 }
 
-// The corners of the picture, of tiles of 4 to 32 pixels in it, straight and turned; where the middles of the
-// tile that is clipped miss the volume (31.53 is beyond the middle of pixel 31) its neighbours tell.
+// The corners of the picture and of tiles of 4 to 32 pixels in it, straight and rotated. If the middles of
+// the clipped tile miss the volume (31.53 is beyond the middle of pixel 31), its neighbours decide.
 TEST(SampledScenes, AVolumeThatClipsATilesCornerIsSampledLikeAnyOther) {
     const Stored cube([](const glm::dvec3&) { return 1000.0; }, glm::ivec3(16), true); // 5.33 pixels wide
     struct Case {
@@ -167,8 +167,8 @@ double dots(const glm::dvec3& p) {
 const std::vector<OpacityPoint> kScarce = {{0, 0}, {1000, 0.8}};
 constexpr glm::ivec3 kScarceExtent(90, 68, 12);
 
-// A wire is a half to a quarter as wide as a pixel, and dots are as small: where neither a pixel's middle nor
-// a neighbour's finds them, the distance map tells that something lies there.
+// A wire is a half to a quarter as wide as a pixel, and dots are as small. Where neither a pixel's middle nor
+// a neighbour's hits them, the distance map shows that something lies there.
 TEST(SampledScenes, WhatFewRaysHitIsSampledLikeAnyOther) {
     const Stored thin(wires, kScarceExtent, true), single(dots, kScarceExtent, true);
     struct Case {

@@ -1,5 +1,5 @@
-// tests/render/plan/budget_test.cpp: budgets are promises: whatever is accepted is drawn inside its budget, a
-// smaller budget never gives a finer level, and what is refused names a floor that is then accepted.
+// tests/render/plan/budget_test.cpp: budgets are guarantees. Every accepted scene is drawn inside its budget,
+// a smaller budget never gives a finer level, and a refusal names a minimum that is then accepted.
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
@@ -83,7 +83,7 @@ TEST(RenderBudget, GpuMemoryIsKeptAndLevelsCoarsenMonotonically) {
                 }
                 EXPECT_GT(static_cast<double>(bytes), 0.99 * static_cast<double>(floor));
             }
-            // Accepted: then nothing that the march allocates may fail.
+            // Accepted: then no allocation of the GPU ray caster may fail.
             Planner p = prepare(gpu);
             const std::uint32_t features =
                 kFeatureSkipping | kFeatureHardware |

@@ -14,9 +14,9 @@ namespace {
 
 using namespace test;
 
-// A picture so small that some bricks may be coarse without a loss: one level for all where that fits and
-// takes at most a quarter more pages, or one for every hundred rays that are seen in bricks, else the mix;
-// and no error is predicted for either.
+// A picture so small that some bricks may be coarse without loss. One level for all is chosen if it fits and
+// takes at most a quarter more pages, or at most one more page for every hundred rays that are seen in
+// bricks. Otherwise the mix is chosen; no error is predicted for either.
 TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     const StoreReader store(storePath("torso"), ram);
@@ -60,8 +60,8 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     EXPECT_GT(forRays, 0u);
 }
 
-// With an error to stay below: the finest level for all where its strides take less time than those of the
-// mix that would do, and its bricks no more to load than that gains; whatever the budget.
+// With a largest allowed error, whatever the budget: the finest level for all if its strides take less time
+// than those of a sufficient mix, and loading its bricks costs no more than that gains.
 TEST(LevelsWithin, AreTheFinestWhereThatIsDrawnSooner) {
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     const StoreReader store(storePath("torso"), ram);

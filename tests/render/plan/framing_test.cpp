@@ -26,7 +26,7 @@ Scene fittedScene(const std::string& preset, const FittedView& view, const glm::
     return scene;
 }
 
-/// What a picture of the scene shows and where, by the march.
+/// The region that a picture of the scene shows, by the GPU ray caster.
 Framing drawn(const Scene& scene, const StoreReader& store, Camera* camera = nullptr) {
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20),
         gpu("GPU memory", "--gpu-memory", std::size_t{512} << 20);
@@ -108,8 +108,8 @@ TEST(Framing, DependsOnTheSceneAlone) {
     EXPECT_THROW(fitted(2, framingBytes(store.info(), 2) / 2, {512, 512}), InputError);
 }
 
-// A ball in a large empty volume fills the picture, wherever it is; one voxel that stands out and a haze that
-// nobody sees move no camera; a small thing that can be seen does, and is inside.
+// A ball in a large empty volume fills the picture, wherever it is. An outlying voxel and an invisible haze
+// do not move the camera. A small visible object does, and is inside.
 TEST(Framing, IsMovedByWhatIsSeenOnly) {
     using Points = std::vector<OpacityPoint>;
     const Points soft = {{0, 0}, {100, 0.00003}, {300, 0.01}, {1000, 1}}, steep = {{300, 0}, {301, 1}};

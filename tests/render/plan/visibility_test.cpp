@@ -1,5 +1,5 @@
-// What is seen of bricks: the march counts what its mirror counts, an opaque wall hides what is behind it,
-// and levels chosen by sight are better than those chosen without.
+// Visibility of bricks. The GPU ray caster's counts equal the mirror's, and an opaque wall hides everything
+// behind it. Levels chosen by visibility are better than those chosen without.
 #include "core/image/image_metrics.h"
 #include "render/backends/gpu/visibility_pass.h"
 #include "render/picture/render_scene.h"
@@ -61,8 +61,9 @@ TEST(Visibility, MarchCountsWhatItsMirrorCounts) {
             rays += m.rays;
             raysOff += a.rays > m.rays ? a.rays - m.rays : m.rays - a.rays;
             hidden += m.rays > 0 && m.light < m.rays * 8;
-            // A stride on a face may fall to either side; light is rounded to 1/256 of a ray's, and a ray in
-            // a thousand meets a filtered fetch that the mirror's arithmetic puts elsewhere in the function.
+            // A stride on a face may fall to either side, and light is rounded to 1/256 of a ray's. One ray
+            // in a thousand has a filtered fetch that the mirror's arithmetic places elsewhere in the
+            // function.
             EXPECT_NEAR(a.light, m.light, 16 + 0.02 * m.light + 256.0 * std::abs(int(a.rays) - int(m.rays)))
                 << b;
         }

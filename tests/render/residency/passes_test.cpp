@@ -1,6 +1,5 @@
-// Pictures out of core: whatever the budget, the budgets hold, and with the finest level asked for the
-// picture is the unlimited one bit by bit, in one pass or in hundreds; and rays that wait for a brick lose
-// nothing.
+// Pictures out of core. Budgets hold, whatever their size. At the finest level the picture is bit for bit the
+// one without limits, in one pass or in hundreds, and rays that wait for a brick lose nothing.
 #include "render/picture/render_scene.h"
 #include "tests/support/graded.h"
 #include "tests/support/scene_fixture.h"

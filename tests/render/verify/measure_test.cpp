@@ -49,8 +49,8 @@ void expectHolds(const std::optional<Estimate>& e, double is, double slack, cons
     EXPECT_LE(is, e->high * (1 + slack)) << what << " is below " << is;
 }
 
-// One ray a pixel, four, and sixteen; all levels and coarse ones; native and on the GPU's march: what is said
-// is what is.
+// One ray a pixel, four, and sixteen; all levels and coarse ones; native engine and GPU ray caster: the
+// reported error is the real one.
 TEST(MeasuredErrors, AreTheErrorsToTheReferencesAreaMeans) {
     const glm::ivec2 size(64, 48);
     Scene scene = sceneOf("torso", "bone-1", size);

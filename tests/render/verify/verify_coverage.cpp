@@ -1,5 +1,5 @@
-// verify_coverage PICTURE TRUTH PIXELS PER_CLUSTER TILE REPLICATES SAMPLES TRIALS: how often intervals of
-// measured errors hold what they claim, on a real field of errors (docs/measurements/measured-errors.md has
+// verify_coverage PICTURE TRUTH PIXELS PER_CLUSTER TILE REPLICATES SAMPLES TRIALS: the share of measured
+// intervals that contain the true error, on a real field of errors (docs/measurements/measured-errors.md has
 // its figures). TRUTH has four times the picture's size each way: its 16 pixels in one are the area truth,
 // and what a replicate's samples are drawn from. PICTURE may have that size too: then it is averaged. PIXELS
 // are those that show something. REPLICATES 1: the truth without noise. Widths and values are printed as

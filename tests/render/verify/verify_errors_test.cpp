@@ -1,6 +1,6 @@
-// What is said from pixels that were drawn again: known values of distributions and ranks, and how often
-// intervals hold the truth, over many choices of pixels of fields whose errors come in clusters, have long
-// tails and are known.
+// Statistics of pixels that were drawn again: known values of distributions and ranks, and the share of
+// intervals that contain the truth. Fields have known errors in clusters and with long tails, and many
+// choices of pixels are tried.
 #include "core/image/image_metrics.h"
 #include "render/verify/distributions.h"
 #include "render/verify/error_goal.h"

@@ -114,7 +114,7 @@ TEST(ForeignPresets, OpacityByGradient) {
     Preset perMm = preset;
     perMm.function.setGradientOpacity(GradientOpacity::fromPoints({{0, 0}, {30, 1}}));
     EXPECT_THAT(writeForeignPreset(perMm, PresetFormat::slicerJson).leftOut,
-                ElementsAre(HasSubstr("counts per mm")));
+                ElementsAre(HasSubstr("is per mm")));
 
     const nlohmann::json bent = {{{"x", 0}, {"y", 0}, {"midpoint", 0.5}, {"sharpness", 0.5}},
                                  {{"x", 100}, {"y", 1}}};
@@ -196,7 +196,7 @@ TEST(ForeignPresets, SharesOfARangeWantARange) {
     EXPECT_THAT(refusal([&] { overRange(ranged, 3, 3); }), HasSubstr("a range of values"));
 }
 
-// Ours, through another program's file: nobody sees a difference.
+// Our presets through another program's file look the same.
 TEST(ForeignPresets, OursComeBack) {
     for (const std::string name : {"bone", "lung", "skin", "soft-tissue", "vessels"})
         for (const PresetFormat format : {PresetFormat::slicerJson, PresetFormat::paraView}) {

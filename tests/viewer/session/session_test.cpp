@@ -1,6 +1,6 @@
-// tests/viewer/session/session_test.cpp: what a session shows: at rest the very picture that renderScene()
-// draws, while something moves one that is there in time; what is under a place of it; what cannot be opened
-// is said, and nothing is lost.
+// tests/viewer/session/session_test.cpp: the pictures of a session: at rest the same one as renderScene()
+// draws, during movement one in time. Also the values under a point. A volume that cannot be opened gives a
+// message, and nothing is lost.
 #include "bricking/analysis/lumen/centreline.h"
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/import/importer.h"
@@ -129,8 +129,8 @@ TEST(ViewSession, WhileSomethingMovesPicturesAreSmallerAndOfTheLastWish) {
     looker.stillOf(looker.viewing->show(scene, false));
 }
 
-// A camera by side, or from anywhere, is fitted to what shows, to the function and the picture of the wish:
-// it is the camera of `tessera render`, whatever was drawn before.
+// A camera by side, or from anywhere, is fitted to the visible region, function and picture of the request.
+// It is the camera of `tessera render`, whatever was drawn before.
 TEST(ViewSession, FitsCamerasToThePictureTheyAreFor) {
     const auto planned = [](Scene scene) {
         MemoryBudget ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
@@ -311,8 +311,8 @@ TEST(ViewSession, APlaceOfThePictureIsWhereOneSeesSomething) {
     EXPECT_FALSE(looker.viewing->picked()->hit) << "outside the volume";
 }
 
-// Of values that rise along x, a disc has the one of its middle as the mean, and half the radius' rise as
-// deviation, whichever way it lies; outside of the volume there are none.
+// For values that rise along x, a disc's mean is the value at its middle, and its deviation half the rise
+// over the radius, whatever its orientation. Outside of the volume there are none.
 TEST(ViewSession, ACircleTellsTheValuesThatItHolds) {
     const ScratchFolder folder;
     VolumeInfo info;
@@ -376,8 +376,8 @@ TEST(Still, IsCalledOffAtOnce) {
         << "it ended by itself, after " << (std::chrono::steady_clock::now() - began) / 1ms << " ms";
 }
 
-// A wish that changes nothing may come before the picture of the one that did: what answers it is no older
-// picture.
+// A request that changes nothing may come before the picture of the request that did: no older picture
+// answers it.
 TEST(ViewSession, AnOlderPictureAnswersNoWish) {
     Looker looker(false);
     Scene scene = looker.opened(storePath("torso"));
@@ -427,7 +427,7 @@ TEST(ViewSession, APictureThatDoesNotFitLosesNothing) {
     ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
     EXPECT_THAT(looker.viewing->state().problem, HasSubstr("--ram"));
     looker.viewing->problemSeen();
-    looker.viewing->pick({20, 20}); // nothing is drawn: nobody answers
+    looker.viewing->pick({20, 20}); // nothing is drawn: no answer
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     looker.viewing->show(huge, true); // again, as a window does whose size stays
     ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));

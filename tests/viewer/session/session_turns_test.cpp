@@ -1,5 +1,6 @@
-// tests/viewer/session/session_turns_test.cpp: wishes that come while a session is busy with others: none is
-// lost, none is answered by what is of another one, and what ends while others begin takes nothing with it.
+// tests/viewer/session/session_turns_test.cpp: requests that come while a session is busy with others. None
+// is lost or answered by the result of another, and one that ends while others begin discards nothing of
+// theirs.
 #include "tests/support/looker.h"
 #include "tests/support/scene_fixture.h"
 
@@ -17,8 +18,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Who has a wish while others are taken has it after what is done with them: an opening that is called off
-// then is one of those, never the next.
+// A request during the processing of others is handled after them: a cancelled opening is then one of those,
+// never the next.
 TEST(SessionBoard, NobodyHasAWishWhileOthersAreTaken) {
     SessionBoard board;
     const auto open = [](const char* path) {

@@ -1,6 +1,6 @@
-// tests/viewer/session/slice_test.cpp: planes beside the volume: where they lie on the screen, as radiology
-// has it; their values against trilinear interpolation of the source's voxels, written out here; coarse
-// before fine, and the last wish.
+// tests/viewer/session/slice_test.cpp: planes beside the volume: their orientation on the screen by
+// radiological convention, and their values against trilinear interpolation of the source's voxels, written
+// out here. Coarse pictures come before fine ones, and the last request counts.
 #include "bricking/cache/brick_cache.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"

@@ -31,7 +31,8 @@ constexpr std::uint64_t kDefaultLimitBytes = std::uint64_t{20} << 30;
 constexpr std::uint64_t kLargestNoteBytes = 1 << 20; // of HASH.json; ours have less than 8 KiB
 constexpr std::size_t kHashDigits = 16;
 
-/// FNV-1a, 64 bits, as hexadecimal digits: nobody attacks their own cache. Two starts make two hashes.
+/// FNV-1a, 64 bits, as hexadecimal digits. It need not resist attacks, since users own their cache. Different
+/// start values give independent hashes.
 std::string hexHash(const std::string& text, std::uint64_t start = 0xCBF29CE484222325u) {
     std::uint64_t h = start;
     for (const char c : text)
@@ -41,7 +42,7 @@ std::string hexHash(const std::string& text, std::uint64_t start = 0xCBF29CE4842
     return hex;
 }
 
-/// A line for every regular file below path, or for path itself: whatever changes a file changes its line.
+/// One line for every regular file below path, or for path itself. Every change of a file changes its line.
 std::string factsOf(const fs::path& path) {
     std::vector<std::string> files;
     const auto add = [&](const fs::path& file) {
@@ -63,14 +64,15 @@ std::string factsOf(const fs::path& path) {
             add(entry->path());
     else
         add(path);
-    std::sort(files.begin(), files.end()); // the order of a listing is the file system's whim
+    std::sort(files.begin(), files.end()); // the order of a listing is unspecified
     std::string text;
     for (const std::string& file : files)
         text += file + "\n";
     return text;
 }
 
-/// Of what goes when the folder goes: links, also the folder if it is one, lead to what stays.
+/// The bytes that removing the folder frees. Links are not followed, including the folder itself, because
+/// their targets stay.
 std::uint64_t bytesBelow(const fs::path& folder) {
     std::uint64_t bytes = 0;
     std::error_code ignored;
@@ -91,7 +93,7 @@ struct Entry {
     fs::path store, note, lock;
 };
 
-/// What stands in HASH.json; null where it is not there or not whole.
+/// The content of HASH.json; null if it is missing or invalid.
 json readNote(const Entry& entry) {
     try {
         const auto text = readText(openFolder(entry.note.parent_path()), entry.note.filename().string(),
@@ -125,7 +127,7 @@ void discard(const Entry& entry) {
     fs::remove_all(entry.store, ignored);
 }
 
-/// Makes the folder, closed to others.
+/// Makes the folder, readable by its owner only.
 /// @return why it cannot be used; "" when it can
 std::string prepare(const fs::path& folder) {
     std::error_code error;
@@ -136,7 +138,7 @@ std::string prepare(const fs::path& folder) {
     if (::stat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode))
         return "no folder";
     if (facts.st_uid != ::geteuid())
-        return "it belongs to somebody else";
+        return "it belongs to another user";
     constexpr mode_t kOthers = 077;
     if ((facts.st_mode & kOthers) != 0 && fs::is_symlink(folder))
         return "a link to a folder that is open to others";
@@ -145,7 +147,7 @@ std::string prepare(const fs::path& folder) {
     return "";
 }
 
-/// What a store shows, in a line, of what the whitelist of core/base/volume.h lets through.
+/// One line about a store, from the whitelist of core/base/volume.h.
 std::string about(const fs::path& store) {
     constexpr std::size_t kEnoughBytes = std::size_t{64} << 20;
     MemoryBudget ram("RAM", "--ram", kEnoughBytes);
@@ -163,8 +165,7 @@ void makeEntry(const Entry& entry, const fs::path& source, const std::string& fa
     make(entry.store, true);
     if (factsOf(source) != facts) {
         discard(entry);
-        throw badFile(source.string(), "files that stay as they are while they are imported",
-                      "files that changed");
+        throw badFile(source.string(), "files that do not change during the import", "files that changed");
     }
     note["about"] = about(entry.store);
     note["store"] = hexHash(factsOf(entry.store));
@@ -174,7 +175,8 @@ void makeEntry(const Entry& entry, const fs::path& source, const std::string& fa
     fs::permissions(entry.note, fs::perms::owner_read | fs::perms::owner_write, ignored);
 }
 
-/// Entries of the same source and options whose files have changed since: nobody will ask for them again.
+/// Discards entries of the same source and options whose files have changed since, because they are never
+/// requested again.
 void discardOutdated(const fs::path& folder, const Entry& current, const json& note) {
     for (const CacheEntry& other : listCache(folder)) {
         if (other.store == current.store)
@@ -232,13 +234,13 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
         std::to_string(kImportVersion) + "\n" + options.key() + "\n" + source.string() + "\n" + facts;
     const Entry entry(folder, hexHash(key));
     const std::string check = hexHash(key, 0x9E3779B97F4A7C15u);
-    // A hash, not the path: folders carry patients' names, and what is kept must not.
+    // A hash instead of the path: folders may carry patients' names, and the cache must not.
     const json note = {{"source", hexHash(source.string())}, {"options", options.key()}, {"check", check}};
     bool told = false, made = false;
     for (;;) {
         LockTry reading = tryLock(entry.lock, LockKind::shared, true);
         if (!reading.locked && !reading.busy)
-            return scratchStore(::access(folder.c_str(), W_OK) == 0 ? "it has no locks"
+            return scratchStore(::access(folder.c_str(), W_OK) == 0 ? "its file system has no locks"
                                                                     : std::strerror(errno),
                                 common, make); // errno: of access()
         if (reading.locked && (isWhole(entry, check) || made)) {
@@ -259,8 +261,8 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
             try {
                 makeEntry(entry, source, facts, note, make);
             } catch (const InputError&) {
-                throw;                     // the files are what is wrong
-            } catch (const Error& error) { // a full disk, say, which need not be that of the temporary files
+                throw;                     // the input files are faulty
+            } catch (const Error& error) { // for example a full disk; temporary files may lie on another one
                 discard(entry);
                 return scratchStore(error.what(), common, make);
             }
@@ -318,7 +320,7 @@ std::vector<CacheEntry> shrinkCache(const fs::path& folder, std::uint64_t bytes)
         discard(entry);
         std::error_code ignored;
         fs::remove(entry.lock,
-                   ignored); // held: whoever waits for it finds that it is gone, and makes another
+                   ignored); // while held: a waiting process sees that the file is gone and makes another
         left -= last->bytes;
         removed.push_back(*last);
     }

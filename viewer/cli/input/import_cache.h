@@ -1,6 +1,6 @@
-// viewer/cli/input/import_cache.h: the cache of imports: source files that were rendered straight away, kept
-// for the next time. An entry is a store HASH.zarr, the facts that prove it current in HASH.json, and
-// HASH.lock. The lock has one writer or any number of readers, and its time is that of the last use.
+// viewer/cli/input/import_cache.h: the cache of imports of source files that were rendered directly. An entry
+// is a store HASH.zarr, the data to check that it is current, HASH.json, and HASH.lock. The lock has one
+// writer or any number of readers; its file time is that of the last use.
 #pragma once
 
 #include "viewer/cli/input/volume_input.h" // InputOptions
@@ -15,34 +15,34 @@
 
 namespace tessera {
 
-/// ${XDG_CACHE_HOME}/tessera, or ~/.cache/tessera, or among the temporary folders one of this user.
+/// ${XDG_CACHE_HOME}/tessera, or ~/.cache/tessera, or a temporary folder of this user.
 std::filesystem::path cacheFolder();
 /// Of all entries: $TESSERA_CACHE_SIZE, or 20 GiB. Throws InputError naming the variable.
 std::uint64_t cacheLimitBytes();
 
-/// Makes a store of that name, which does not exist.
+/// Makes a store of that name, which must not exist.
 /// @param durable  waits for the disk
 using MakeStore = std::function<void(const std::filesystem::path& store, bool durable)>;
-/// The store for source files: an entry of the cache if it is whole and of the same files and options, else
-/// made now. It stays until the command ends. Where the cache cannot be used the store is made in a temporary
-/// folder, which is said. Waits for another process that makes the same one.
+/// The store for source files: a complete cache entry for the same files and options, else made now. It stays
+/// until the command ends. If the cache cannot be used, the store is made in a temporary folder, with a note.
+/// Waits for another process that makes the same one.
 /// @param source  canonical
-/// Throws what `make` throws, and InputError when the files change meanwhile.
+/// Throws what `make` throws, and InputError if the files change meanwhile.
 std::filesystem::path cachedStore(const std::filesystem::path& source, const InputOptions& options,
                                   const CommonOptions& common, const MakeStore& make);
 
 struct CacheEntry {
     std::filesystem::path store;
     std::string
-        about; // "CT, 512 x 512 x 134 voxels, kernel B30f"; "" unknown. No path: it may name a patient
+        about; // "CT, 512 x 512 x 134 voxels, kernel B30f"; "" unknown. Not a path, which may name a patient
     std::uint64_t bytes = 0;
     std::time_t lastUse = 0;
     bool inUse = false;
 };
-/// All entries, the last used first.
+/// All entries, most recently used first.
 std::vector<CacheEntry> listCache(const std::filesystem::path& folder);
-/// Removes entries, least recently used first, until the rest has at most `bytes`; none that is in use.
-/// @return those that were removed
+/// Removes entries that are not in use, least recently used first, until the rest has at most `bytes`.
+/// @return the removed entries
 std::vector<CacheEntry> shrinkCache(const std::filesystem::path& folder, std::uint64_t bytes);
 
 } // namespace tessera

@@ -9,12 +9,11 @@
 
 namespace tessera {
 
-/// The scene in a file, or one of the volume there, its transfer function not named yet. The volume is not
-/// opened. Throws InputError naming a scene file that cannot be read.
+/// The scene in a file, or a scene of the volume there without a transfer function. The volume is not opened.
+/// Throws InputError naming a scene file that cannot be read.
 Scene sceneOf(const std::filesystem::path& path);
 
-/// A transfer function that nobody named follows from the values' unit: bone-1, which costs the least time,
-/// for HU, auto for others.
+/// The default transfer function by the values' unit: bone-1, the fastest, for HU, auto for others.
 /// @param info  of the volume's store
 void nameFunction(SceneVolume& volume, const VolumeInfo& info);
 

@@ -27,7 +27,8 @@ int axisOf(View view) {
 
 constexpr View kFacing[] = {View::left, View::anterior, View::superior}; // the slice of each axis
 
-/// The patient axis along which a volume has its single slice; nothing where it has several, or none beside.
+/// The patient axis along which a volume has a single slice; none where it has several slices along every
+/// axis, or a single one along several.
 std::optional<int> thinAxisOf(const VolumeInfo& info) {
     int thin = -1, thinAxes = 0;
     for (int axis = 0; axis < 3; ++axis)
@@ -36,7 +37,7 @@ std::optional<int> thinAxisOf(const VolumeInfo& info) {
     return thinAxes == 1 ? std::optional(thin) : std::nullopt;
 }
 
-/// The plane that the slice is: by name where it lies along the patient's axes.
+/// The plane of the slice, by name where it lies along the patient's axes.
 SlicePlane planeOf(const VolumeInfo& info, int thin) {
     constexpr double kAlong = 1 - 1e-6; // cosine
     constexpr Orientation kNames[] = {Orientation::sagittal, Orientation::coronal, Orientation::axial};
@@ -46,7 +47,7 @@ SlicePlane planeOf(const VolumeInfo& info, int thin) {
     plane.orientation = kNames[thin];
     if (std::abs(normal[thin]) > kAlong)
         return plane;
-    // Looked at from the same side as the plane along the axes: the feet, the front, the patient's left.
+    // Seen from the same side as the plane along the axes: from the feet, the front or the patient's left.
     if ((normal[thin] > 0) != (thin == 0))
         normal = -normal;
     plane.orientation = Orientation::oblique;
@@ -64,7 +65,7 @@ std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed)
         return "";
     if (scene.mode != Mode::composite || sideNamed) {
         fitted->view = kFacing[*thin];
-        return "one slice: looked at from where it faces, --view " +
+        return "one slice: seen from the side that it faces, --view " +
                viewNames()[static_cast<std::size_t>(fitted->view)];
     }
     scene.mode = Mode::slice;

@@ -9,14 +9,14 @@
 
 namespace tessera {
 
-/// Where nobody asked for a side, a volume's single slice is looked at as a slice, and in other modes than
-/// compositing from where it faces.
-/// @param sideNamed  a camera's fit or projection was asked for: then the mode stays
-/// @return what to say: "one slice: shown as --slice axial"; "" where nothing changed
+/// Without a requested side, the single slice of a volume is shown as a slice, and in modes other than
+/// compositing from the side that it faces.
+/// @param sideNamed  a camera's fit or projection was requested: then the mode stays
+/// @return a note: "one slice: shown as --slice axial"; "" if nothing changed
 std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed);
 
-/// Throws InputError naming `where` and the view that shows the slice, if the scene looks by side (--view)
-/// along a volume's single slice. A camera that is spelled out may look as it likes.
+/// Throws InputError naming `where` and the view that shows the slice, if a camera by side (--view) looks
+/// along the single slice of a volume. Other cameras are free.
 void requireFacingView(const Scene& scene, const VolumeInfo& info, const std::string& where);
 
 } // namespace tessera

@@ -27,7 +27,7 @@ void requireExisting(const fs::path& path) {
 } // namespace
 
 std::string InputOptions::key() const {
-    // Every member decides what an import makes; one that is added has to be named here, or this does not
+    // Every member affects the result of an import. A new member must be named here, otherwise this does not
     // compile.
     const auto& [number, isResampled, isLargest, phaseNumber, mayMiss] =
         static_cast<const SourceChoice&>(*this);
@@ -39,7 +39,7 @@ bool looksLikeStore(const fs::path& path) {
     std::error_code ignored;
     if (path.extension() == ".zarr" && !fs::exists(path, ignored)) // a program died while it replaced it
         recoverFolders(path.has_parent_path() ? path.parent_path() : fs::path("."));
-    if (!fs::is_regular_file(path / "zarr.json", ignored)) // the reader says what else it is
+    if (!fs::is_regular_file(path / "zarr.json", ignored)) // the reader reports other types
         return fs::exists(path / "zarr.json", ignored) && !fs::is_directory(path / "zarr.json", ignored);
     std::ifstream file(path / "zarr.json", std::ios::binary);
     if (!file)
@@ -48,8 +48,8 @@ bool looksLikeStore(const fs::path& path) {
     std::string text(kLookedAt, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(file.gcount()));
-    // A Zarr of another program is an input that cannot be read; whatever names this one is a store, damaged
-    // or not, and the reader says which.
+    // A Zarr of another program is an input that cannot be read. A file that names tessera is a store, and
+    // the reader reports any damage.
     return text.find("node_type") == std::string::npos || text.find("tessera") != std::string::npos;
 }
 
@@ -74,7 +74,7 @@ InputListing listInput(const fs::path& path, bool allowMissing) {
 
 namespace {
 
-/// What was taken of several, and all that was passed over.
+/// Notes the choice among several volumes, and all skipped files.
 void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const InputOptions& options,
                 const CommonOptions& common) {
     std::error_code ignored;
@@ -144,7 +144,7 @@ void requireNoChoice(const fs::path& path, const InputOptions& options, const Co
                                         {options.allowMissing, "--allow-missing"}})
         if (asked)
             common.note(std::string(option) + " is for source files: " + path.string() +
-                        " is a store, which is taken as it is");
+                        " is a store, for which it has no effect");
 }
 
 void requireStorePath(const fs::path& given, bool force) {

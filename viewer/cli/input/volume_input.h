@@ -1,5 +1,5 @@
-// viewer/cli/input/volume_input.h: opens whatever a user names (store, DICOM folder, NIfTI file, ...) as a
-// store. Source files that are rendered straight away are imported once, to a cache (import_cache.h).
+// viewer/cli/input/volume_input.h: opens a path of the user (store, DICOM folder, NIfTI file, ...) as a
+// store. Source files that are rendered directly are imported once, to a cache (import_cache.h).
 #pragma once
 
 #include "bricking/import/importer.h" // ImportReport
@@ -20,17 +20,17 @@ namespace tessera {
 struct InputOptions : SourceChoice {
     InputOptions() = default;
     explicit InputOptions(const SourceChoice& choice) : SourceChoice(choice) {}
-    /// All that decides what is opened, as text.
+    /// All options that affect the import, as text.
     std::string key() const;
 };
 
-/// Opens source files. scratchFolder: for data whose slowest axis has to move. Throws InputError naming path,
+/// Opens source files. scratchFolder: for data whose slowest axis changes. Throws InputError naming path,
 /// also when this program was built without importers.
 std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const InputOptions& options,
                                       const std::filesystem::path& scratchFolder,
                                       const CommonOptions& common);
 
-/// Whether path is meant as a store: a folder with a zarr.json, whole or not.
+/// True if path is meant as a store: a folder with a zarr.json, valid or not.
 bool looksLikeStore(const std::filesystem::path& path);
 
 struct ListedVolume {
@@ -39,9 +39,9 @@ struct ListedVolume {
     std::filesystem::path path;
     int series = 0;
 };
-/// A row of the table of series, for machines.
+/// A row of the table of series, as data.
 struct ListedRow {
-    int series = 0; // 0: not to be chosen by number
+    int series = 0; // 0: cannot be chosen by number
     std::string modality, date, folder, what, problem;
     std::optional<int> number; // SeriesNumber
     int slices = 0, files = 0;
@@ -49,12 +49,12 @@ struct ListedRow {
 };
 struct InputListing {
     std::vector<ListedVolume> volumes; // in the order of the rows
-    std::vector<ListedRow> rows;       // everything, volumes or not
+    std::vector<ListedRow> rows;       // all rows, volumes or not
     std::string table;                 // the same as lines for people
-    std::string passedOver;            // files that are in no row, counted by reason; "" for none
-    std::vector<std::string> reasons;  // of each such file, a word
+    std::string passedOver;            // files in no row, counted by reason; "" for none
+    std::vector<std::string> reasons;  // the reason of each such file, a word
 };
-/// What a folder or file offers.
+/// The content of a folder or file.
 InputListing listInput(const std::filesystem::path& path, bool allowMissing);
 
 /// The store for path: itself if it is one, else its import (import_cache.h), made now if there is none. It
@@ -62,19 +62,19 @@ InputListing listInput(const std::filesystem::path& path, bool allowMissing);
 std::filesystem::path storeFor(const std::filesystem::path& path, const InputOptions& options,
                                MemoryBudget& ram, const CommonOptions& common);
 
-/// A store is one volume: of options that choose among several, those that ask for another throw InputError,
-/// and those that mean nothing are said.
+/// A store is one volume: options that request another one throw InputError; options without effect give a
+/// note.
 void requireNoChoice(const std::filesystem::path& store, const InputOptions& options,
                      const CommonOptions& common);
-/// The store of a scene's volume: options that were named win over what the scene says of its source.
+/// The store of a scene's volume; given options override the scene's choice of source.
 std::filesystem::path storeFor(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,
                                const CommonOptions& common);
 
-/// Refuses early, before long work, what importToStore() would refuse: an output that does not end in .zarr,
-/// that exists without force, or that is no store. Throws InputError naming it.
+/// Early check for importToStore(): refuses an output that does not end in .zarr, that exists without force,
+/// or that is no store. Throws InputError naming it.
 void requireStorePath(const std::filesystem::path& out, bool force);
-/// "HU", the one unit that presets need, or at import "SUVbw". Throws InputError naming --unit
-/// for anything else.
+/// "HU", the only unit that presets need, or at import "SUVbw". Throws InputError naming --unit for anything
+/// else.
 std::string parseUnit(const std::string& text, bool atImport = false);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,

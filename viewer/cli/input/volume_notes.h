@@ -1,4 +1,4 @@
-// viewer/cli/input/volume_notes.h: notes about an import: what it changed or missed in a volume's voxels.
+// viewer/cli/input/volume_notes.h: notes about an import: voxels that it changed or could not read.
 #pragma once
 
 #include "core/base/volume.h"
@@ -13,9 +13,9 @@ namespace tessera {
 std::string sayAbsent(const VolumeInfo& info);
 /// "with loss, ratio 8.2 as the header says"; lossy.
 std::string sayLoss(const VolumeInfo& info);
-/// What a picture of a volume of labels shows; "" for other volumes.
+/// A note on pictures of label maps; "" for other volumes.
 std::string sayLabels(const VolumeInfo& info);
-/// All that is so of a volume, a line each, for notes.
+/// All notes on a volume, one per line.
 std::vector<std::string> sayChanges(const VolumeInfo& info);
 
 } // namespace tessera

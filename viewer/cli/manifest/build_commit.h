@@ -5,7 +5,7 @@
 
 namespace tessera {
 
-/// Twelve digits, with "-dirty" where files differed from it; empty where sources were no git checkout.
+/// Twelve digits, with "-dirty" if files differed from it; empty if the sources were no git checkout.
 std::string buildCommit();
 
 } // namespace tessera

@@ -15,8 +15,7 @@ nlohmann::json errorJson(const EstimatedError& e) {
     return {{"rms", e.rms}, {"largest", e.largest}, {"luvMean", e.luvMean}, {"luvPercentile99", e.luvP99}};
 }
 
-/// Each cause apart; docs/user-guide.md says what they mean.
-/// What pixels are means of, and how far those are off.
+/// One number per cause; docs/user-guide.md explains them. The samples of pixels, and their standard error.
 nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
     const PixelReport& r = result.pixels;
     const bool decide = r.asked == PixelSampling::kAutomatic;
@@ -47,8 +46,8 @@ nlohmann::json measuredJson(const MeasuredErrors& e) {
     return out;
 }
 
-/// Against the mean over each pixel's area of the finest level's integral; "to" and "from" hold the truth in
-/// 95 of 100 choices of pixels.
+/// The error against the mean of the finest level's integral over each pixel's area. "from" and "to" are a
+/// 95% confidence interval over choices of pixels.
 nlohmann::json measurementJson(const PictureMeasurement& m) {
     nlohmann::json out = m.whyNot.empty() ? measuredJson(m.all) : nlohmann::json::object();
     out["mode"] = verifyNames()[static_cast<std::size_t>(m.mode)];

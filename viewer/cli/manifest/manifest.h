@@ -1,6 +1,6 @@
-// viewer/cli/manifest/manifest.h: the manifest of a picture: everything that it was made from, and nothing
-// about whom. Paths are left out, because folders carry patients' names. The store is named by the hash of
-// its content.
+// viewer/cli/manifest/manifest.h: the manifest of a picture: everything that it was made from, without
+// identifiers. Paths are left out, because folders may have patients' names. The store is named by the hash
+// of its content.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -13,11 +13,11 @@
 
 namespace tessera {
 
-/// The scene (its camera spelled out), store, device, engine, budgets and what was used of them, what was
-/// resident, work counters, program version, "not for diagnosis". Include from .cpp files only.
+/// The scene (with the camera's position), store, device, engine, budgets and their use, resident bricks,
+/// work counters, program version, "not for diagnosis". Include from .cpp files only.
 nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
                             const MemoryBudget& ram, const MemoryBudget& gpu);
-/// What stands in a manifest, as "scaleBar", of the bar that was drawn into its picture.
+/// The manifest's "scaleBar": the bar that was drawn into the picture.
 nlohmann::json scaleBarJson(const ScaleBar& bar);
 
 } // namespace tessera

@@ -1,5 +1,4 @@
-// viewer/cli/modules/import_module.h: the functions of the importers that the program uses, as a module has
-// them.
+// viewer/cli/modules/import_module.h: the importers' functions for the program, as the table of a module.
 #pragma once
 
 #include "bricking/import/catalogue.h"

@@ -31,7 +31,7 @@ fs::path fileOf(const std::string& name) {
 const void* loadModule(const std::string& name) {
     const fs::path file = fileOf(name);
     const auto refuse = [&file](const std::string& found) -> Error {
-        return Error(printable(file.string()) + ": expected a part of tessera " TESSERA_VERSION ", found " +
+        return Error(printable(file.string()) + ": expected a module of tessera " TESSERA_VERSION ", found " +
                      printable(found));
     };
     std::error_code ignored;
@@ -41,7 +41,7 @@ const void* loadModule(const std::string& name) {
     // now).
     void* const library = ::dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
     if (!library)
-        throw refuse("what cannot be loaded: " + std::string(::dlerror()));
+        throw refuse("one that cannot be loaded: " + std::string(::dlerror()));
     const void* const table = ::dlsym(library, "tesseraModule");
     if (!table)
         throw refuse("another library");

@@ -1,4 +1,4 @@
-// viewer/cli/modules/picture_module.h: the functions of core/image/image_file.h as a module has them.
+// viewer/cli/modules/picture_module.h: the functions of core/image/image_file.h, as the table of a module.
 #pragma once
 
 #include "core/image/image_file.h"

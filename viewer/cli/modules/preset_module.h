@@ -1,4 +1,5 @@
-// viewer/cli/modules/preset_module.h: the functions of viewer/presets/foreign_preset.h as a module has them.
+// viewer/cli/modules/preset_module.h: the functions of viewer/presets/foreign_preset.h, as the table of a
+// module.
 #pragma once
 
 #include "viewer/cli/modules/load_module.h"

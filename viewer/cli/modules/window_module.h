@@ -1,4 +1,4 @@
-// viewer/cli/modules/window_module.h: the functions of viewer/window/run_window.h as a module has them.
+// viewer/cli/modules/window_module.h: the functions of viewer/window/run_window.h, as the table of a module.
 #pragma once
 
 #include "viewer/cli/modules/load_module.h"

@@ -1,5 +1,5 @@
 // viewer/cli/options/command.h: a command and its options, declared as plain data: names, destinations and
-// one sentence each. Only command.cpp knows the parser.
+// one sentence each. Only command.cpp includes the parser.
 #pragma once
 
 #include <functional>
@@ -15,35 +15,35 @@ class Option;
 
 namespace tessera {
 
-/// Refuses an option's value before any work.
+/// A check of an option's value.
 /// @return "", or "expected ..., found ..."
 using ValueCheck = std::function<std::string(const std::string& text)>;
-/// A whole number from `lowest` on that an int holds.
+/// A whole number from `lowest` to the largest int.
 ValueCheck wholeNumberFrom(int lowest);
 /// A finite number within [lowest, highest].
 /// @param what  "voxels from 1/64 to 16"
 ValueCheck numberWithin(double lowest, double highest, const std::string& what);
 
-/// What is left of a number's text without the unit that it is in: "5mm" and "5 mm" are "5". One without, or
-/// nothing but the unit, stays as it is.
+/// A number's text without its unit: "5mm" and "5 mm" are "5". Text without the unit, or the unit alone, is
+/// unchanged.
 std::string withoutUnit(const std::string& text, const std::string& unit);
 
-/// An option that was declared. All of these return it, so that they follow one another.
+/// A declared option. All functions return it, for chaining.
 class Option {
   public:
     explicit Option(CLI::Option& option) : option_(&option) {}
     Option& required();
     Option& check(const ValueCheck& check);
-    /// Its number may have its unit behind it: "mm". Checks see the number.
+    /// Its number may have a unit: "mm". Checks get the number.
     Option& inUnit(const std::string& unit);
-    /// Help says that it takes this: "FLOAT".
+    /// The value's name in help: "FLOAT".
     Option& takes(const std::string& type);
-    /// Help shows what its target holds now.
+    /// Help shows the target's current value as default.
     Option& showsDefault();
-    /// Not without, and not together with, another one ("--output").
+    /// Requires, or excludes, another option ("--output").
     Option& needs(const std::string& other);
     Option& excludes(const std::string& other);
-    /// Each value wants its own option: what follows the first is no value of it.
+    /// Each value needs its own option: it takes only one.
     Option& oneValueEach();
 
   private:
@@ -54,7 +54,7 @@ class Command {
   public:
     explicit Command(CLI::App& app) : app_(&app) {}
 
-    /// @param names  "-o,--output", or "X" for what has no dash
+    /// @param names  "-o,--output", or "X" for a positional argument
     /// @param target  must outlive the parsing
     Option option(const std::string& names, std::string& target, const std::string& about);
     Option option(const std::string& names, std::vector<std::string>& target, const std::string& about);
@@ -64,18 +64,18 @@ class Command {
     Option flag(const std::string& names, bool& target, const std::string& about);
 
     Command command(const std::string& name, const std::string& about);
-    /// One of its commands has to be named.
+    /// A subcommand is required.
     void needsCommand();
-    /// What help ends with.
+    /// The last part of help.
     void footer(const std::string& text);
-    /// Called when it was chosen and parsed.
+    /// Called when the command was chosen and parsed.
     void whenChosen(std::function<void()> callback);
 
   private:
     CLI::App* app_;
 };
 
-/// A program's commands, and what was typed.
+/// A program's commands, and the command line.
 class CommandLine {
   public:
     CommandLine(const std::string& name, const std::string& version, const std::string& about);
@@ -83,11 +83,11 @@ class CommandLine {
     CommandLine(const CommandLine&) = delete;
     CommandLine& operator=(const CommandLine&) = delete;
 
-    /// Of the program itself: its options may stand behind a command too.
+    /// The program itself; its options may also follow a command.
     Command program() { return Command(*app_); }
-    /// @return the exit code where help or the version was asked for, and is printed Throws InputError for
-    /// what cannot be parsed, naming the nearest command or option, and for an option with an empty value.
-    /// Such a value means nothing, and would be taken for one that was not given.
+    /// @return the exit code if help or the version was printed
+    /// Throws InputError for invalid arguments, naming the nearest command or option, and for an option with
+    /// an empty value, which would be taken for a missing option.
     std::optional<int> parse(int argc, char** argv);
 
   private:

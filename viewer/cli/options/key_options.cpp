@@ -70,7 +70,7 @@ Option KeyOptions::set(Command& command) {
     return command
         .option("--set", sets_,
                 "KEY=VALUE: a key of the scene, such as shading.ambient=0.4, window=[40,400] or "
-                "isosurfaces[0].opacity=0.5; wins over the other options; several are set one after another")
+                "isosurfaces[0].opacity=0.5; overrides other options; may be repeated")
         .oneValueEach();
 }
 

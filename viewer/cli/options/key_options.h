@@ -1,5 +1,5 @@
-// viewer/cli/options/key_options.h: options that set a key of the scene each, and `--set`, which sets any.
-// What may be said, what it means and how it is refused is the table's (core/scene/scene_fields.h).
+// viewer/cli/options/key_options.h: options that each set a key of the scene, and `--set`, which sets any.
+// Allowed values, meaning and refusals come from the table of keys (core/scene/scene_fields.h).
 #pragma once
 
 #include "core/scene/scene.h"
@@ -13,36 +13,36 @@ namespace tessera {
 
 class KeyOptions {
   public:
-    /// An option with a word, such as one of the key's names.
-    /// @param about  "{names}" and "{default}" stand for what the table says of the key
+    /// Adds an option with a word, such as one of the key's names.
+    /// @param about  "{names}" and "{default}" are replaced by those of the table
     Option word(Command& command, const std::string& option, const std::string& key,
                 const std::string& about);
-    /// One with a number.
+    /// Adds one with a number.
     Option number(Command& command, const std::string& option, const std::string& key,
                   const std::string& about);
-    /// A flag that sets the key to false.
+    /// Adds a flag that sets the key to false.
     Option noFlag(Command& command, const std::string& option, const std::string& key,
                   const std::string& about);
-    /// `--set KEY=VALUE`, as often as one likes.
+    /// Adds `--set KEY=VALUE`, which may be repeated.
     Option set(Command& command);
 
-    /// What an option was given; "" where it was not.
+    /// The value of an option; "" if it was not given.
     std::string textOf(const std::string& option) const;
-    /// Whether an option or `--set` says something of the key, or of what holds it.
+    /// True if an option or `--set` sets the key, or an object that holds it.
     bool says(const std::string& key) const;
-    /// Sets what the options name. Throws InputError naming the option.
+    /// Applies the options. Throws InputError naming the option.
     void apply(Scene& scene) const;
-    /// Sets what `--set` names, in the order that it was given. Throws InputError naming it and the key.
+    /// Applies `--set` in the order given. Throws InputError naming it and the key.
     void applySets(Scene& scene) const;
 
   private:
     struct Row {
         std::string option, key;
         bool isNumber = false;
-        std::string text = {}; // as it was said; "": it was not
+        std::string text = {}; // as given; "": not given
         bool flag = false;
     };
-    std::list<Row> rows_; // parsers hold on to their places
+    std::list<Row> rows_; // a list, because the parser keeps pointers to its items
     std::vector<std::string> sets_;
 };
 

@@ -98,32 +98,31 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
 
 void addModeOptions(Command& command, ModeOptions& options) {
     command.option("--mode", options.mode,
-                   "what is made of the values along a ray: " + joinNames(modeNames()) +
-                       " (default: composite)");
+                   "what a ray shows: " + joinNames(modeNames()) + " (default: composite)");
     command.option("--window", options.window,
                    "grey of single values, CENTRE,WIDTH or " + joinNames(windowNames()) +
-                       " (default: auto: abdomen for HU, else all values but few that lie far above)");
-    command.option("--value-colour", options.valueColour,
-                   "what a single value looks like: the window's grey, the preset's colour or grey from "
-                   "white to black: " +
-                       joinNames(valueColourNames()) + " (default: window)");
+                       " (default: auto: abdomen for HU, else all values but few outliers)");
+    command.option(
+        "--value-colour", options.valueColour,
+        "colour of a single value: the window's grey, the preset's colour or grey from white to black: " +
+            joinNames(valueColourNames()) + " (default: window)");
     command.option("--slice", options.slice,
                    std::string("a plane: ") + kSliceForm +
-                       " (default: the volume's middle); means --mode slice");
+                       " (default: the volume's middle); implies --mode slice");
     command.option("--slab", options.slab,
-                   std::string("thickness of the slice and what it shows of it: ") + kSlabForm +
-                       " (default: 0, the plane alone)");
+                   std::string("thickness of the slice and its reduction: ") + kSlabForm +
+                       " (default: 0, a plane)");
     command.option("--crop", options.boxes,
-                   std::string("a box along the patient's axes, mm, that is drawn alone: ") + kCropForm +
-                       ", or body: the patient's, without the table (CT); several are drawn where they "
-                       "overlap");
+                   std::string("draw only the inside of a box along the patient's axes, mm: ") + kCropForm +
+                       ", or body: the patient's, without the table (CT); of several, their intersection");
     command.option("--crop-voxels", options.boxesInVoxels,
                    std::string("the same along the volume's axes, in voxels from 0: ") + kCropForm);
     command.option("--cut-plane", options.planes,
-                   std::string("what lies where the normal points to is drawn alone: ") + kPlaneForm +
-                       " (a point and a normal, mm); several cut together");
-    command.option("--keep", options.keep,
-                   "inside or outside of --crop, --crop-voxels and --cut-plane (default: inside)");
+                   std::string("draw only the side that the normal points to: ") + kPlaneForm +
+                       " (a point and a normal, mm); of several, their intersection");
+    command.option(
+        "--keep", options.keep,
+        "side of --crop, --crop-voxels and --cut-plane that is drawn: inside or outside (default: inside)");
 }
 
 void applyModeOptions(const ModeOptions& options, Scene& scene) {

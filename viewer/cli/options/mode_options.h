@@ -12,16 +12,16 @@
 namespace tessera {
 
 struct ModeOptions {
-    std::string mode, window, valueColour, slice, slab; // "": as the scene says
+    std::string mode, window, valueColour, slice, slab; // "": the scene's
     std::vector<std::string> boxes, boxesInVoxels, planes;
     std::string keep;
 
-    static constexpr const char* kBody = "body"; // a box that is found in the volume
+    static constexpr const char* kBody = "body"; // "body": a box found in the volume
     bool cropsToBody() const { return std::find(boxes.begin(), boxes.end(), kBody) != boxes.end(); }
 };
 void addModeOptions(Command& command, ModeOptions& options);
-/// Options win over the scene; a body's box is left to cropToBody() (viewer/cli/render/body_crop.h).
-/// Throws InputError naming the option, also for one that its mode has no use for.
+/// Options override the scene; `--crop body` is left to cropToBody() (viewer/cli/render/body_crop.h). Throws
+/// InputError naming the option, also for one without effect in its mode.
 void applyModeOptions(const ModeOptions& options, Scene& scene);
 
 } // namespace tessera

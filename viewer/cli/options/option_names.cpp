@@ -11,8 +11,8 @@
 namespace tessera {
 namespace {
 
-/// What others call them: words of ParaView, VTK, 3D Slicer, ffmpeg and of the trade. The first option that
-/// the command has counts.
+/// Synonyms from ParaView, VTK, 3D Slicer, ffmpeg and radiology. The first option that the command has is
+/// used.
 const std::vector<std::pair<const char*, std::vector<const char*>>>& otherWords() {
     static const std::vector<std::pair<const char*, std::vector<const char*>>> words = {
         {"--preset",
@@ -69,7 +69,7 @@ std::string plain(const std::string& option) {
     return word;
 }
 
-/// Whether one of the words between hyphens begins with it.
+/// True if one of the words between hyphens begins with it.
 bool hasPart(const std::string& option, const std::string& part) {
     std::istringstream words(plain(option));
     for (std::string word; std::getline(words, word, '-');)
@@ -92,7 +92,7 @@ std::string likelyOption(const std::string& unknown, const std::vector<std::stri
     for (const auto& [option, others] : otherWords())
         if (isKnown(option) && std::find(others.begin(), others.end(), word) != others.end())
             return option;
-    constexpr std::size_t kTelling = 3; // letters; fewer begin too many words
+    constexpr std::size_t kTelling = 3; // letters; fewer match too many options
     if (word.size() >= kTelling)
         for (const std::string& option : known)
             if (hasPart(option, word))

@@ -7,8 +7,8 @@
 
 namespace tessera {
 
-/// Of the known options the one that an unknown one most likely means; "" where none is near enough to be
-/// worth a guess. All with their leading "--"; what follows a "=" does not count.
+/// The known option that an unknown one most likely means; "" if none is near. All with their leading "--";
+/// text after "=" is ignored.
 std::string likelyOption(const std::string& unknown, const std::vector<std::string>& known);
 
 } // namespace tessera

@@ -1,5 +1,5 @@
-// viewer/cli/options/options.h: options and output that all commands share: verbosity, budgets, sizes as
-// people write them, notes to stderr.
+// viewer/cli/options/options.h: options and output that all commands share: verbosity, budgets, sizes, notes
+// to stderr.
 #pragma once
 
 #include "core/base/budget.h"
@@ -19,24 +19,24 @@ struct CommonOptions {
     Verbosity verbosity() const {
         return quiet ? Verbosity::quiet : verbose ? Verbosity::verbose : Verbosity::normal;
     }
-    /// What a long job tells; there from the time that the options are known.
+    /// Progress of a long job; set once the options are parsed.
     std::shared_ptr<Progress> progress = std::make_shared<Progress>();
-    /// A line on stderr, unless --quiet. Results belong on stdout, notes here.
+    /// A line on stderr, unless --quiet. Results go to stdout.
     void note(const std::string& line) const;
     /// A line on stderr with --verbose only.
     void detail(const std::string& line) const;
-    /// What must stay until the command ends, such as a lock or a temporary folder.
+    /// Objects that live until the command ends, such as a lock or a temporary folder.
     void keep(std::shared_ptr<void> thing) const { kept->push_back(std::move(thing)); }
     std::shared_ptr<std::vector<std::shared_ptr<void>>> kept =
         std::make_shared<std::vector<std::shared_ptr<void>>>();
 };
 
-/// "tessera: message" on stderr, always; in colour on a terminal unless NO_COLOR is set. Controls other than
-/// line feeds are escaped.
+/// "tessera: message" on stderr, always; in colour on a terminal unless NO_COLOR is set. Control characters
+/// other than line feeds are escaped.
 void printProblem(const std::string& message);
 
-/// Bytes for an option's text; empty text: 1 GiB, or half of the memory that is available if that is less.
-/// Throws InputError naming the option.
+/// Bytes of an option's text; empty text: 1 GiB, or half of the available memory if that is less. Throws
+/// InputError naming the option.
 std::size_t budgetBytes(const std::string& text, const std::string& option, const CommonOptions& common);
 
 /// "640x480". Throws InputError naming option for anything but whole numbers from 1 to `largest`.

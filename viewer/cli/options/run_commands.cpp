@@ -14,24 +14,24 @@ namespace {
 
 constexpr int kExitFailure = 1, kExitBadInput = 2; // and 128 + signal
 
-/// A descriptor that the caller closed would become that of the next file that is opened, and what is printed
-/// would land there. Opened the wrong way round, so that printing to it still fails.
+/// Opens closed standard descriptors. Otherwise the next opened file would get the number, and printed text
+/// would land in it. They are opened in the wrong direction, so that printing to them still fails.
 void occupyStandardDescriptors() {
     for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (::fcntl(descriptor, F_GETFD) < 0)
-            ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest that is free
+            ::open("/dev/null",
+                   descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY); // gets the lowest free descriptor
 }
 
 int run(int argc, char** argv, AddCommands addCommands) {
     occupyStandardDescriptors();
     CommonOptions common;
     Action action;
-    CommandLine line(
-        "tessera", TESSERA_VERSION,
-        "Tessera draws CT volumes of any size inside a stated memory budget. Not for diagnosis.");
+    CommandLine line("tessera", TESSERA_VERSION,
+                     "Tessera draws CT volumes of any size within a memory budget. Not for diagnosis.");
     Command program = line.program();
     program.flag("-q,--quiet", common.quiet, "errors only");
-    program.flag("-v,--verbose", common.verbose, "more about what is done");
+    program.flag("-v,--verbose", common.verbose, "print more details");
     program.footer("Example:\n  tessera phantom torso --size 128x96x150 -o torso.zarr\n"
                    "  tessera render torso.zarr -o torso.png");
     addCommands(program, common, action);

@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-/// What a command that was chosen leaves to be done, so that errors of parsing and of doing stay apart.
+/// The work of the chosen command, so that errors of parsing and of running stay separate.
 using Action = std::function<void()>;
 /// Declares commands.
 using AddCommands = void (*)(Command& program, const CommonOptions& common, Action& action);

@@ -27,7 +27,7 @@ std::string along(const char* axis, double low, double high) {
 void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scene& scene, MemoryBudget& ram,
                 const CommonOptions& common) {
     if (!inHu(store, scene.volumes.front().unit, ram))
-        throw badFile("--crop body", "values in HU, of which a body is told by",
+        throw badFile("--crop body", "values in HU, by which a body is found",
                       "values without a unit that do not look like HU; --unit HU takes them for HU");
     const BodyBox body = findBody(store, ram);
     const Keep keep = arguments.mode.keep == "outside" ? Keep::outside : Keep::inside;

@@ -1,5 +1,5 @@
-// viewer/cli/render/body_crop.h: `--crop body`: the box of the patient, put into the scene like any
-// other box.
+// viewer/cli/render/body_crop.h: `--crop body`: the box of the patient, added to the scene like any other
+// box.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -10,9 +10,9 @@
 
 namespace tessera {
 
-/// Adds the box that is found (bricking/analysis/body/body_box.h) to the scene's cuts and notes it. A camera
-/// by side holds what is shown within the cuts, unless --fit names something else. Throws InputError naming
-/// --crop for values that are not in HU, and what findBody() throws.
+/// Adds the box of bricking/analysis/body/body_box.h to the scene's cuts and notes it. A camera by side is
+/// fitted to what is shown within the cuts, unless --fit says otherwise. Throws InputError naming --crop for
+/// values that are not in HU, and as findBody() does.
 void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scene& scene, MemoryBudget& ram,
                 const CommonOptions& common);
 

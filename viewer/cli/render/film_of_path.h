@@ -5,7 +5,7 @@
 
 namespace tessera {
 
-/// Draws what is not there yet, and tells it. Throws what pathOf(), parseFrames() and drawFilm() throw.
+/// Draws missing frames, and reports them. Throws as pathOf(), parseFrames() and drawFilm() do.
 void renderFilm(const RenderTask& task);
 
 } // namespace tessera

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a coarse first picture that nobody asked for: tells one that a killed process left from somebody's.
+/// The manifest of a coarse first picture. It tells a leftover of a killed process from a user's file.
 constexpr const char* kFirstManifest = R"({"tesseraFirstPicture":1,"notice":"not for diagnosis"})";
 bool isFirstPicture(const fs::path& path) {
     try {
@@ -31,8 +31,8 @@ bool isFirstPicture(const fs::path& path) {
     }
 }
 
-/// Pictures that take so long, and of which a coarse one takes so much less, that a first one is worth its
-/// time.
+/// True for pictures that take so long, and whose coarse version takes so much less, that a coarse first
+/// picture is worth its time.
 bool isLarge(const VolumeInfo& info, const Scene& scene) {
     constexpr int kVoxels = 256, kPixels = 256 * 256; // at fewer there is little to wait for
     return glm::any(glm::greaterThan(info.extentVoxels, glm::ivec3(kVoxels))) &&
@@ -83,7 +83,7 @@ FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arg
     path_ = fs::path(out).replace_extension(".first" + out.extension().string());
     std::error_code ignored;
     if (fs::exists(path_, ignored) && !isFirstPicture(path_))
-        path_.clear(); // somebody's
+        path_.clear(); // a user's file
     else
         passing_ = std::make_unique<PassingFile>(path_);
 }

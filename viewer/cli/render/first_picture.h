@@ -1,6 +1,5 @@
-// viewer/cli/render/first_picture.h: a coarse picture that is there long before the picture itself. It
-// is made where --first asked for it, and where somebody watches a picture that takes long. The latter goes
-// with the command.
+// viewer/cli/render/first_picture.h: a coarse picture before the picture itself. It is made for --first, and
+// on a terminal for pictures that take long. The latter is removed when the command ends.
 #pragma once
 
 #include "viewer/cli/render/render_task.h"
@@ -12,23 +11,23 @@ namespace tessera {
 
 class FirstPicture {
   public:
-    /// Decides whether there is one, and where. Throws InputError for --first with an engine that draws none.
-    /// task outlives this.
+    /// Decides whether to make one, and its path. Throws InputError for --first with an engine that draws
+    /// none. task outlives this.
     explicit FirstPicture(const RenderTask& task);
     ~FirstPicture();
     bool wanted() const { return !path_.empty(); }
-    /// Writes it, and notes that.
-    /// @param secondsLeft  that the picture itself takes from here on, estimated
+    /// Writes it, with a note.
+    /// @param secondsLeft  estimated time for the picture itself
     void write(const Image& image, double secondsLeft);
-    /// From the start of the process until it was written; 0: there was none.
+    /// Time from the start of the process until it was written; 0: there was none.
     double seconds() const { return seconds_; }
 
   private:
     class PassingFile;
 
     const RenderTask& task_;
-    std::filesystem::path path_;           // empty: none is wanted
-    std::unique_ptr<PassingFile> passing_; // where nobody asked for it
+    std::filesystem::path path_;           // empty: none
+    std::unique_ptr<PassingFile> passing_; // without --first
     double seconds_ = 0;
 };
 

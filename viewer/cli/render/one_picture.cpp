@@ -27,13 +27,13 @@ void renderOnePicture(const RenderTask& task) {
         common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
     if (result.takenAsHu)
         common.note(
-            "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU says so");
+            "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU confirms it");
     const Charge pictures =
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
     common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.store, result, task.ram, task.gpu);
-    const bool blank = isBlank(result.image); // of the volume: a bar is none of it
+    const bool blank = isBlank(result.image); // judged before the scale bar is drawn
     if (arguments.scaleBar) {
         const ScaleBar bar = scaleBarOf(result.camera, result.image.size);
         drawScaleBar(result.image, bar);

@@ -6,7 +6,7 @@
 
 namespace tessera {
 
-/// Draws and writes it. Throws what renderScene() and writeImage() throw, and InputError for --first with an
+/// Draws and writes it. Throws as renderScene() and writeImage() do, and InputError for --first with an
 /// engine that draws none.
 void renderOnePicture(const RenderTask& task);
 

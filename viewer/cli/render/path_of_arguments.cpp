@@ -56,11 +56,11 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.speed > 0, "--speed"},
                                        {a.seconds > 0, "--seconds"}})
         if (said && !film)
-            throw badFile(option, "--path or --turn beside it: it is of films", "none");
+            throw badFile(option, "--path or --turn with it: it is for films", "none");
     if (a.unfold && !film)
-        throw badFile("--unfold", "--path beside it, which has the line", "none");
+        throw badFile("--unfold", "--path with it, which has the line", "none");
     if (a.mayLeak && !a.unfold)
-        throw badFile("--may-leak", "--unfold beside it", "none");
+        throw badFile("--may-leak", "--unfold with it", "none");
     if (!film)
         return;
     for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
@@ -70,7 +70,7 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.maxError >= 0, "--max-error"},
                                        {!a.verify.empty(), "--verify"}})
         if (said && a.unfold)
-            throw badFile(option, std::string("no ") + option + " beside --unfold, which is one picture",
+            throw badFile(option, std::string("no ") + option + " with --unfold, which is one picture",
                           option);
     for (const auto& [said, option] : {std::pair{!a.view.empty(), "--view"},
                                        {!a.fit.empty(), "--fit"},
@@ -80,7 +80,7 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.scaleBar, "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
-            throw badFile(option, std::string("no ") + option + " beside --path, which has the cameras",
+            throw badFile(option, std::string("no ") + option + " with --path, which has the cameras",
                           option);
     if (a.speed > 0 && a.seconds > 0)
         throw badFile("--speed", "--speed or --seconds, which chooses a speed", "both");
@@ -118,7 +118,7 @@ Path turnOf(const RenderTask& task) {
     if (!view)
         return turntable(std::get<Camera>(scene.camera), *a.turn, frames, framesPerSecond);
     if (scene.mode == Mode::slice)
-        throw badFile("--turn", "something to go around", "a slice, which is looked at along its normal");
+        throw badFile("--turn", "a volume to turn around", "a slice, which is seen along its normal");
     const Planner plan = planView(scene, task.store, task.ram, task.options.threads);
     Camera camera = turningCamera(*view, task.store, plan.layer().statistics, plan.layer().table,
                                   plan.view.part, scene.imageSize, task.ram, task.options.threads);

@@ -1,5 +1,5 @@
-// viewer/cli/render/picture_files.h: writes pictures for `tessera render`. A program without picture
-// files refuses here.
+// viewer/cli/render/picture_files.h: writes pictures for `tessera render`. A program without picture files
+// throws here.
 #pragma once
 
 #include "core/image/image.h"

@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-/// Whether the transfer function shows any value of the volume.
+/// True if any value of the volume is visible under the transfer function.
 bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
     const auto* function = std::get_if<TransferFunction>(&choice);
     if (!function) {
@@ -27,7 +27,7 @@ bool showsAnything(const TransferChoice& choice, const RenderResult& result) {
     });
 }
 
-/// Whether a surface of the value can lie between the volume's voxels.
+/// True if a surface of the value can lie between the volume's voxels.
 bool isAmong(double value, const RenderResult& result) {
     return value >= result.lowest && value <= result.highest;
 }
@@ -108,7 +108,8 @@ void noteMissedError(const RenderTask& task, const RenderResult& result) {
     if (!(asked > 0))
         return;
     if (result.measured && result.measured->keptLight)
-        task.common.note("--max-error is about rays and levels: what light itself errs by is not measured");
+        task.common.note(
+            "--max-error is about rays and levels: the error of the light itself is not measured");
     if (!result.shortfall.empty())
         task.common.note("the picture is not known to be within --max-error " + formatNumber(asked, 2) +
                          ": " + result.shortfall);

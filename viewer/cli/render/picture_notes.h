@@ -20,7 +20,7 @@ void warnBlank(const RenderTask& task, const RenderResult& result);
 /// Isosurfaces of values that the volume does not have.
 void noteMissingSurfaces(const RenderTask& task, const RenderResult& result);
 
-/// Where an error to stay below was asked for: why the picture is not known to be.
+/// With an error bound: the reason if the picture is not known to be within it.
 void noteMissedError(const RenderTask& task, const RenderResult& result);
 
 } // namespace tessera

@@ -1,5 +1,4 @@
-// viewer/cli/render/render_task.h: the task of `tessera render` once everything that can be refused
-// early was refused.
+// viewer/cli/render/render_task.h: the task of `tessera render` after all early checks.
 #pragma once
 
 #include "bricking/store/store_reader.h"
@@ -11,11 +10,11 @@
 
 namespace tessera {
 
-/// One picture, a film, or an unfolded wall. What it refers to outlives it.
+/// One picture, a film, or an unfolded wall. All references outlive it.
 struct RenderTask {
     const RenderArguments& arguments;
     const CommonOptions& common;
-    Scene scene; // as the options have it; of films and walls without the path's cameras
+    Scene scene; // with the options applied; for films and walls without the path's cameras
     const StoreReader& store;
     MemoryBudget &ram, &gpu;
     RenderOptions options;

@@ -29,8 +29,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A budget too small even for reading the store: the message names what the scene needs, not just the
-/// reader.
+/// Refuses a budget that is too small even for reading the store. The message names the minimum of the scene,
+/// not only of the reader.
 void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, const MemoryBudget& ram) {
     constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
     if (ram.limitBytes() >= kReaderBytes)
@@ -44,7 +44,7 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
                          ", but the budget is " + formatBytes(ram.limitBytes()));
 }
 
-/// Where nobody asked for samples and RAM is too short for the sums that they take, pixels get one ray.
+/// Without requested samples, pixels get one ray if RAM is too small for sums of samples.
 void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& ram, Scene& scene,
                 const CommonOptions& common) {
     const auto floor = [&] {
@@ -57,13 +57,13 @@ void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& r
     const PixelSampling asked = pixels;
     pixels.samples = 1;
     if (ram.limitBytes() < floor())
-        pixels = asked; // it is not for them
+        pixels = asked; // samples are not the cause
     else
-        common.note("--ram has no room for more than one ray a pixel: " + formatBytes(ram.limitBytes()));
+        common.note("--ram has no room for more than one ray per pixel: " + formatBytes(ram.limitBytes()));
 }
 
-/// Bones and organs are seen from outside; what nobody asked for other things of shows the wall that is flown
-/// along.
+/// The default functions show bones and organs from outside. If no function was named, the lumen's wall is
+/// shown.
 void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& path, Scene& scene,
                                  const CommonOptions& common) {
     const auto* function = std::get_if<std::string>(&scene.volumes.front().transferFunction);
@@ -75,10 +75,10 @@ void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& p
                     "; --preset, --isosurface and --mode show other things");
 }
 
-/// A wall that a leak has laid open takes long to draw and shows nothing.
+/// Refuses to unfold a leaking lumen: its wall takes long to draw and shows nothing useful.
 void refuseLeaks(const RenderArguments& arguments, const Path& path) {
     if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
-        throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak beside --unfold",
+        throw badFile(arguments.path, "a path whose lumen does not leak, or --may-leak with --unfold",
                       "one whose lumen leaks (\"lumen\", \"leaks\"): " + doubtText(*path.lumen));
 }
 

@@ -1,5 +1,5 @@
-// viewer/cli/render/run_render.h: `tessera render`: refuses what can be refused before the long work,
-// opens the store, and draws a picture, a film or an unfolded wall.
+// viewer/cli/render/run_render.h: `tessera render`: checks options first, opens the store, and draws a
+// picture, a film or an unfolded wall.
 #pragma once
 
 #include "viewer/cli/options/options.h"
@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-/// Throws InputError naming an option or a file; what drawing throws.
+/// Throws InputError naming an option or a file, and as drawing does.
 void runRender(const RenderArguments& arguments, const CommonOptions& common);
 
 } // namespace tessera

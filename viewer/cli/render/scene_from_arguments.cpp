@@ -95,7 +95,7 @@ int parseSamples(const std::string& text) {
     return static_cast<int>(samples);
 }
 
-/// A preset of a file, or one that was kept: its function, and all that it says of light, mode and cuts.
+/// Applies a preset from a file or the library: its function and its settings of light, mode and cuts.
 void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
     try {
         const FoundPreset found = findPreset(text);
@@ -120,7 +120,7 @@ Verify verifyOf(const RenderArguments& arguments) {
         throw badFile("--no-check", "--verify or --no-check, which is --verify none", "both");
     if (arguments.noCheck)
         return Verify::none;
-    if (arguments.verify.empty()) // of films nobody reads what every frame errs by
+    if (arguments.verify.empty()) // for films the error of each frame is not reported
         return arguments.path.empty() && !arguments.isFilm() ? Verify::quick : Verify::none;
     const auto at = std::find(names.begin(), names.end(), arguments.verify);
     if (at == names.end())
@@ -157,14 +157,14 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         for (const auto& [text, option] :
              {std::pair{arguments.fit, "--fit"}, {arguments.projection, "--projection"}})
             if (!text.empty())
-                throw badFile(option,
-                              "--view beside it: a slice is looked at along its normal, in parallel, and "
-                              "fills the picture",
-                              "none");
+                throw badFile(
+                    option,
+                    "--view with it: a slice is seen along its normal, in parallel, and fills the picture",
+                    "none");
     if (!arguments.fit.empty()) {
         auto* fitted = std::get_if<FittedView>(&scene.camera);
         if (!fitted)
-            throw badFile("--fit", "a camera by side (--view), which is fitted", "one that is spelled out");
+            throw badFile("--fit", "a camera by side (--view), which is fitted", "one with a position");
         fitted->fit = parseName<Fit>(arguments.fit, "--fit");
     }
     if (!arguments.projection.empty()) {

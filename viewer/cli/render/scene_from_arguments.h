@@ -12,16 +12,15 @@
 
 namespace tessera {
 
-/// Puts what the options say into the scene. Notes what a preset of another program says and no scene can.
-/// Throws InputError naming the option for values that mean nothing, and for options that have no use beside
-/// the scene or one another.
+/// Applies the options to the scene. Notes settings of a foreign preset that no scene has. Throws InputError
+/// naming the option for invalid values, and for options without effect beside the scene or one another.
 void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common);
 
-/// `--no-check` is `--verify none`. Where neither is said, films are not checked.
-/// Throws InputError naming the option for other words, and for both with different meanings.
+/// `--no-check` is `--verify none`. Without either, films are not checked. Throws InputError naming the
+/// option for other words, and for both with different meanings.
 Verify verifyOf(const RenderArguments& arguments);
 
-/// Throws InputError naming --engine for what is no engine.
+/// Throws InputError naming --engine for an unknown engine.
 EngineKind engineOf(const RenderArguments& arguments);
 
 } // namespace tessera

@@ -44,7 +44,7 @@ void requireSliceInVolume(const Scene& scene, const VolumeInfo& info, const std:
     constexpr std::array<int, 3> kAxes = {2, 1, 0}; // in the order of Orientation
     if (slice.orientation == Orientation::oblique)
         throw badFile(where, "a plane that meets the volume, which lies in " + placeOf(info),
-                      "one beside it");
+                      "one outside it");
     throw badFile(where,
                   "a plane that meets the volume, in " +
                       rangeAlong(kAxes[static_cast<std::size_t>(slice.orientation)], info) + " mm",

@@ -18,8 +18,8 @@
 namespace tessera {
 namespace {
 
-/// Rows along the flight's line. Where nobody says how large the picture is, its width is as given, and a
-/// pixel is as high as it is wide on a wall at the line's mean distance from it.
+/// Rows along the flight's line. Without a given size the width is the scene's, and pixels are square on a
+/// wall at the line's mean distance from it.
 std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool sized, Scene& scene) {
     if (!path.flight)
         throw badFile(where, "a path with lines", "one of keyframes");
@@ -47,7 +47,7 @@ std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool
 
 void renderWall(const RenderTask& task) {
     const RenderArguments& arguments = task.arguments;
-    Scene scene = task.scene; // its height follows from the line where nobody says it
+    Scene scene = task.scene; // its height follows from the line unless it is given
     const Path path = pathOf(task);
     const std::vector<UnfoldedRow> rows = rowsOf(path, arguments.path, !arguments.size.empty(), scene);
     const RenderResult result = renderUnfolded(scene, rows, task.store, task.ram, task.gpu, task.options);

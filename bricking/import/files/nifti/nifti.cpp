@@ -17,7 +17,7 @@ namespace tessera {
 namespace {
 
 // Deflate cannot shrink by more than 1032 to 1 (zlib's technical note), so a small file cannot hold a huge
-// volume: such a header lies.
+// volume: such a header is wrong.
 constexpr double kLargestGzipRatio = 1032;
 
 /// Surplus of a whole row or more means that header and voxels do not belong together: a dimension is wrong,

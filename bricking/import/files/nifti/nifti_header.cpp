@@ -15,7 +15,7 @@
 namespace tessera {
 namespace {
 
-/// Where the fields lie; NIfTI-1 in 16- and 32-bit numbers, NIfTI-2 in 64-bit ones.
+/// Offsets of the fields; NIfTI-1 has 16- and 32-bit numbers, NIfTI-2 64-bit ones.
 struct Offsets {
     std::size_t magic, datatype, bitpix, dim, pixdim, voxOffset, slope, intercept, units, qformCode,
         sformCode, quaternion, qoffset, srow;

@@ -135,7 +135,7 @@ Json smallJson(const std::filesystem::path& path) {
     return Json::parse(readText(path), nullptr, false);
 }
 
-/// Whether it has the keys "data" and "extent": other JSON is passed over.
+/// True if it has the keys "data" and "extent": other JSON is skipped.
 bool isRawSidecar(const std::filesystem::path& path) {
     const Json json = smallJson(path);
     return json.is_object() && json.contains("data") && json.contains("extent");
@@ -189,7 +189,7 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
         isReal ? 0 : std::ldexp(1.0, std::min(24, static_cast<int>(8 * bytesPerFileValue(layout.type)))),
         false, "\"rescaleSlope\"", "\"rescaleIntercept\"", where);
     info.validate(where);
-    // Where the unit is known, air is the natural padding; -1024 HU must be a value of the stored type.
+    // If the unit is known, air is the natural padding; -1024 HU must be a value of the stored type.
     if (info.unit == "HU") {
         const double stored = (-1024 - info.rescaleIntercept) / info.rescaleSlope;
         const bool fits =

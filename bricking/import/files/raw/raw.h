@@ -9,8 +9,8 @@
 namespace tessera {
 
 /// Opens X.json and the data file that it names, in the order of the file. Reads no voxels.
-/// Throws InputError naming the sidecar for an unknown, missing or ill-typed key and for geometry that is no
-/// volume, and naming the data file if its size is not exactly what the sidecar says.
+/// Throws InputError naming the sidecar for an unknown, missing or ill-typed key and for invalid geometry.
+/// Throws it naming the data file if its size is not exactly that of the sidecar.
 std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecar);
 
 } // namespace tessera
