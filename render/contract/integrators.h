@@ -132,7 +132,7 @@ glm::vec<3, Real> segmentColour(const Optics& o, const SegmentEnd<Real>& front, 
     switch (o.integrator) {
     case Integrator::linear: {
         const Vec a(entryAt(o, front.place)), b(entryAt(o, back.place));
-        return leaf::mixedColours(a, b, leaf::seenDepth(depth, alpha));
+        return leaf::partWay(a, b, leaf::seenDepth(depth, alpha));
     }
     case Integrator::preintegrated:
         return meanColour(o, front, back);

@@ -23,7 +23,7 @@ LEAF_OF_VEC Vec placeAlong(LEAF_IN(Vec) from, LEAF_IN(Vec) step, V steps) {
     return at;
 }
 /// From the start of segment i to the middle of a stride, segments.
-LEAF V middleOf(V i, V length) {
+LEAF V strideMiddle(V i, V length) {
     LEAF_LET middle = i + V(0.5f) * length;
     return middle;
 }

@@ -46,5 +46,5 @@ LEAF V sumOverBins(V first, V start, V startRest, V end, V endRest, V last) {
 
 /// Between four entries of a table by two places.
 LEAF_OF_VEC Vec bilinear(LEAF_IN(Vec) c00, LEAF_IN(Vec) c10, LEAF_IN(Vec) c01, LEAF_IN(Vec) c11, V fx, V fy) {
-    return mixedColours(mixedColours(c00, c10, fx), mixedColours(c01, c11, fx), fy);
+    return partWay(partWay(c00, c10, fx), partWay(c01, c11, fx), fy);
 }

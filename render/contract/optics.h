@@ -107,7 +107,7 @@ template <typename Real> glm::vec<4, Real> tableEntryAt(const Optics& o, Real x)
     const int i = std::min(static_cast<int>(x), last - 1);
     const glm::vec<4, Real> a(o.table[static_cast<std::size_t>(i)]),
         b(o.table[static_cast<std::size_t>(i) + 1]);
-    return leaf::mixedColours(a, b, x - static_cast<Real>(i));
+    return leaf::partWay(a, b, x - static_cast<Real>(i));
 }
 
 template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) {

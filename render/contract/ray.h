@@ -179,7 +179,7 @@ template <typename Real> Real strideLength(const SegmentedRay<Real>& ray, int i,
 }
 /// The middle of a stride, voxels.
 template <typename Real> glm::vec<3, Real> stridePosition(const SegmentedRay<Real>& ray, int i, Real length) {
-    return leaf::placeAlong(ray.entry, ray.step, leaf::middleOf(static_cast<Real>(i), length));
+    return leaf::placeAlong(ray.entry, ray.step, leaf::strideMiddle(static_cast<Real>(i), length));
 }
 /// The end of a stride, voxels; the start of the next.
 template <typename Real> glm::vec<3, Real> strideEnd(const SegmentedRay<Real>& ray, int i, Real length) {

@@ -23,7 +23,7 @@ struct Sides {
 template <SampleKind K, bool Mixed>
 TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m, Sides& to,
                               const LongRows* rows) {
-    using leaf::mixed;
+    using leaf::partWay;
     const F one(1.0f);
     const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
     const F3 part = x - cell;
@@ -50,27 +50,26 @@ TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 
     const I row = truncated(here.row), slice = truncated(here.slice);
     const I index = indexOf(here, cell);
     const auto [r00, r01, r10, r11] = rows ? *rows : longRows<K>(f, here, index - I(1), m);
-    to.value[0] = mixed(mixed(mixed(r00.c, r00.d, partUp.x), mixed(r01.c, r01.d, partUp.x), part.y),
-                        mixed(mixed(r10.c, r10.d, partUp.x), mixed(r11.c, r11.d, partUp.x), part.y), part.z);
+    to.value[0] =
+        leaf::trilinear(r00.c, r00.d, r01.c, r01.d, r10.c, r10.d, r11.c, r11.d, partUp.x, part.y, part.z);
     to.value[1] =
-        mixed(mixed(mixed(r00.a, r00.b, partDown.x), mixed(r01.a, r01.b, partDown.x), part.y),
-              mixed(mixed(r10.a, r10.b, partDown.x), mixed(r11.a, r11.b, partDown.x), part.y), part.z);
-    const F c00 = mixed(r00.b, r00.c, part.x), c01 = mixed(r01.b, r01.c, part.x);
-    const F c10 = mixed(r10.b, r10.c, part.x), c11 = mixed(r11.b, r11.c, part.x);
+        leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, partDown.x, part.y, part.z);
+    const F c00 = partWay(r00.b, r00.c, part.x), c01 = partWay(r01.b, r01.c, part.x);
+    const F c10 = partWay(r10.b, r10.c, part.x), c11 = partWay(r11.b, r11.c, part.x);
     const auto along = [&](I at) {
         const Row2 r = row2<K>(f.samples, at, m);
-        return mixed(r.a, r.b, part.x);
+        return partWay(r.a, r.b, part.x);
     };
     const I row2nd = row + row, slice2nd = slice + slice;
     const F y0 = along(index - row), y1 = along(index + (slice - row));
     const F y2 = along(index + row2nd), y3 = along(index + (slice + row2nd));
-    to.value[2] = mixed(mixed(c01, y2, partUp.y), mixed(c11, y3, partUp.y), part.z);
-    to.value[3] = mixed(mixed(y0, c00, partDown.y), mixed(y1, c10, partDown.y), part.z);
+    to.value[2] = partWay(partWay(c01, y2, partUp.y), partWay(c11, y3, partUp.y), part.z);
+    to.value[3] = partWay(partWay(y0, c00, partDown.y), partWay(y1, c10, partDown.y), part.z);
     const F z0 = along(index - slice), z1 = along(index + (row - slice));
     const F z2 = along(index + slice2nd), z3 = along(index + (slice2nd + row));
-    const F middle0 = mixed(c00, c01, part.y), middle1 = mixed(c10, c11, part.y);
-    to.value[4] = mixed(middle1, mixed(z2, z3, part.y), partUp.z);
-    to.value[5] = mixed(mixed(z0, z1, part.y), middle0, partDown.z);
+    const F middle0 = partWay(c00, c01, part.y), middle1 = partWay(c10, c11, part.y);
+    to.value[4] = partWay(middle1, partWay(z2, z3, part.y), partUp.z);
+    to.value[5] = partWay(partWay(z0, z1, part.y), middle0, partDown.z);
 }
 
 /// Sobel's operator from the values at 27 sides, x fastest.

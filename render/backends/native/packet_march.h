@@ -191,7 +191,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         I n = shl(I(1), k);
         F length = strideLength(rays, i, n);
         if constexpr (!Ends) {
-            F3 p = along(rays, leaf::middleOf(number(i), length));
+            F3 p = along(rays, leaf::strideMiddle(number(i), length));
             if (skips && unlooked > 0) {
                 --unlooked;
                 ready = active;
@@ -264,7 +264,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         }
         if (!any(ready))
             continue;
-        const F3 middle = along(rays, leaf::middleOf(number(i), length));
+        const F3 middle = along(rays, leaf::strideMiddle(number(i), length));
         M m = ready;
         const M taken = ready;
         ready = none();

@@ -39,7 +39,7 @@ TESSERA_LANE TableLook lookUp(const PacketOptics& o, Entries at) {
     F first[4], next[4];
     const I index = shl<2>(at.first);
     rows4(o.table, index, first), rows4(o.table + 4, index, next);
-    const auto between = [&](int n) { return leaf::mixed(first[n], next[n], at.part); };
+    const auto between = [&](int n) { return leaf::partWay(first[n], next[n], at.part); };
     return {{between(0), between(1), between(2)}, between(3)};
 }
 
@@ -147,7 +147,7 @@ TESSERA_LANE F3 colourBetween(const PacketOptics& o, const End& front, const End
     if (o.integrator == PacketIntegrator::preintegrated)
         return meanColour(o, front, back, m);
     const F3 a = lookUp(o, entriesAt(o, front.place)).colour, b = lookUp(o, entriesAt(o, back.place)).colour;
-    return leaf::mixedColours(a, b, leaf::seenDepth(depth, alpha));
+    return leaf::partWay(a, b, leaf::seenDepth(depth, alpha));
 }
 
 TESSERA_LANE F3 transformed(const float* columns, F3 v) {

@@ -117,7 +117,7 @@ float strideLength(Ray ray, int i, int n) {
 }
 
 vec3 stridePosition(Ray ray, int i, float length) {
-    return placeAlong(ray.entry, ray.step, middleOf(float(i), length));
+    return placeAlong(ray.entry, ray.step, strideMiddle(float(i), length));
 }
 
 vec3 strideEnd(Ray ray, int i, float length) {

@@ -25,14 +25,14 @@ float extinctionAt(float place) {
     int i = tableCell(place);
     float a = texelFetch(uExtinctions, i).x;
     precise float part = place - float(i);
-    return mixed(a, texelFetch(uExtinctions, i + 1).x, part);
+    return partWay(a, texelFetch(uExtinctions, i + 1).x, part);
 }
 
 vec3 colourAt(float place) {
     int i = tableCell(place);
     vec3 a = texelFetch(uColours, i).rgb;
     precise float part = place - float(i);
-    return mixedColours(a, texelFetch(uColours, i + 1).rgb, part);
+    return partWay(a, texelFetch(uColours, i + 1).rgb, part);
 }
 
 // 1 - exp(-depth), accurate also where depth is tiny.

@@ -86,7 +86,7 @@ vec4 entryAt(float place) {
     precise float part = x - float(i);
     vec4 a = entryOf(i);
     vec4 b = entryOf(i + 1);
-    return vec4(mixedColours(a.rgb, b.rgb, part), mixed(a.a, b.a, part));
+    return vec4(partWay(a.rgb, b.rgb, part), partWay(a.a, b.a, part));
 }
 
 vec4 radiance(float width, float place) {
@@ -135,7 +135,7 @@ float segmentExtinction(SegmentEnd front, SegmentEnd back) {
 }
 
 vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, int n) {
-    return mixedColours(colourAt(onTable(front.place)), colourAt(onTable(back.place)), seenDepth(depth, alpha));
+    return partWay(colourAt(onTable(front.place)), colourAt(onTable(back.place)), seenDepth(depth, alpha));
 }
 #endif
 #endif
