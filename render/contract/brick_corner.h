@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// What the eight bricks are, as one texel of the level map. Brick number n lies at corner - 1 + (n&1,
+/// The eight bricks around a corner, as one texel of the level map. Brick number n lies at corner - 1 + (n&1,
 /// n>>1&1, n>>2).
 struct BrickCorner {
     static constexpr std::uint32_t kEmpty = Selection::kEmpty, kOutside = 7;
@@ -47,9 +47,9 @@ template <typename Real> Real halfSample(std::uint32_t level) {
     return static_cast<Real>(std::bit_cast<float>((126u + level) << 23));
 }
 
-/// How far, in voxels, a brick's weight rises into its own side and falls into the other's, between two
-/// facing bricks. Towards an empty brick always the other's half sample; between two empty ones the finest
-/// level's, so that a volume of one level stays plain trilinear everywhere.
+/// The reach of a brick's edge weight into its own side and into the other's, voxels, between two facing
+/// bricks. Towards an empty brick it is always the other's half sample. Between two empty ones it is the
+/// finest level's, so that a volume of one level stays plain trilinear everywhere.
 template <typename Real> struct EdgeReach { Real own = 0, other = 0; };
 template <typename Real>
 EdgeReach<Real> edgeReach(std::uint32_t own, std::uint32_t other, EdgeFunction function,
@@ -75,7 +75,7 @@ template <typename Real> Real edgeWeightSlope(const EdgeReach<Real>& reach, Real
     return leaf::edgeSlope(into, r, upperSide);
 }
 
-/// Where a point stands among the eight bricks around its nearest brick corner.
+/// The place of a point among the eight bricks around its nearest brick corner.
 template <typename Real> struct CornerPlace {
     glm::ivec3 corner{0};
     glm::vec<3, Real> p{0};      // voxels
@@ -160,7 +160,8 @@ int strideExponent(const BrickCorner& corner, const CornerPlace<Real>& place, Sa
     int k = std::min(static_cast<int>(current), most); // an empty brick counts as coarser than all
     if (sampling == Sampling::naive || k <= corner.finestLevel())
         return k;
-    // Where a finer brick can have weight under any edge function, or where the stride itself can reach it.
+    // True where a finer brick can have weight under any edge function, or where the stride itself can reach
+    // it.
     const Real reach = glm::max(halfSample<Real>(std::min(current, std::uint32_t{kLevelCount - 1})),
                                 segmentVoxels * static_cast<Real>(1 << k));
     int near = 0;

@@ -25,7 +25,7 @@ namespace tessera {
 
 template <typename Real> using CellCubic = leaf::CellCubic<Real>;
 
-/// Where a cubic is monotone: from ends[i] to ends[i+1], i < count.
+/// The monotone parts of a cubic: from ends[i] to ends[i+1], i < count.
 template <typename Real> struct MonotoneParts {
     int count = 1;
     Real ends[4] = {Real(0), Real(1), Real(1), Real(1)};
@@ -36,7 +36,7 @@ template <typename Real> MonotoneParts<Real> monotoneParts(const CellCubic<Real>
     return {1 + (turns.first < one) + (turns.second < one), {Real(0), turns.first, turns.second, one}};
 }
 
-/// How near bracketedRoot() comes, as a part of the piece, and the turns that takes at most.
+/// The precision of bracketedRoot(), as a part of the piece, and the most turns that it takes.
 template <typename Real> constexpr int kRootTurns = std::numeric_limits<Real>::digits - 1; // 23 and 52
 template <typename Real> constexpr Real rootTolerance() {
     return Real(2) * std::numeric_limits<Real>::epsilon(); // 2^-22 and 2^-51

@@ -15,7 +15,7 @@
 
 namespace tessera {
 
-/// Whether segments need the field at their ends rather than at their middle.
+/// True if segments need the field at their ends rather than at their middle.
 constexpr bool needsEnds(Integrator integrator) {
     return integrator != Integrator::midpoint;
 }
@@ -43,7 +43,7 @@ template <typename Real> SegmentEnd<Real> endOf(const Optics& o, Real stored) {
     return end;
 }
 
-/// What answers to light in a segment: that of the value halfway between its ends.
+/// The material of a segment: that of the value halfway between its ends.
 template <typename Real>
 leaf::Material<Real> materialOf(const Optics& o, const SegmentEnd<Real>& front,
                                 const SegmentEnd<Real>& back) {

@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// What a ray has kept so far. Of the greatest and the least value its place in the table; of the mean the
-/// sum of values (stored units) by length, and the length (segments).
+/// The value that a ray has kept so far. Of the greatest and the least value it is the place in the table. Of
+/// the mean it is the sum of values (stored units) by length, and the length (segments).
 template <typename Real> struct KeptValue {
     Real kept = 0, length = 0;
     bool any = false; // it has met what is drawn

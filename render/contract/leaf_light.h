@@ -11,7 +11,7 @@ LEAF V wholePower(V x, int n) {
     return result;
 }
 
-/// Whether there is a direction, of a squared length: none that is 0, or more than V can hold.
+/// True if a vector of this squared length has a direction: not for 0, nor for more than V can hold.
 LEAF Bool isDirection(V squared, V largest) {
     return both(squared > V(0.0f), squared <= largest);
 }
@@ -38,11 +38,11 @@ LEAF V factorFrom(V factor, V steep, V from, V value, V slope) {
     return select(from <= steep, along, factor);
 }
 
-/// What a head light makes of colours: colour * scale + add.
+/// The effect of a head light on colours: colour * scale + add.
 LEAF_STRUCT HeadLight {
     V scale, add;
 };
-/// Where there is a light; elsewhere colours stay as they are.
+/// For places with light; elsewhere colours stay as they are.
 /// @param g, d  gradient and direction, patient space, any scale
 LEAF_OF_VEC Bool isHeadLit(LEAF_IN(Vec) g, LEAF_IN(Vec) d, V largest) {
     LEAF_LET lengths = dot3(g, g) * dot3(d, d);
@@ -57,8 +57,8 @@ LEAF_OF_VEC LEAF_OF(HeadLight)
     return LEAF_MAKE(HeadLight, (scale, add));
 }
 
-/// What lights meet: the normal, the direction towards the viewer, both unit or 0, and how much of a surface
-/// there is.
+/// The geometry of a lit place: the normal, the direction towards the viewer, both unit or 0, and the share
+/// of a surface there.
 /// @param low, scale  LightingNumbers
 LEAF_OF_VEC void meetLight(LEAF_IN(Vec) g, LEAF_IN(Vec) d, V low, V scale, V largest, LEAF_OUT(Vec) normal,
                            LEAF_OUT(Vec) viewer, LEAF_OUT(V) weight) {
@@ -84,7 +84,7 @@ LEAF_OF_VEC void meetPoint(LEAF_IN(Vec) to, V constant, V linear, V quadratic, V
     direction = LEAF_VEC3(select(isAway, x, zero), select(isAway, y, zero), select(isAway, z, zero));
     share = left;
 }
-/// What a highlight is a power of.
+/// The base of a highlight's power.
 /// @param slant, towardsViewer  cosines of the light's direction and the viewer's to the normal
 LEAF_OF_VEC V sharpness(LEAF_IN(Vec) normal, LEAF_IN(Vec) viewer, LEAF_IN(Vec) light, V slant,
                         V towardsViewer, bool halfway) {
@@ -99,7 +99,7 @@ LEAF_OF_VEC V sharpness(LEAF_IN(Vec) normal, LEAF_IN(Vec) viewer, LEAF_IN(Vec) l
     }
     return heldToOne(sharp);
 }
-/// What lights make of a channel: colour * scale + add.
+/// The effect of lights on a channel: colour * scale + add.
 /// @param everywhere, facing, mirrored  sums over lights: all of them, by their slant, by their highlights
 LEAF V litScale(V ambient, V diffuse, V everywhere, V facing, V weight) {
     LEAF_LET volume = ambient + diffuse * everywhere, surface = ambient + diffuse * facing;

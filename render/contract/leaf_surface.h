@@ -19,9 +19,9 @@ LEAF LEAF_OF(CellCubic) cellCubic(V v0, V v1, V v2, V v3) {
     return LEAF_MAKE(CellCubic, (v0, c1, c2, c3));
 }
 
-/// Between which values a cubic stays in [0,1], and a little beyond: its Bernstein coefficients, and more
-/// than rounding makes of them. What is no number, or too large, counts as anywhere. Spares a search; what is
-/// found does not depend on it.
+/// Bounds of a cubic's values in [0,1], and a little beyond: its Bernstein coefficients, widened by more than
+/// their rounding. A value that is no number, or too large, counts as anywhere. This spares a search; the
+/// roots found do not depend on it.
 LEAF_STRUCT CellRange {
     V low, high;
 };
@@ -39,7 +39,7 @@ LEAF Bool mayHold(LEAF_IN(LEAF_OF(CellRange)) range, V value) {
     return both(range.low <= value, value <= range.high);
 }
 
-/// Where a cubic turns in (0,1), ascending; 1 where it does not, or no more.
+/// Turning points of a cubic in (0,1), ascending; 1 where it does not turn, or no more.
 LEAF_STRUCT CellTurns {
     V first, second;
 };
@@ -60,8 +60,8 @@ LEAF LEAF_OF(CellTurns) cellTurns(LEAF_IN(LEAF_OF(CellCubic)) f) {
                                  select(both(lowCounts, highCounts), high, one)));
 }
 
-/// Where a monotone f is looked at next for its root in [a,b], on whose ends it takes fa and fb, of unlike
-/// sides: ITP. Never outside of the bracket, whatever the values, no numbers included.
+/// The next place to evaluate for the root of a monotone f in [a,b], on whose ends it takes fa and fb, of
+/// unlike sides: ITP. Never outside of the bracket, whatever the values, no numbers included.
 /// @param pull  0.2 / (b - a) of the first bracket
 /// @param reach  half of what bisection, begun one turn later, would have left
 LEAF V rootGuess(V a, V b, V fa, V fb, V pull, V reach) {
@@ -79,7 +79,7 @@ LEAF V rootGuess(V a, V b, V fa, V fb, V pull, V reach) {
 /// A plane of sample centres that starts a piece sooner than this, in voxels, is one that rounding has left
 /// before the piece.
 const float kPlaneMargin = 1.0f / 2048.0f;
-/// Where a ray that moves along an axis first meets a plane of sample centres there, in segments from `from`.
+/// The first plane of sample centres that a ray meets along an axis, in segments from `from`.
 /// @param d  of a segment along the axis, voxels, not 0
 /// @param w  behind which, segments
 /// @param least  w and the margin

@@ -2,10 +2,10 @@
 // and for both languages. The files leaf_*.h hold it. C++ reads them here, as templates over V: float and
 // double, one at a time, and the native engine's lanes of floats. Shaders read the same files with V a float,
 // by shaders/common_leaves.glsl, which has the words below in GLSL. So a leaf takes no reference but by
-// LEAF_IN, LEAF_OUT and LEAF_INOUT, calls what both languages have, and names nothing by a word of GLSL
+// LEAF_IN, LEAF_OUT and LEAF_INOUT, calls functions of both languages, and names nothing by a word of GLSL
 // (half, smooth, sample). Every number that it computes is a LEAF_LET, a LEAF_LET3 or a LEAF_VAR, which GLSL
-// takes for precise: the order of operations is part of the contract. What is an `if` elsewhere is a select()
-// here: both sides are computed.
+// takes for precise: the order of operations is part of the contract. A choice is a select() here in place of
+// an `if`: both sides are computed.
 //
 // Lanes bring select(), min(), max(), sqrt(), floor(), ceil(), abs() and powerOfTwo() of their own.
 #pragma once
@@ -27,8 +27,9 @@
 #define TESSERA_LEAF inline __attribute__((always_inline))
 #endif
 
-// What a function is of: numbers V, vectors Vec of three, a matrix Mat by columns, codes of bricks (whole
-// numbers), or plain ones; Bool is a condition on them. LEAF_MAKE(Struct, (parts)) makes a LEAF_STRUCT.
+// Types of a function's arguments: numbers V, vectors Vec of three, a matrix Mat by columns, codes of bricks
+// (whole numbers), or plain ones; Bool is a condition on them. LEAF_MAKE(Struct, (parts)) makes a
+// LEAF_STRUCT.
 #define LEAF template <typename V, typename Bool = Condition<V>> TESSERA_LEAF
 #define LEAF_OF_VEC                                                                                          \
     template <typename Vec, typename V = Number<Vec>, typename Bool = Condition<V>> TESSERA_LEAF
@@ -85,8 +86,7 @@ inline float powerOfTwo(float n) {
 #include "render/contract/leaf_surface.h"
 #include "render/contract/leaf_table.h"
 
-// What only C++ has one text for: loops that a shader writes with turns of its own, and what is chosen by
-// types.
+// Text for C++ alone: loops that a shader writes with turns of its own, and choices by type.
 
 /// The derivative per sample along x, y and z.
 /// @param row  row(y, z, r) fills r[4] with the samples of a row, y and z from 0 to 3
@@ -168,7 +168,7 @@ template <typename V, typename N = int> struct Material {
     N power;
     V emission[3] = {V(0.0f), V(0.0f), V(0.0f)}; // is added to what litBy() makes of a colour
 };
-/// What lights make of colours: colour * scale + add, by channel.
+/// The effect of lights on colours: colour * scale + add, by channel.
 template <typename V> struct Lit { V scale[3], add[3]; };
 
 /// The light of docs/sampling.md, "Shading", by the scene's own lights.

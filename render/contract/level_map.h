@@ -1,5 +1,5 @@
 // render/contract/level_map.h: the level map: a selection's levels as rays meet them. One texel per brick
-// corner names the eight bricks around it. The CPU makes it; mirror and march read it alike.
+// corner names the eight bricks around it. The CPU makes it; the mirror and the GPU ray caster read it alike.
 #pragma once
 
 #include "core/base/budget.h"
@@ -16,9 +16,9 @@ struct LevelMap {
     int mostStride = 0;               // no stride above 2^this
     std::vector<BrickCorner> corners; // [z][y][x] over bricks + 1
     /// [z][y][x] over bricks. Bits 0-2 are the brick's code. Then come three bits a face (low x, y, z, high
-    /// x, y, z): the widest reach of the face's four corners along its axis as a level, 6 where there is
-    /// none, 7 at the volume's border. From bit 21 on one bit a face says that a brick at one of these
-    /// corners is finer.
+    /// x, y, z). They hold the widest reach of the face's four corners along its axis as a level, 6 where
+    /// there is none, 7 at the volume's border. From bit 21 on one bit a face says that a brick at one of
+    /// these corners is finer.
     std::vector<std::uint32_t> facts;
     Charge charge;
 

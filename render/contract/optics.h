@@ -35,7 +35,7 @@ struct Optics {
     std::vector<glm::vec4> table; // rgb colour, a extinction per mm
     float scale = 0, offset = 0;
     bool shading = false;
-    Gradient gradient = Gradient::central; // what shading takes
+    Gradient gradient = Gradient::central; // operator of shading
     glm::vec3 phong{0};                    // ambient, diffuse, specular
     int specularPower = 1;
     /// The scene's own lights, instead of a white head light, and what answers to them.
@@ -59,10 +59,10 @@ struct Optics {
 
     /// There is gradient opacity.
     bool grades() const { return gradientOpacity.count > 0; }
-    /// What segments show needs a gradient.
+    /// True if segments need a gradient.
     bool takesGradients() const { return shading || grades(); }
 
-    /// Of a march's tables.
+    /// For the GPU ray caster's tables.
     std::size_t gpuBytes() const {
         return (table.size() + bins.size() + sums.size() + seen.colours().size()) * sizeof(glm::vec4);
     }
@@ -114,8 +114,8 @@ template <typename Real> glm::vec<4, Real> lookUp(const Optics& o, Real stored) 
     return tableEntryAt(o, clampedPlaceOf(o, stored));
 }
 
-/// Extinction per mm of what stands in the light's way: the function's, and behind each isosurface that of
-/// what lets as much light through a voxel's length as the surface does.
+/// Extinction per mm that attenuates light: the function's, and behind each isosurface that of a medium. The
+/// medium lets as much light through a voxel's length as the surface does.
 /// @param factor  gradient opacity, on the function's
 template <typename Real> Real occlusionExtinction(const Optics& o, Real stored, Real factor = Real(1)) {
     Real extinction = factor * lookUp(o, stored).a;
@@ -227,8 +227,8 @@ glm::vec<3, Real> shadeReceived(const Optics& o, const glm::vec<3, Real>& colour
     return shade(o, colour, gradient, direction, position, material, field.received(position, o.lighting));
 }
 
-/// What is seen of a colour: lit, where the scene is.
-/// @param material  what answers to light there: f(), asked where the scene has lights of its own
+/// The visible colour: lit, where the scene is.
+/// @param material  gives the material there: f(), asked where the scene has lights of its own
 template <typename Real, typename MaterialHere, typename Field>
 glm::vec<3, Real> seenColour(const Optics& o, const glm::vec<3, Real>& colour,
                              const glm::vec<3, Real>& gradient, const glm::vec<3, Real>& direction,

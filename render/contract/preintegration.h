@@ -15,17 +15,17 @@
 namespace tessera {
 
 /// Per bin between two entries, one before the first (number 0) and one after the last, where values are
-/// constant: extinction at its start, its rise over the bin, and the integral of extinction from the first
-/// entry to the bin's start. The integral is a number and what float cannot hold of it, so that differences
-/// keep their precision.
+/// constant. It holds extinction at its start, its rise over the bin, and the integral of extinction from the
+/// first entry to the bin's start. The integral is a number and the remainder that float cannot hold of it,
+/// so that differences keep their precision.
 std::vector<glm::vec4> extinctionBins(const std::vector<glm::vec4>& table);
 /// Integrals over places from the first entry to each: rgb of extinction times colour, a of extinction; two
 /// vec4 an entry, the number and what float cannot hold. One more entry at either end.
 std::vector<glm::vec4> colourSums(const std::vector<glm::vec4>& table);
 
 /// The mean colour of a segment along which the value goes linearly from one place to another. It is C /
-/// alpha with the attenuation inside the segment, for segments of a few lengths. Where nothing is seen, the
-/// limit for no extinction.
+/// alpha with the attenuation inside the segment, for segments of a few lengths. For segments that show
+/// nothing it is the limit for no extinction.
 class Preintegration2d {
   public:
     static constexpr int kEdge = 256; // places per axis, evenly over the table
@@ -35,9 +35,9 @@ class Preintegration2d {
     /// @param length  of a segment, in the unit of 1 / extinction; layer k is for 2^k of these
     Preintegration2d(const std::vector<glm::vec4>& table, double length, int firstLayer, int layers);
 
-    /// The same for another table. Where it has the size of the one before, only pairs of places are computed
-    /// between which entries changed; the result is the same but for rounding. Returns how many,
-    /// of all layers.
+    /// The same for another table. If it has the size of the one before, only pairs of places are computed
+    /// between which entries changed; the result is the same but for rounding. Returns how many, of all
+    /// layers.
     std::size_t update(const std::vector<glm::vec4>& table);
 
     int firstLayer() const { return firstLayer_; }

@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// What lies between two planes: low <= dot(normal, p) <= high, p in voxels. low == high: one plane.
+/// The space between two planes: low <= dot(normal, p) <= high, p in voxels. low == high: one plane.
 template <typename Real> struct RaySlab {
     glm::vec<3, Real> normal{0};
     Real low = 0, high = 0;
@@ -25,7 +25,8 @@ template <typename Real> struct RaySlab {
 constexpr int kMostSlabs = 8;
 class RayCuts;
 
-/// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is what marches.
+/// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is the number
+/// type of rays.
 template <typename Real> struct RayFrame {
     using Vec = glm::vec<3, Real>;
     Vec centre{0}, right{0}, up{0}; // voxels: the plane near the volume that rays pass through
@@ -40,7 +41,7 @@ template <typename Real> struct RayFrame {
     std::array<RaySlab<Real>, kMostSlabs> slabs = {};
     int slabCount = 0;
     bool flat = false;
-    /// What else is cut away; null: nothing. Outlives the frame.
+    /// Further cuts; null: none. Outlives the frame.
     const RayCuts* cuts = nullptr;
 };
 
@@ -134,7 +135,7 @@ bool clipToSlab(const RayLine<Real>& line, const RaySlab<Real>& s, Real& t0, Rea
            !(t1 < t0);
 }
 
-/// What is inside of the volume's box and of all slabs.
+/// The part inside of the volume's box and of all slabs.
 template <typename Real>
 bool drawnPartOf(const RayFrame<Real>& f, const RayLine<Real>& line, Real& t0, Real& t1) {
     if (!clipToBox(line, f.extent, t0, t1))
@@ -185,7 +186,7 @@ template <typename Real> glm::vec<3, Real> stridePosition(const SegmentedRay<Rea
 template <typename Real> glm::vec<3, Real> strideEnd(const SegmentedRay<Real>& ray, int i, Real length) {
     return leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i) + length);
 }
-/// Where segment i begins, voxels.
+/// The start of segment i, voxels.
 template <typename Real> glm::vec<3, Real> segmentStart(const SegmentedRay<Real>& ray, int i) {
     return leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i));
 }

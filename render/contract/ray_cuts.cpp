@@ -26,7 +26,7 @@ bool holds(const std::vector<glm::dvec2>& outline, const glm::dvec2& p) {
     return inside;
 }
 
-/// What is in both lists.
+/// The intersection of two lists.
 void intersect(std::vector<Part>& parts, const std::vector<Part>& with, std::vector<Part>& scratch) {
     scratch.clear();
     for (std::size_t a = 0, b = 0; a < parts.size() && b < with.size();) {
@@ -38,7 +38,7 @@ void intersect(std::vector<Part>& parts, const std::vector<Part>& with, std::vec
     parts.swap(scratch);
 }
 
-/// What lies in [t0, t1] and in none of them.
+/// The part of [t0, t1] that is in none of them.
 std::vector<Part> outsideOf(const std::vector<Part>& parts, double t0, double t1) {
     std::vector<Part> out;
     double from = t0;

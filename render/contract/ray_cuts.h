@@ -25,7 +25,7 @@ class RayCuts {
     struct Part {
         double from = 0, to = 0;
     };
-    /// What is inside of all slabs is kept, or all but that.
+    /// The inside of all slabs is kept, or all but that.
     void add(std::vector<RaySlab<double>> slabs, Keep keep) { bodies_.push_back({std::move(slabs), keep}); }
     void add(const Scissors& scissors, const VolumeInfo& info);
     bool any() const { return !bodies_.empty() || !outlines_.empty(); }
@@ -34,7 +34,7 @@ class RayCuts {
     /// one sample (t0 == t1) that, or nothing.
     void parts(const glm::dvec3& base, const glm::dvec3& direction, double t0, double t1,
                std::vector<Part>& out) const;
-    /// Whether a box may hold something that is kept: false only where it certainly does not. Voxels.
+    /// False only if a box certainly holds nothing that is kept. Voxels.
     bool mayKeep(const glm::dvec3& low, const glm::dvec3& high) const;
 
   private:

@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-/// Where a ray first meets an isosurface that is not wholly transparent.
+/// The first place where a ray meets an isosurface that is not wholly transparent.
 struct SurfaceHit {
     glm::vec3 position{0}; // voxels
     float depthMm = 0;     // along the ray from its entry into the volume, or from the eye inside
@@ -44,17 +44,17 @@ constexpr std::size_t kLeastPlacedRays = 16;
 /// Counters that a call which draws returns.
 constexpr std::size_t kDrawnCounterBytes = 7 * sizeof(std::uint32_t);
 
-/// What a picture's rays take.
+/// The memory of a picture's rays.
 inline std::size_t rayStateBytes(const glm::ivec2& imageSize) {
     return (kRayColourBytes + kRayNextBytes) * rayCount(imageSize) + kDrawnCounterBytes;
 }
-/// What arrays of rays through given places take: as many rays as the picture has pixels, a few at least.
+/// The memory of arrays of rays through given places: as many rays as the picture has pixels, a few at least.
 inline std::size_t placedRaysBytes(const glm::ivec2& imageSize) {
     return (kRayColourBytes + kRayNextBytes + kRayPlaceBytes) *
                std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays) +
            kDrawnCounterBytes;
 }
-/// What they take besides that tell what they met first.
+/// The further memory of rays that report their first hits.
 inline std::size_t hitsBytes(const glm::ivec2& imageSize) {
     return sizeof(SurfaceHit) * std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays);
 }
@@ -63,7 +63,7 @@ constexpr std::size_t kSeenBytes = 2 * sizeof(std::uint32_t);
 inline std::size_t seenBytes(const glm::ivec3& bricks) {
     return kSeenBytes * cellCount(bricks);
 }
-/// What rays take besides that wait for bricks.
+/// The further memory of rays that wait for bricks.
 inline std::size_t wantedBytes(const glm::ivec3& bricks) {
     return kWantedBytes * cellCount(bricks);
 }

@@ -119,7 +119,7 @@ glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<
     return centralDifferences(value, p, std::min(pitch, Real(kMostReach)));
 }
 
-/// How many values of the field a gradient takes; the analytic one the samples of one.
+/// The number of values of the field that a gradient takes; the analytic one takes the samples of one.
 constexpr int gradientValues(Gradient kind) {
     switch (kind) {
     case Gradient::forward:

@@ -5,10 +5,10 @@
 
 namespace tessera {
 
-/// How rays are cut into dispatches. It never changes the picture; tests vary it to prove that.
+/// The cutting of rays into dispatches. It never changes the picture; tests vary it to prove that.
 struct Slicing {
-    /// Adaptive: a dispatch aims at this. What it takes is not bounded: it gets the iterations that fit at
-    /// the cost of those before, and takes longer where its own cost more.
+    /// Adaptive: the target time of a dispatch. Its true time is not bounded: it gets the iterations that fit
+    /// at the cost of those before, and takes longer where its own cost more.
     double targetMs = 80;
     int fixedTile = 0;       // pixels; 0: adaptive
     int fixedIterations = 0; // per ray and dispatch; 0: adaptive

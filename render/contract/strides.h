@@ -1,7 +1,7 @@
 // render/contract/strides.h: the number of segments that a ray takes at once (docs/sampling.md, "Ray";
-// adaptive object-space sampling, course notes 2.11.1). The C++ twin of shaders/march_strides.glsl. Strides
-// are aligned: one of 2^k segments starts at a multiple of 2^k. So the strides that cut a ray do not depend
-// on how it was walked.
+// adaptive object-space sampling, course notes 2.11.1). The same as shaders/march_strides.glsl, for C++.
+// Strides are aligned: one of 2^k segments starts at a multiple of 2^k. So the strides of a ray do not depend
+// on the way in which it was traversed.
 #pragma once
 
 #include "render/contract/level_map.h"
@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// What rays need to know to take strides. Uniform: every brick has one level, and map is not read.
+/// The data that rays need to take strides. Uniform: every brick has one level, and map is not read.
 struct Strides {
     const LevelMap* map = nullptr; // null: uniform
     int uniformSegments = 1;       // then: segments per stride, a power of two
