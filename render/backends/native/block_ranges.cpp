@@ -117,7 +117,7 @@ void BlockRanges::rangesOfSamples(int level, const glm::ivec3& firstVoxel, CellR
     rangesOfPoints(points, out);
 }
 
-/// What one brick has in a cell, of its own or beyond its faces: clamped to its own samples and its ghost
+/// The range of one brick in a cell, of its own or beyond its faces: clamped to its own samples and its ghost
 /// layer's.
 void BlockRanges::rangesOfBrick(const glm::ivec3& at, const glm::ivec3& firstVoxel, CellRanges& out) {
     const PacketBrick& brick = brickAt(at);
@@ -183,7 +183,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
             one = one && bricks[axis][n] == bricks[axis][0];
         }
     }
-    if (one) // which clamps where the volume ends, too
+    if (one) // it clamps at the volume's end, too
         return rangesOfBrick(firstVoxel / kBrickExtent, firstVoxel, out);
     const std::int64_t* const xs = offsets[0];
     // Part by part: what one brick has of the window.
@@ -203,7 +203,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
             rows.endY = part(1, rows.firstY);
             for (rows.first = 0; rows.first < count.x; rows.first = rows.last + 1) {
                 rows.last = part(0, rows.first) - 1;
-                // Where the volume ends numbers repeat its last sample: one by one.
+                // At the volume's end numbers repeat its last sample: one by one.
                 if (xs[rows.last] - xs[rows.first] != rows.last - rows.first)
                     rows.last = rows.first;
                 const PacketBrick& brick = plane_.bricks()[static_cast<std::size_t>(

@@ -25,13 +25,13 @@ Entries entriesWithin(const TransferTable& table, float low, float high) {
             static_cast<int>(to - from) + 1};
 }
 
-/// Whether any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated
+/// True if any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated
 /// between.
 bool showsWithin(const TransferTable& table, float low, float high) {
     const Entries e = entriesWithin(table, low, high);
     return e.showing > 0;
 }
-/// Whether every value of the range does.
+/// True if every value of the range shows.
 bool showsThroughout(const TransferTable& table, float low, float high) {
     const Entries e = entriesWithin(table, low, high);
     return e.showing == e.all;
@@ -50,8 +50,8 @@ double raysPerCell(const RayFrame<double>& frame) {
 }
 
 bool FineBlocks::pay(bool mixed, double raysPerCell) {
-    // A cell takes as long to look at as what is empty in it takes so many rays
-    // (docs/measurements/performance.md); where levels mix, cells are blended from several bricks.
+    // Testing a cell takes as long as this number of rays takes through its empty part
+    // (docs/measurements/performance.md). Where levels mix, cells are blended from several bricks.
     constexpr double kRays = 8, kMixedRays = 16;
     return raysPerCell >= (mixed ? kMixedRays : kRays);
 }
@@ -99,8 +99,8 @@ void FineBlocks::look(std::int32_t cell) const {
     const glm::ivec3& grid = in_.occupancy.grid();
     const native::CellRanges& ranges =
         field.of({cell % grid.x, cell / grid.x % grid.y, cell / grid.x / grid.y});
-    // How far a value between samples can be computed from the true one: some sixty roundings of 2^-24, here
-    // and where rays take it and blend it.
+    // The largest error of a computed value between samples: some sixty roundings of 2^-24, here and where
+    // rays take it and blend it.
     const float slack =
         (std::max(std::abs(ranges.low), std::abs(ranges.high)) + 2 * std::abs(optics.offset)) / 131072.0f;
     std::uint64_t blocks = 0;

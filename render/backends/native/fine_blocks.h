@@ -18,7 +18,7 @@
 
 namespace tessera {
 
-/// What blocks are found from. It outlives them and stays as it is; all bricks are there.
+/// The inputs of blocks. They outlive the blocks and stay as they are; all bricks are there.
 struct FineBlocksInput {
     const HostPlane& plane;
     const Occupancy& occupancy; // by cells
@@ -32,7 +32,7 @@ struct FineBlocksInput {
 
 class FineBlocks {
   public:
-    /// No cell is looked at yet. Charges as many bytes as the map has.
+    /// No cell is tested yet. Charges as many bytes as the map has.
     FineBlocks(const FineBlocksInput& input, MemoryBudget& gpu);
     FineBlocks(const FineBlocks&) = delete;
     FineBlocks& operator=(const FineBlocks&) = delete;
@@ -40,13 +40,13 @@ class FineBlocks {
     static std::size_t bytes(const Occupancy& occupancy) {
         return occupancy.map().size() * sizeof(SkippingTexel);
     }
-    /// Whether a picture gains more than looking costs.
+    /// True if a picture gains more than finding blocks costs.
     /// @param raysPerCell  of raysPerCell()
     static bool pay(bool mixed, double raysPerCell);
 
-    /// What packets read in place of the occupancy's map. Any number of threads.
+    /// The map that packets read in place of the occupancy's. Any number of threads.
     native::PacketEmptySpace space() const;
-    /// Cells that were looked at. Those of which every value shows are not: all their blocks do.
+    /// Cells that were tested. Those of which every value shows are not: all their blocks do.
     std::size_t looked() const { return looked_.load(std::memory_order_relaxed); }
 
   private:
@@ -54,7 +54,7 @@ class FineBlocks {
 
     FineBlocksInput in_;
     Charge charge_;
-    mutable std::vector<SkippingTexel> map_; // 0: not looked at. Written by any thread, each texel whole
+    mutable std::vector<SkippingTexel> map_; // 0: not tested. Written by any thread, each texel whole
     mutable std::atomic<std::size_t> looked_{0};
 };
 

@@ -160,7 +160,7 @@ float HostPlane::sampleAt(const PacketBrick& brick, int level, const glm::ivec3&
 void HostPlane::settle(const LevelMap* map, int level) {
     if (settled_)
         return;
-    // Whose samples are others, or in another place, than when ghost layers were filled.
+    // Bricks whose samples are others, or in another place, than when ghost layers were filled.
     std::vector<std::uint8_t> stale(entries_.size(), 0);
     for (std::size_t b = 0; b < entries_.size(); ++b) {
         const BrickEntry& entry = entries_[b];
@@ -292,7 +292,7 @@ template <typename Sample> bool HostPlane::fillGhostLayerOf(const glm::ivec3& br
 
 namespace {
 
-/// Whether the field in a brick of level 0 and around it is plain interpolation of level 0.
+/// True if the field in a brick of level 0 and around it is plain interpolation of level 0.
 bool isPlainAround(const LevelMap& map, const glm::ivec3& brick) {
     for (int n = 0; n < 8; ++n) {
         const BrickCorner& corner = map.at(brick + glm::ivec3(n & 1, (n >> 1) & 1, n >> 2));

@@ -1,5 +1,5 @@
 // render/backends/native/host_plane.h: bricks' samples in host memory, as packets of rays read them. Bricks
-// of level 0 can have a ghost layer (Apron in code) of their neighbours' samples: one layer before them and
+// of level 0 can have a ghost layer (`Apron` in code) of their neighbours' samples: one layer before them and
 // two behind. No cell that begins in a brick needs another one then, nor does a central difference over a
 // whole pitch around it. Where there is no neighbour the ghost layer repeats the volume's outermost samples.
 // Beside an empty brick it holds that brick's value.

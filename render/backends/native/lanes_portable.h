@@ -160,7 +160,7 @@ TESSERA_LANE I min(I a, I b) {
 TESSERA_LANE I max(I a, I b) {
     return select(a < b, b, a);
 }
-/// What is beyond 32 bits is any number, but one.
+/// Beyond 32 bits the result is some number, always the same.
 TESSERA_LANE I truncated(F a) {
     const F inside = select(abs(a) < F(2147483648.0f), a, F(0.0f));
     return I::make((Words) __builtin_convertvector(inside.v, Ints));

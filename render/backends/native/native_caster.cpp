@@ -18,7 +18,7 @@ namespace {
 constexpr int kTileEdge = 32;       // rays of the array; a packet's edges divide it
 constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
 
-/// What packets leave to the scalar text, for one thread.
+/// The state of one thread for the scalar text, which packets leave rare work to.
 struct Context {
     NativeField& field;
     const Rays& rays;
@@ -87,7 +87,7 @@ void nameSample(NativeField& field, const Context& context, const Optics& optics
 
 } // namespace
 
-/// What a thread counts; added up tile by tile.
+/// The counts of a thread; added up tile by tile.
 struct NativeCaster::Counts {
     Work work;
     Lanes lanes;
@@ -118,7 +118,7 @@ void NativeCaster::begin(const Rays& rays) {
     tiles_ = (size_ + (kTileEdge - 1)) / kTileEdge;
     packetFrame_ = packetFrameOf(frame_);
     const std::uint64_t map = scene_.revisions.emptySpace;
-    if (std::exchange(mapTaken_, map) != map) { // what was found is of another one
+    if (std::exchange(mapTaken_, map) != map) { // the blocks are of another map
         blocks_.reset();
         surfaceBlocks_.reset();
     }

@@ -39,7 +39,7 @@ class NativeCaster : public RayCaster {
         int width = 0;
     };
     Lanes lanes() const { return lanes_; }
-    /// What packets read of the scene as it is; for measurements.
+    /// The packets' view of the current scene; for measurements.
     native::PacketScene packetScene() const;
     const native::PacketTarget& target() const { return target_; }
 
@@ -74,7 +74,7 @@ class NativeCaster : public RayCaster {
     std::vector<std::int32_t> next_;    // of every ray; kEnded at its end
     std::vector<std::uint16_t> packet_; // of every tile: its next packet
     std::vector<SurfaceHit> hits_;
-    std::optional<CutRays> cuts_; // where the rays are cut
+    std::optional<CutRays> cuts_; // of cut rays
     std::size_t round_ = 0;       // the number of the interval at hand
     Charge cutsCharge_;
     WantedBricks wanted_;

@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kNumberedSamples = std::size_t{1} << 31; // what 32 bits number
+constexpr std::size_t kNumberedSamples = std::size_t{1} << 31; // the most that 32 bits number
 
 /// As mirrorSeen(), over the engine's bricks.
 class NativeCounter : public VisibilityCounter {

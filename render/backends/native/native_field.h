@@ -41,7 +41,7 @@ class NativeField {
     /// Fields of light, one a channel.
     void setLight(const std::vector<std::unique_ptr<HostPlane>>& planes);
 
-    /// Whether a brick was lacking since this was last asked.
+    /// True if a brick was lacking since the last call.
     bool takeMissing() { return std::exchange(missing_, false); }
     bool lacks() { return takeMissing(); }
     /// From now on bricks that are read, lacking or not, are named for a ray; null: no longer.

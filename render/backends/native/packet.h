@@ -22,7 +22,7 @@ enum class PacketIntegrator { midpoint, linear, preintegrated, preintegrated2d }
 enum class PacketReduction { composite, maximum, minimum, average };
 constexpr int kMostPacketSlabs = 8; // as kMostSlabs of render/contract/ray.h
 
-/// Where a brick's samples are, and which cells of its lattice need no other brick.
+/// The place of a brick's samples, and the cells of its lattice that need no other brick.
 struct PacketBrick {
     /// Of sample (0,0,0) of the brick among all samples.
     std::uint32_t base = 0;
@@ -41,7 +41,7 @@ struct PacketField {
     std::int32_t extentVoxels[3] = {}, lastVoxel[3] = {};
     std::int32_t rowPitch[5] = {}, slicePitch[5] = {}; // samples, by level
     bool mixed = false;
-    std::int32_t level = 0;    // where levels are not mixed: of all bricks
+    std::int32_t level = 0;    // for one level: of all bricks
     std::int32_t last[3] = {}; // of its samples
     // Mixed levels (render/contract/level_map.h)
     const std::uint32_t* corners = nullptr; // two words each
@@ -87,17 +87,17 @@ struct PacketEmptySpace {
     const std::uint64_t* map = nullptr; // null: nothing is skipped (render/empty_space/distance_map.h)
     std::int32_t grid[3] = {};
     std::int32_t shift = 3; // log2 of a box's edge, voxels
-    /// A texel of 0 was not looked at yet (fine_blocks.h); look() makes it what it is.
+    /// A texel of 0 is not tested yet (fine_blocks.h); look() tests it.
     const void* finer = nullptr; // null: no texel is 0
     void (*look)(const void* finer, std::int32_t number) = nullptr;
 };
 
-/// How far values go in bricks and in cells (render/empty_space/value_bounds.h).
+/// The ranges of values in bricks and in cells (render/empty_space/value_bounds.h).
 struct PacketBounds {
     const float* brick = nullptr; // null: nothing is leapt over
     const float* cell = nullptr;  // null: bricks only
     std::int32_t cells[3] = {};
-    bool least = false; // rays look for the least value
+    bool least = false; // rays keep the least value
 };
 
 /// Isosurfaces, by value, ascending.
@@ -107,18 +107,18 @@ struct PacketSurfaces {
     float red[kMostSurfaces] = {}, green[kMostSurfaces] = {}, blue[kMostSurfaces] = {};
     float opacity[kMostSurfaces] = {};
     bool volumeShows = true;     // between them
-    bool showsDistances = false; // how far along its ray each is met, mm, in place of its red
-    PacketEmptySpace space;      // what they alone show; no map: wherever anything shows
+    bool showsDistances = false; // distances along rays, mm, in place of red
+    PacketEmptySpace space;      // of the surfaces alone; no map: wherever anything shows
 };
 
 struct PacketJob;
 
-/// What is rare is left to the scalar text of render/contract. All thread-safe.
+/// Rare work is left to the scalar text of render/contract. All thread-safe.
 struct PacketHelp {
     const void* context = nullptr;
     /// @param missing  set where a brick is absent
     void (*gradient)(const void* context, const float* p, float* gradient, bool* missing) = nullptr;
-    /// Whether the packet is to stop where it is.
+    /// True if the packet must stop now.
     bool (*expired)(const void* context) = nullptr;
 };
 
@@ -173,7 +173,7 @@ struct PacketFrame {
     bool flat = false;
 };
 
-/// Where the rays of a packet go through the picture, pixels, and their phases (phaseOf() in
+/// The places of a packet's rays on the picture, pixels, and their phases (phaseOf() in
 /// render/contract/ray.h).
 struct PacketPlaces {
     alignas(64) float x[kMostLanes];
@@ -205,10 +205,10 @@ struct CellRanges {
 constexpr int kOcclusionRun = 16;
 /// As OcclusionMethod of core/scene/lighting.h.
 enum class OcclusionSum { local, positional, rejecting };
-/// What opacity must fall by to be rejected: more than rounding makes of an even medium.
+/// The fall of opacity that is rejected: more than the rounding in an even medium.
 constexpr float kRejectedFall = 1.0f / 1048576;
-/// Where a ray of occlusion reads: between four samples of a layer of the lattice. What is there stands for
-/// the step around it; the first and the last of a ray for half a step.
+/// A place that a ray of occlusion reads: between four samples of a layer of the lattice. Its value stands
+/// for the step around it; the first and the last of a ray for half a step.
 struct OcclusionStep {
     std::int32_t offset = 0; // of the first of them from the sample that is lit
     float weight[4] = {};    // of it, of those strideA and strideB on, and of the one across
@@ -222,7 +222,7 @@ struct OcclusionPath {
 
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
 
-/// What was compiled for one instruction set.
+/// The functions compiled for one instruction set.
 struct PacketTarget {
     const char* name = "";
     int columns = 0, rows = 0; // pixels of a packet

@@ -42,7 +42,7 @@ TESSERA_LANE F meanOf(const PacketField& f, I brick, M m) {
     return asFloat(gather<4>(reinterpret_cast<const std::int32_t*>(f.bricks) + 3, shl<2>(brick), m));
 }
 
-/// What a cell needs of one axis: brick and place in it, of its lower and its upper sample.
+/// The needs of a cell along one axis: brick and place in it, of its lower and its upper sample.
 struct CellAxis {
     I brick[2], inside[2];
     F part;
@@ -234,7 +234,7 @@ TESSERA_LANE F blendedPitch(const PacketField& f, F3 p, M m) {
     return sum / weights;
 }
 
-/// How far a box of strides stays inside the places that have them, voxels: more than rounding.
+/// Margin of a box of strides inside the places that have them, voxels: more than rounding.
 constexpr float kStrideMargin = 1.0f / 64;
 
 /// Strides that start in a box of places.
@@ -308,7 +308,7 @@ TESSERA_LANE single::F3 lowerHalf(F3 p) {
 TESSERA_LANE single::F3 upperHalf(F3 p) {
     return {p.x.b, p.y.b, p.z.b};
 }
-/// Of two registers, those that have lanes to look for.
+/// Of two registers, those that have lanes to search.
 template <typename Result, typename Of> TESSERA_LANE Result halves(F3 p, M m, const Of& of) {
     Result result(0);
     if (single::any(m.a))

@@ -36,8 +36,8 @@ TESSERA_LANE CellRow most(CellRow a, CellRow b) {
     return a > b ? a : b;
 }
 
-/// The samples of one brick, rows along x. What a row reads beyond them is of no value
-/// (HostPlane::kAround), and overwritten.
+/// The samples of one brick, rows along x. Lanes that a row reads beyond them have no meaning
+/// (HostPlane::kAround), and are overwritten.
 template <typename Stored> void takeRows(const void* brick, const CellRows& rows, CellSamples& out) {
     constexpr std::size_t kSampleBytes = sizeof(Stored) / kRowFloats;
     const CellNumbers others = (kNumbers < rows.first) | (kNumbers > rows.last);

@@ -94,7 +94,7 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
         const I row = rowPitch(f, level);
         here.row = select(m, number(row), here.row);
         here.slice = select(m, number(row * row), here.slice);
-        // Where bricks across two faces are coarser, the one across their edge has weight further in.
+        // If bricks across two faces are coarser, the one across their edge has weight further in.
         const I facts = gather<4>(f.facts, number_, m);
         const F behind = F(32.0f) * perVoxel - F(0.5f);
         const auto inner = [&](int face, F outer) {
@@ -150,8 +150,8 @@ template <bool Mixed> TESSERA_LANE I indexOf(const Here<Mixed>& here, F3 cell) {
     return here.base + truncated((cell.z * here.slice + cell.y * here.row) + cell.x);
 }
 
-/// The rows along x that a cell's corners lie in, a sample longer at either end, by slice and row: what a
-/// value and a central difference at one place share.
+/// The rows along x that hold a cell's corners, a sample longer at either end, by slice and row. A value and
+/// a central difference at one place share them.
 struct LongRows {
     Row4 r00, r01, r10, r11;
 };
@@ -188,7 +188,7 @@ TESSERA_LANE I laneNumbers() {
     return {single::lanesFrom(0), single::lanesFrom(single::kWidth)};
 }
 
-/// Where a lane's cell needs other bricks too. Lanes that lack a brick are taken from m.
+/// For lanes whose cell needs other bricks too. Lanes that lack a brick are taken from m.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M& m) {
     Points points;

@@ -16,9 +16,9 @@ struct Sides {
     M known[6];
 };
 
-/// Central differences' values of lanes whose own cell lies in their brick: all that lie there too, from one
-/// neighbourhood of 4^3 samples. Where rounding says otherwise, or a value is another brick's, it
-/// is not known.
+/// Values for central differences of lanes whose own cell lies in their brick: all that lie there too, from
+/// one neighbourhood of 4^3 samples. If rounding says otherwise, or a value is another brick's, it is not
+/// known.
 /// @param rows  null, or those of the lanes' cells
 template <SampleKind K, bool Mixed>
 TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m, Sides& to,

@@ -55,7 +55,7 @@ TESSERA_LANE single::F between(const float* from, const OcclusionStep& step, con
            (F(step.weight[2]) * single::load(q + b) + F(step.weight[3]) * single::load(q + (a + b)));
 }
 
-/// What half a step leaves of light, by a step's opacity, which rounding may take beyond 1.
+/// The share of light after half a step, by a step's opacity, which rounding may take beyond 1.
 TESSERA_LANE single::F leftOfHalf(single::F opacity) {
     using single::F;
     return sqrt(max(F(0.0f), F(1.0f) - opacity));

@@ -1,6 +1,6 @@
-// render/backends/native/packet_march.h: a packet of rays through a volume without surfaces: twin of
-// mirrorRay(), one ray a lane. A turn of the loop finds for every lane a stride that can show something. Once
-// enough lanes have one, it takes their samples. For packet_*.cpp alone: it is compiled once for every
+// render/backends/native/packet_march.h: a packet of rays through a volume without surfaces: the same as
+// mirrorRay(), for one ray a lane. A turn of the loop finds for every lane a stride that can show something.
+// Once enough lanes have one, it takes their samples. For packet_*.cpp alone: it is compiled once for every
 // instruction set.
 #pragma once
 
@@ -14,8 +14,7 @@ using native::PacketMarch;
 using native::PacketScene;
 
 constexpr int kTurnsBetweenLooks = 128; // at the clock
-constexpr int kMaxStepsUnchecked =
-    3; // turns: where much shows, a look at each costs more than samples in vain
+constexpr int kMaxStepsUnchecked = 3;   // turns: where much shows, tests cost more than useless samples
 
 struct PacketRays {
     F3 entry, step;
@@ -73,7 +72,7 @@ TESSERA_LANE I stridesAt(const PacketScene& s, const PacketRays& rays, Strides& 
     }
 }
 
-/// Where the strides start that hold segments i, of lanes m.
+/// The starts of the strides that hold segments i, of lanes m.
 inline __attribute__((noinline)) I strideStarts(const PacketField& f, const PacketRays& rays,
                                                 Strides& strides, I i, M m) {
     const F3 at = along(rays, number(i));
@@ -81,7 +80,7 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
     if (any(unknown))
         findStrides(f, strides, at, unknown);
     const I most = strides.most();
-    // Where all strides that could hold i start in one box, they have its exponent.
+    // If all strides that could hold i start in one box, they have its exponent.
     const M all = within(along(rays, number(i & (I(0) - shl(I(1), most)))), strides.low(), strides.high());
     I to = select(m & all, i & (I(0) - shl(I(1), strides.exponent())), i);
     m = m & ~all & (most > I(0));
@@ -135,7 +134,7 @@ TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mix
     });
 }
 
-/// Colours at p, lit as the scene is; twin of seenColour() of render/contract/optics.h.
+/// Colours at p, lit as the scene is: the same as seenColour() of render/contract/optics.h, for lanes.
 /// @param place  of the value that is lit, in the table
 template <bool Mixed>
 TESSERA_LANE F3 seenColour(const PacketScene& s, const Here<Mixed>& here, F3 colour, F3 gradient,
@@ -179,7 +178,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
     M showsBack = none();                  // at the end of the stride of a lane that is ready
     int turns = 0;
     int dense = 0,
-        unlooked = 0; // looks in a row that found nothing empty; turns that go without one for that
+        unlooked = 0; // tests in a row that found nothing empty; turns without one then
     std::uint64_t iterations = 0, segments = 0, values = 0, gradients = 0, sampling = 0;
     while (any(active)) {
         if (++turns % kTurnsBetweenLooks == 0 && s.help.expired(s.help.context))
@@ -213,7 +212,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                         to = to & I(-f.uniformSegments);
                     i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
                     active = active & (i < rays.count);
-                    // A look costs less than a sample: it pays to wait until most lanes have one to take.
+                    // A test costs less than a sample: it pays to wait until most lanes have one to take.
                     if (count(leaps & active) * 2 > count(ready))
                         continue;
                 }

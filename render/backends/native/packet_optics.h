@@ -30,7 +30,7 @@ TESSERA_LANE Entries entriesAt(const PacketOptics& o, F place) {
 TESSERA_LANE Entries entriesOf(const PacketOptics& o, F stored) {
     return entriesAt(o, stored * F(o.scale) + F(o.offset));
 }
-/// What the table says there.
+/// The table's content there.
 struct TableLook {
     F3 colour;
     F extinction; // per mm

@@ -11,7 +11,7 @@ namespace tessera::TESSERA_LANES {
 /// Room for all values that Sobel's operator takes of a packet, and for a register beyond.
 constexpr int kMostPoints = 27 * kWidth;
 
-/// Where values are wanted, and what they are.
+/// Points at which values are wanted, and the values.
 struct Points {
     int count = 0;
     alignas(64) float x[kMostPoints + kWidth], y[kMostPoints + kWidth], z[kMostPoints + kWidth];
@@ -45,7 +45,7 @@ struct Shares {
     int count = 0;
     alignas(64) std::int32_t point[kMostShares], x[kMostShares], y[kMostShares], z[kMostShares],
         code[kMostShares];
-    alignas(64) float px[kMostShares], py[kMostShares], pz[kMostShares]; // where the point is
+    alignas(64) float px[kMostShares], py[kMostShares], pz[kMostShares]; // place of the point
     alignas(64) float weight[kMostShares], value[kMostShares];
 
     __attribute__((always_inline)) void add(I points, F3 p, I bx, I by, I bz, I codes, F weights, M m) {

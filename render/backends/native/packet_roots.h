@@ -3,13 +3,13 @@
 #pragma once
 
 #include "render/backends/native/lanes.h"
-#include "render/contract/cell_roots.h" // how near a root is
+#include "render/contract/cell_roots.h" // precision of a root
 
 namespace tessera::TESSERA_LANES {
 
 using Cubic = leaf::CellCubic<F>;
 
-/// Where cubics are monotone: from ends[n] to ends[n + 1], n < count.
+/// The monotone parts of cubics: from ends[n] to ends[n + 1], n < count.
 struct MonotoneParts {
     I count;
     F ends[4];

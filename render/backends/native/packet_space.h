@@ -1,6 +1,6 @@
-// render/backends/native/packet_space.h: leaps over proven empty space, for all lanes of a packet: twin of
-// nextOccupied() and nextShown() in render/empty_space/occupancy.h. Leaps differ from its by rounding; the
-// strides that are taken do not. For packet_*.cpp alone.
+// render/backends/native/packet_space.h: leaps over proven empty space: the same as nextOccupied() and
+// nextShown() in render/empty_space/occupancy.h, for all lanes of a packet. Leaps differ from theirs by
+// rounding; the strides that are taken do not. For packet_*.cpp alone.
 #pragma once
 
 #include "render/backends/native/lanes.h"
@@ -12,12 +12,12 @@ using native::PacketEmptySpace;
 using native::PacketField;
 using native::PacketJob;
 
-/// How far a leap stays inside its box, voxels (kLeapMargin of occupancy.h).
+/// Margin of a leap inside its box, voxels (kLeapMargin of occupancy.h).
 constexpr float kMargin = 1.0f / 64;
 /// A ray whose step is below this along an axis counts as running along the boxes there.
 constexpr float kLeastStep = 1e-18f;
 
-/// What leaps need of a packet's rays.
+/// The data of a packet's rays that leaps need.
 struct LeapingRays {
     F3 perStep;   // 1 / step; 0 along the boxes
     F3 toLeave;   // from a box's side to where a leap ends, less the entry
@@ -50,7 +50,7 @@ struct BoxAt {
     M shows;      // its block
 };
 
-/// Looks at cells that no ray got to before.
+/// Tests cells that no ray got to before.
 inline __attribute__((noinline)) void lookAt(const PacketEmptySpace& space, const I& numbers, M m) {
     alignas(64) std::int32_t number[kWidth];
     store(number, numbers);
@@ -95,7 +95,7 @@ TESSERA_LANE BoxAt boxAt(const PacketEmptySpace& space, const PacketField& f, F3
     return box;
 }
 
-/// How far the emptiness around a place goes: of an empty box as far as a ray may leap, of a block itself.
+/// The extent of empty space around a place: of an empty box as far as a ray may leap, of a block itself.
 struct EmptyReach {
     I boxes, shift; // along each axis; log2 of a box's edge, voxels
 };
@@ -105,7 +105,7 @@ TESSERA_LANE EmptyReach emptyReach(const PacketEmptySpace& space, const LeapingR
             select(box.isOccupied, I(space.shift - 2), I(space.shift))};
 }
 
-/// Whether the emptiness around one place touches, or holds, the smallest box around another.
+/// True if the empty space around one place touches, or holds, the smallest box around another.
 TESSERA_LANE M touches(const PacketEmptySpace& space, const LeapingRays& rays, const BoxAt& from,
                        const BoxAt& to) {
     const EmptyReach reach = emptyReach(space, rays, from);
@@ -122,7 +122,7 @@ TESSERA_LANE M touches(const PacketEmptySpace& space, const LeapingRays& rays, c
     return all;
 }
 
-/// Where the rays leave the empty box, less a margin, in segments from their entry.
+/// The rays' exits from the empty box, less a margin, in segments from their entry.
 TESSERA_LANE F leaves(const PacketEmptySpace& space, const LeapingRays& rays, const BoxAt& box) {
     const auto [reach, shift] = emptyReach(space, rays, box);
     const auto leave = [&, reach = reach, shift = shift](int axis, F perStep, F toLeave) {

@@ -1,5 +1,5 @@
-// render/backends/native/packet_surfaces.h: a packet of rays through a volume with isosurfaces: twin of
-// surfaceRay() in render/backends/mirror/mirror_surfaces.h, one ray a lane. A turn of the loop finds for
+// render/backends/native/packet_surfaces.h: a packet of rays through a volume with isosurfaces: the same as
+// surfaceRay() in render/backends/mirror/mirror_surfaces.h, for one ray a lane. A turn of the loop finds for
 // every lane a stride that is not proven empty. Once enough lanes have one, it takes those strides whole, so
 // packets stop between strides alone. For packet_*.cpp alone.
 #pragma once
@@ -13,7 +13,8 @@ namespace tessera::TESSERA_LANES {
 using native::PacketHits;
 using native::PacketSurfaces;
 
-/// Lanes of m whose way from a to b is proven empty: twin of isClear() in render/empty_space/occupancy.h.
+/// Lanes of m whose way from a to b is proven empty: the same as isClear() in render/empty_space/occupancy.h,
+/// for lanes.
 inline __attribute__((noinline)) M clearBetween(const PacketEmptySpace& space, const PacketField& f, F3 a,
                                                 F3 b, M m) {
     const I fine(space.shift - 2);
@@ -42,8 +43,8 @@ inline __attribute__((noinline)) M clearBetween(const PacketEmptySpace& space, c
 }
 
 /// leaves(), rounded as the mirror's. It decides whether a stride that spans more than two blocks is taken or
-/// leapt over. Where values jump between bricks (edge function nearest) such a stride can hold a crossing
-/// that no block holds.
+/// leapt over. If values jump between bricks (edge function nearest) such a stride can hold a crossing that
+/// no block holds.
 TESSERA_LANE F leavesAsTheMirror(const PacketEmptySpace& space, const PacketRays& rays,
                                  const LeapingRays& leaping, const BoxAt& box) {
     const auto [reach, shift] = emptyReach(space, leaping, box);
@@ -59,7 +60,7 @@ TESSERA_LANE F leavesAsTheMirror(const PacketEmptySpace& space, const PacketRays
     return leave;
 }
 
-/// Where rays first meet a plane of sample centres beyond w, in segments from start.
+/// The first plane of sample centres on each ray beyond w, in segments from start.
 TESSERA_LANE F nextPlane(F3 start, F3 step, F w, F pitch, float segmentVoxels) {
     F next(kMostFloat);
     const F least = w + F(leaf::kPlaneMargin / segmentVoxels);
@@ -186,7 +187,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         composite(colour, opacity, m);
     }
 
-    /// What rays met first, where they had met nothing.
+    /// The first hits of rays that had met nothing.
     void note(F3 p, F at, F3 gradient, I surface, M m) {
         m = m & (met == I(0));
         if (!any(m))
@@ -371,7 +372,7 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
                     clearBetween(s.space, f, along(rays, number(i)), along(rays, number(i) + length), goes);
                 known = known & ~passes;
                 i = select(passes, i + shl(I(1), k), i);
-                const M goesOn = goes & (passes | ~stays); // and is looked at again
+                const M goesOn = goes & (passes | ~stays); // and is tested again
                 ready = ready | (goes & ~goesOn);
                 active = active & (i < rays.count);
                 if (count(goesOn & active) * 2 > count(ready))

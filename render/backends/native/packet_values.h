@@ -1,6 +1,6 @@
 // render/backends/native/packet_values.h: a packet of rays that keep one of the values along them, or their
-// mean: twin of keepAlong() in mirror_values.h, one ray a lane. A lane reads the bounds of values once a box:
-// it leaps over the box, or takes all samples in it. For packet_*.cpp alone.
+// mean: the same as keepAlong() in mirror_values.h, for one ray a lane. A lane reads the bounds of values
+// once a box: it leaps over the box, or takes all samples in it. For packet_*.cpp alone.
 #pragma once
 
 #include "render/backends/native/packet_march.h"
@@ -38,7 +38,7 @@ TESSERA_LANE BoundedBox boundedBoxAt(const PacketBounds& b, const PacketField& f
     return box;
 }
 
-/// Where the rays leave the box, less a margin, in segments from their entry.
+/// The rays' exits from the box, less a margin, in segments from their entry.
 TESSERA_LANE F leaves(const LeapingRays& rays, const BoundedBox& box) {
     const auto leave = [&](int axis, F perStep, F toLeave) {
         const F side = number(shl(sar(box.voxel[axis], box.shift) + rays.ascends[axis], box.shift));
@@ -48,8 +48,8 @@ TESSERA_LANE F leaves(const LeapingRays& rays, const BoundedBox& box) {
                leave(2, rays.perStep.z, rays.toLeave.z));
 }
 
-/// What job.colour holds of a ray until its end: what is kept, its length, and 1 where it has met what is
-/// drawn; then its colour.
+/// The content of job.colour until a ray's end: the kept value, its length, and 1 once it has met the drawn
+/// part of the volume; then its colour.
 template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
@@ -73,7 +73,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
         kept = select(active & (met == F(0.0f)), lastPlace, kept);
     met = select(active, F(1.0f), met);
     M waiting = none();
-    I until(0); // segments before it need no look
+    I until(0); // segments before it need no test
     int turns = 0;
     std::uint64_t iterations = 0, segments = 0, sampling = 0;
     while (any(active)) {
@@ -105,7 +105,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
                     i = select(leaps, select(ends, rays.count, max(i + n, start)), i);
                     active = active & (i < rays.count);
                     ready = active & ~leaps;
-                    // A look costs less than a sample: it pays to wait until most lanes have one to take.
+                    // A test costs less than a sample: it pays to wait until most lanes have one to take.
                     if (count(ready) * 2 < count(active) || !any(ready))
                         continue;
                 }
