@@ -22,7 +22,7 @@ namespace tessera {
 /// A round of pictures of one scene that come nearer and nearer to what is asked for.
 struct Round {
     int number = 0; // from 0
-    PixelGoal goal; // where pixels decide how many samples they take
+    PixelGoal goal; // if pixels decide the number of their samples
 };
 
 /// Of pictures that follow one another.
@@ -54,9 +54,9 @@ class PixelSource {
         int brickPixels = 1; // a brick's width in the middle of the volume
     };
     virtual About about() const = 0;
-    /// What samples through places come to, to their end.
+    /// The colours of samples through places, at their end.
     /// @param places  in pixels of the picture, row by row of an array of arraySize, as Rays::places
-    /// @param mostBytes  of bricks that may be brought, all of work together; none where they would take more
+    /// @param mostBytes  of bricks that may be loaded, for all work together; none if they would take more
     virtual std::optional<Image> draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
                                       const Slicing& slicing, std::uint64_t mostBytes, Work& work) = 0;
     /// From here on draw() tells the true integral, through the finest level.
@@ -86,7 +86,7 @@ class Renderer {
     virtual void close() {}
     /// Of bricks that are kept from frame to frame; null where there are none.
     virtual BrickResidency* bricks() { return nullptr; }
-    /// What went wrong unseen since the last call; empty: nothing.
+    /// The errors since the last call that nothing reported; empty: none.
     virtual std::string fault() { return {}; }
 };
 

@@ -33,8 +33,8 @@ Scene firstScene(const Scene& scene) {
     return first;
 }
 
-/// Seconds that the picture itself takes, from how long the first one took: it takes as many more samples as
-/// its level and step are finer. What is tried and estimated besides takes about a third of it again.
+/// Seconds for the picture itself, estimated from the time of the first one: it takes as many more samples as
+/// its level and step are finer. Trials and estimates besides take about a third of it again.
 double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
     const double samplesPerSample = (1 << first.level) * first.stepVoxels / scene.quality.stepVoxels;
     return 1.3 * samplesPerSample * 1e-3 * first.work.marchMs;
@@ -50,7 +50,7 @@ PixelGoal pixelGoal(double lightness) {
     return goal;
 }
 
-/// How fine it is is decided by what is measured.
+/// True if measurements decide the fineness of the picture.
 bool decides(const Scene& scene, const RenderOptions& options) {
     return scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none;
 }
@@ -116,7 +116,7 @@ void drawUntilGoodEnough(Renderer& renderer, const Scene& scene, Planner& p, con
     }
 }
 
-/// A preset took the values for HU because they look like it: nobody said so.
+/// A preset took the values for HU because they resemble HU: no file said so.
 bool takesAsHu(const FramePlan& p, const SceneVolume& volume) {
     const auto* const preset = std::get_if<std::string>(&volume.transferFunction);
     return preset && *preset != "auto" && !summarise(p.layer().statistics, p.info(), volume.unit).isHu;

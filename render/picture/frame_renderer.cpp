@@ -29,8 +29,8 @@ struct FrameRenderer::State {
     const StoreReader& store;
     MemoryBudget &ram, &gpu;
     RenderOptions options;
-    /// What the engine takes of RAM must not matter to who plans the next picture, as it does not for a
-    /// still: it is charged to ram while a picture is drawn.
+    /// The engine's RAM must not affect the plan of the next picture, as it does not for a still. So it is
+    /// charged to ram while a picture is drawn.
     MemoryBudget engineRam;
     std::optional<RendererInstance> made;
     Planner p; // stays where it is: the engine was opened for it
@@ -58,7 +58,7 @@ struct FrameRenderer::State {
         return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel,
                          known ? &*known : nullptr);
     }
-    /// Whether the bricks of the last picture serve this one.
+    /// True if the bricks of the last picture serve this one.
     /// @param pageEdge, levels  of the last picture
     bool serves(const FramePlan& plan, int pageEdge, const std::vector<std::uint8_t>& levels) const {
         const BrickResidency* const bricks = made->renderer->bricks();

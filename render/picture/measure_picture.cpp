@@ -27,8 +27,8 @@ std::size_t shownPixels(const Image& image) {
                                                   [](const glm::vec4& p) { return !(p.a <= 1.0f / 255); }));
 }
 
-/// Every round takes pixels of its own. Where those would be too few for each, all take all: then nothing is
-/// chosen, and what decided to go on decides nothing about which pixels tell.
+/// Every round takes pixels of its own. If those would be too few for each, all rounds take all pixels. Then
+/// no pixels are chosen, and the decision to go on has no effect on the choice.
 void leaveForOthers(VerifyPlan& plan, const VerifyInput& input, int rounds) {
     const double pixels = static_cast<double>(input.size.x) * input.size.y;
     const double share = std::floor(pixels / rounds);

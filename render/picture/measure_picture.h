@@ -17,10 +17,10 @@ struct DrawnPicture {
     Slicing slicing;
 };
 
-/// @param source  tells the picture's pixels, and then the truth
-/// @param ram  what pixels drawn again take is charged here
-/// A picture of 512 x 512 pixels and more pays a quarter of its bytes at most for Verify::quick; what cannot
-/// be measured for that, or in these budgets, is said and not guessed.
+/// @param source  gives the picture's pixels, and then the truth
+/// @param ram  pixels drawn again are charged here
+/// A picture of 512 x 512 pixels and more pays a quarter of its bytes at most for Verify::quick. An error
+/// that cannot be measured for that, or in these budgets, is reported as such and not guessed.
 PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& source, MemoryBudget& ram);
 
 } // namespace tessera

@@ -10,8 +10,8 @@
 namespace tessera {
 namespace {
 
-/// What the next pass holds: the bricks that the first waiting rays need, as many as fit. The very first
-/// ray's are always among them, so that every pass gets on.
+/// The bricks of the next pass: those that the first waiting rays need, as many as fit. The very first ray's
+/// are always among them, so that every pass gets on.
 std::vector<std::size_t> bricksToServe(const std::vector<std::uint32_t>& firstRay, const Selection& selection,
                                        std::size_t pages) {
     std::vector<std::size_t> order;
@@ -98,7 +98,7 @@ int drawPasses(RayCaster& caster, Engine& engine, const FramePlan& plan, const S
         if (mostBytes != UINT64_MAX && work.bytesUploaded + bytesToBring(next, bricks, volume) > mostBytes)
             return 0;
         bricks.serve(next, *volume.cache, work);
-        if (work.bytesUploaded > mostBytes) // what was there had to be packed anew
+        if (work.bytesUploaded > mostBytes) // the present bricks had to be packed anew
             return 0;
     }
 }

@@ -12,11 +12,11 @@
 
 namespace tessera {
 
-/// Opens the plan's volume on the engine and loads its bricks, all of them or, where rays will wait for them,
-/// none. Where the plan asks for it, what a picture of these bricks would see is counted first, and levels
-/// are chosen again. Returns whether rays will wait: bricks then come in several passes.
-/// @param kept  the engine holds this volume still, opened for the same plan as it was before: bricks that
-///     keep their level stay where they are, where there are pages enough
+/// Opens the plan's volume on the engine and loads its bricks. It loads all of them or, if rays will wait for
+/// them, none. If the plan asks for it, visibility in a picture of these bricks is counted first, and levels
+/// are chosen again. Returns true if rays will wait: bricks then come in several passes.
+/// @param kept  the engine holds this volume still, opened for the same plan as before; bricks that keep
+///     their level stay in place if there are pages enough
 /// @param pages  to open the volume with, at least the plan's; 0: the plan's
 bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bool kept = false,
                 std::size_t pages = 0);

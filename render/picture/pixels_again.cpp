@@ -24,17 +24,17 @@ constexpr std::uint32_t kFirstSet = 1u << 20, kSetsOfRound = 1u << 12;
 constexpr int kRun = 16; // samples of a replicate that are drawn side by side, at most
 /// Of a pixel that is too noisy: sets of each step, steps, samples at most.
 constexpr int kSetsOfStep = 1 << 10, kMostSteps = 2, kMostOfPixel = 4096;
-/// What the mean of a pixel's samples may be off, of the distance that one of 100 pixels exceeds: its square
-/// is then a 25th of those of the largest distances, which their bound counts in.
+/// The possible error of the mean of a pixel's samples, as a share of the distance that one of 100 pixels
+/// exceeds. Its square is then a 25th of those of the largest distances, which their bound includes.
 constexpr double kNoiseOfTail = 0.2, kTailShare = 0.99;
 
 glm::dvec3 luvOf(const glm::vec4& pixel) {
     return luvFromLinear(glm::clamp(glm::dvec3(pixel), glm::dvec3(0.0), glm::dvec3(1.0)));
 }
 
-/// What the truth is off by besides its noise, as a part of an error: mostly what a quarter of the step
-/// leaves of the step's own error. Pictures drawn again whole, where nothing else is left, measured up to 3.4
-/// % beside the true errors.
+/// The error of the truth besides its noise, as a part of an error: mostly the error of the step that a
+/// quarter of the step leaves. Pictures drawn again whole, where nothing else is left, measured up to 3.4 %
+/// beside the true errors.
 constexpr double kTruthsOwn = 0.035;
 
 void widen(MeasuredErrors& errors) {

@@ -18,7 +18,7 @@
 
 namespace tessera {
 
-/// What was measured, a line each; the first says how wrong the picture is, or that it was not measured.
+/// The measurements, a line each; the first gives the picture's error, or says that it was not measured.
 std::vector<std::string> describe(const PictureMeasurement& measurement);
 
 /// The chosen pixels' own samples: places that no sample of the picture knows of, and what rays through them

@@ -13,8 +13,8 @@ namespace tessera {
 namespace {
 
 constexpr double kStepsOfTruth = 4; // in a step of the picture
-/// Rays of the truth end where this part of the light is left at which those of the picture end; not never,
-/// because most that lies behind what is opaque would be walked through for nothing.
+/// Rays of the truth end at this share of the light, at which those of the picture end too. They do end,
+/// because most of the way behind an opaque part would be traversed for nothing.
 constexpr float kEndsOfTruth = 1.0f / 64;
 
 bool hasFinestLevels(const FramePlan& plan) {

@@ -22,7 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What eight bits can show.
+/// The smallest difference that eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
 /// Everything that a ray's result depends on, for a fixed scene and engine.
@@ -41,7 +41,7 @@ std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan
     return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
 }
 
-/// What steps and filtering cost the picture.
+/// The effect of steps and filtering on the picture.
 PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& image) {
     const FramePlan& p = task.plan;
     const double most = brightest(task.scene.shading, task.scene.lighting, p.layer().function.materials());
@@ -52,7 +52,7 @@ PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& i
     return errors;
 }
 
-/// Looks around from what the rays of the caster met, which are those through the middles of pixels.
+/// Traces occlusion from the first hits of the caster's rays, which go through the middles of pixels.
 void lookAround(SurfaceLight& light, const RayCaster& caster, const FramePlan& p, Progress& progress) {
     progress.stage("looking around from surfaces");
     light.look(caster.hits(), *tracerOf(caster, p), progress.shares());
@@ -93,7 +93,7 @@ Image RayRenderer::drawSome(const FrameTask& task, const Rays& rays) {
     return caster_->image();
 }
 
-/// What is tried follows from the scene and its plan, not from who draws.
+/// The trials follow from the scene and its plan, not from the engine.
 void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result) {
     using Goal = StepSearch::Goal;
     const Quality& asked = task.scene.quality;

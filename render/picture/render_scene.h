@@ -13,8 +13,8 @@
 
 namespace tessera {
 
-/// An engine by its kind, and what it draws with. Where it needs a GL context, its own is current on the
-/// calling thread. All calls then come from that thread, the release by the last owner too.
+/// An engine by its kind, and its resources. If it needs a GL context, its own is current on the calling
+/// thread. All calls then come from that thread, the release by the last owner too.
 std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
 
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
@@ -28,7 +28,8 @@ std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels)
 RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options);
 
-/// What is in the picture and what was left out, a line each: features, level, culled bricks, empty space.
+/// The contents of the picture and the parts left out, a line each: features, level, culled bricks, empty
+/// space.
 std::vector<std::string> explain(const RenderResult& result, const Scene& scene);
 
 } // namespace tessera

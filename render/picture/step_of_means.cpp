@@ -27,7 +27,7 @@ class SomeMeans {
     explicit SomeMeans(const FramePlan& plan)
         : every_((std::max(plan.view.imageSize.x, plan.view.imageSize.y) + kAcross - 1) / kAcross),
           grid_(thinnedSize(plan.view.imageSize, every_)), arraySize_(rayArraySize(rayCount(grid_) * kRays)),
-          array_(rayCount(arraySize_), glm::vec2(0)) { // what is left over is drawn and dropped
+          array_(rayCount(arraySize_), glm::vec2(0)) { // the remainder is drawn and dropped
         const PixelPlaces places(plan.view.quality.pixels.seed, plan.view.quality.pixels.filter);
         std::size_t slot = 0;
         forEachPixel(grid_, [&](const glm::ivec2& at) {

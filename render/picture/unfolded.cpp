@@ -31,7 +31,7 @@ glm::dvec3 outwards(const UnfoldedRow& row, double angle) {
     return std::cos(angle) * row.up + std::sin(angle) * glm::cross(row.along, row.up);
 }
 
-/// Looks outwards in the middle of a quarter; its picture is a square, angles grow to the right.
+/// Faces outwards in the middle of a quarter; its picture is a square, angles grow to the right.
 Camera cameraOf(const UnfoldedRow& row, int quarter) {
     Camera camera;
     camera.position = row.at;
@@ -95,7 +95,7 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     const FrameContext context(ram, gpu, options.threads, options.progress);
     Progress& progress = context.progress;
     progress.stage("reading statistics");
-    // Which bricks rays come to, they find out themselves.
+    // Rays find the bricks that they reach by themselves.
     Planner p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
                           pictureBytesPerPixel(result.engine));
     result.secondsPreparing = secondsSince(start);

@@ -1,5 +1,5 @@
-// render/plan/frame_plan.h: FramePlan: everything that a renderer needs of a scene and its volumes. Who draws
-// reads it; a Planner (planner.h) makes it, and makes it again where something is learnt.
+// render/plan/frame_plan.h: FramePlan: everything that a renderer needs of a scene and its volumes. Renderers
+// read it; a Planner (planner.h) makes it, and makes it again when something is learnt.
 #pragma once
 
 #include "core/scene/scene.h"
@@ -28,10 +28,10 @@ struct PlanRevisions {
 struct FramePlan {
     ViewState view;
     MemoryPlan memory;
-    ChosenLevels chosen; // how levels were chosen; the selection itself has moved to the layer
+    ChosenLevels chosen; // report of the choice of levels; the selection itself has moved to the layer
     PlanRevisions revisions;
     Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
-    /// What the picture shows, each with levels of its own; one so far. Last: their caches go first.
+    /// The visible volumes, each with levels of its own; one so far. Last: their caches go first.
     std::vector<Layer> layers = std::vector<Layer>(1);
 
     const Layer& layer() const { return layers.front(); }

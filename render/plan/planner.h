@@ -1,6 +1,6 @@
 // render/plan/planner.h: Planner: makes the plan of a frame from a scene, its volumes, budgets, and what has
-// been learnt since: levels from what is seen, step and integrator from pixels that were tried. A call that
-// needs another one first says so.
+// been learnt since. It chooses levels from visibility, and step and integrator from pixels that were tried.
+// A call that needs another one first says so.
 #pragma once
 
 #include "bricking/levels/visibility.h" // SeenBrick
@@ -39,7 +39,7 @@ class Planner : public FramePlan {
     /// Takes another transfer function; shading, termination and integrator are the scene's, and mode, window
     /// and colours of single values.
     void setFunction(const TransferFunction& function, const Scene& scene);
-    /// The map of empty space follows the function as it is.
+    /// Makes the distance map of the current function.
     void mapFunction();
     /// Takes the scene's lights and shading. False, and nothing is changed, where planes of light, memory or
     /// culled bricks would be others.
@@ -58,22 +58,22 @@ class Planner : public FramePlan {
     /// Another length of segments, in voxels, or another integrator, for the levels there are.
     void setStep(double stepVoxels);
     void setIntegrator(Integrator integrator);
-    /// Where rays end: the light that is left, of 1.
+    /// Sets the end of rays: the light that is left, of 1.
     void setTermination(float transmittance);
-    /// How samples are fetched. Backends that filter nothing take no notice.
+    /// Sets the fetch mode of samples. Backends that filter nothing ignore it.
     void setFetch(Fetch fetch) { view.quality.fetch = fetch; }
     /// Of shadow maps, which are made when an engine opens the plan.
     void setShadowLayers(int layers) { view.shadowQuality.layers = layers; }
 
-    /// What the scene takes besides its bricks, and what optional memory there is room for; chooses the scale
-    /// of the distance map.
+    /// Plans the memory of the scene besides its bricks, and the optional memory that there is room for;
+    /// chooses the scale of the distance map.
     /// @param changing  levels change from picture to picture: surfaces get no map of their own
     void planMemory(const TextureLimits& limits, const FrameContext& context, bool changing = false);
     /// Bricks have ghost layers where all of them, at level 0, have room for theirs; else limits has no room
     /// for any.
     void chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context);
-    /// What the budgets have room for where the integrator is left open, and the one that the function asks
-    /// for. Before selections.
+    /// Settles the integrators that the budgets have room for if the integrator is left open, and the one
+    /// that the function asks for. Before selections.
     /// @param mostEntries  of the table of any function that may come
     void settleIntegrator(const FrameContext& context, std::size_t mostEntries);
 
@@ -93,9 +93,9 @@ class Planner : public FramePlan {
 /// @param context  its RAM is charged for all that the plan keeps
 /// @param choice  perBrick, unless in tests and comparisons
 /// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
-/// @param known  the volume's statistics, where they were read before; moved from
-/// Throws InputError for a budget below the scene's minimum, naming that, and for a transfer function that
-/// does not suit the volume.
+/// @param known  the volume's statistics, if they were read before; moved from
+/// Throws InputError for a budget below the scene's minimum, naming that. Throws it too for a transfer
+/// function that does not suit the volume.
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice = LevelChoice::perBrick,
                   std::size_t bytesPerPixel = kPictureBytesPerPixel, Statistics* known = nullptr);
