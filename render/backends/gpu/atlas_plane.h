@@ -15,7 +15,7 @@
 
 namespace tessera {
 
-/// What OpenGL calls texels of a type.
+/// OpenGL's name of texels of a type.
 struct GlTexels {
     GLenum internal, external, type;
 };

@@ -16,7 +16,7 @@ namespace tessera {
 /// Storage buffers that a compute shader may have on every device (GL 4.5).
 constexpr std::size_t kStorageBuffersEverywhere = 8;
 
-/// Why features do not go together, as a sentence; empty where they do.
+/// The reason why features do not go together, as a sentence; empty if they do.
 std::string featureConflict(std::uint32_t features, const std::vector<FeatureModule>& modules);
 
 class Composition {

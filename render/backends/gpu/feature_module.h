@@ -1,5 +1,5 @@
-// render/backends/gpu/feature_module.h: the description of a feature (shader permutation) of the march: its
-// define, the features that it needs and excludes, and the storage buffers that it brings.
+// render/backends/gpu/feature_module.h: the description of a feature (shader permutation) of the GPU ray
+// caster: its define, the features that it needs and excludes, and the storage buffers that it brings.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace tessera {
 /// A storage buffer of a program. Shaders name its binding BINDING_<name>.
 struct StorageBuffer {
     const char* name;
-    const char* label; // what memory that ends is said to be wanted for
+    const char* label; // its use, for messages when memory is short
     /// Its size, from pixels and bricks (render/contract/ray_state.h); null: its user knows.
     std::size_t (*bytes)(const glm::ivec2& imageSize, const glm::ivec3& bricks) = nullptr;
     std::uint32_t first = 0; // every word of it when rays begin

@@ -1,6 +1,6 @@
-// render/backends/gpu/features.h: the features of the march, which are its shader permutations. Each becomes
-// FEATURE_<NAME> 0 or 1 in the shaders; what is 0 is not compiled. Structure is a feature, numbers are
-// uniforms: moving a slider never recompiles.
+// render/backends/gpu/features.h: the features of the GPU ray caster, which are its shader permutations. Each
+// becomes FEATURE_<NAME> 0 or 1 in the shaders; code of features at 0 is not compiled. Structure is a
+// feature, numbers are uniforms: moving a slider never recompiles.
 #pragma once
 
 #include "core/scene/scene.h" // Gradient, Integrator
@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-/// One line a feature. kFeature<Name> is its bit, by its place here; what it is says the function of the
-/// second name, in features/ (a file each, named alike). Integrators, none of the three: midpoint. Gradients,
-/// none of the four: central. March sets integrators, surfaces, lights, materials, values and opacity by
-/// gradient itself, by its optics.
+/// One line a feature. kFeature<Name> is its bit, by its place here. The function of the second name
+/// describes it, in features/ (a file each, named alike). Integrators, none of the three: midpoint.
+/// Gradients, none of the four: central. `March` sets integrators, surfaces, lights, materials, values and
+/// gradient opacity itself, by its optics.
 #define TESSERA_FEATURES(FEATURE)                                                                            \
     FEATURE(Shading, shading)                                                                                \
     FEATURE(Skipping, skipping)                                                                              \

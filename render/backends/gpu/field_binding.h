@@ -37,8 +37,8 @@ struct LevelTextures {
     }
 };
 
-/// What a field is read from: bricks in an atlas; of mixed levels, with their level map.
-/// What it points to must outlive the dispatches.
+/// The inputs of a field: bricks in an atlas; of mixed levels, with their level map. The objects that it
+/// points to must outlive the dispatches.
 struct FieldSource {
     const Atlas* atlas = nullptr;
     int level = 0;                           // unless kFeatureMixed

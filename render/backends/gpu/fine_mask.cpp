@@ -14,7 +14,7 @@ namespace {
 // Cells of one dispatch: a dispatch stays short on a slow device, and the list small.
 constexpr std::size_t kCellsAtATime = 16384;
 
-// What filtered fetches misplace a sample by along an axis, voxels: devices filter with eight bits of a
+// The misplacing of a sample by filtered fetches along an axis, voxels: devices filter with eight bits of a
 // position.
 constexpr float kFilterError = 1.0f / 256;
 
@@ -55,7 +55,7 @@ std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, c
                            const Optics& optics, std::uint32_t features, const VolumeInfo& info,
                            const FieldSource& source, MemoryBudget& gpu) {
     TESSERA_CHECK(occupancy.scale() == MapScale::cells && source.atlas);
-    // Exact fetches, whatever the march does: filtered ones are for positions, not for samples.
+    // Exact fetches, whatever the ray caster takes: filtered ones are for positions, not for samples.
     const std::uint32_t own = features & kFeatureNormalised;
     const Composition composition(
         {{"RUNS", "the transfer function's zeros"}, {"CELLS", "the cells to refine"}}, own);

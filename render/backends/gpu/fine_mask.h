@@ -15,8 +15,9 @@ namespace tessera {
 /// GPU memory that refining takes while it runs.
 std::size_t refiningBytes(std::size_t tableEntries);
 
-/// Whether one picture gains more than refining costs: by what both take on a software device, where a cell
-/// costs about what sixteen rays gain. A scene that shows most of its volume is better left as it is.
+/// True if one picture gains more than refining costs. It compares the times of both on a software device,
+/// where a cell costs about as much as sixteen rays gain. A scene that shows most of its volume is better
+/// left as it is.
 bool refiningPays(const Occupancy& occupancy, std::size_t rays);
 
 /// Writes the bits of all cells where the field is plain interpolation of level 0 (Occupancy::plainCells());

@@ -1,4 +1,4 @@
-// render/backends/gpu/gpu_caster.h: the ray caster of a scene on the GPU: the march with its distance maps,
+// render/backends/gpu/gpu_caster.h: the ray caster of a scene on the GPU: `March` with its distance maps,
 // made finer on the device where that pays (fine_mask.h).
 #pragma once
 

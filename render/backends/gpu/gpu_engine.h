@@ -1,5 +1,5 @@
-// render/backends/gpu/gpu_engine.h: the GPU march as an engine: bricks in an atlas, level maps in textures,
-// and marches over them.
+// render/backends/gpu/gpu_engine.h: the GPU ray caster as an engine: bricks in an atlas, level maps in
+// textures, and ray casters (`March`) over them.
 #pragma once
 
 #include "render/backends/gpu/atlas_plane.h"
@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-/// What a scene needs of a march over bricks that are all there, in bits of features.h.
+/// The features that a scene needs over bricks that are all there, in bits of features.h.
 std::uint32_t marchFeatures(const FramePlan& scene, bool counting);
 
 class GpuEngine : public Engine {
@@ -40,7 +40,7 @@ class GpuEngine : public Engine {
     std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) override;
     std::string fault() override;
 
-    /// What marches read the bricks and their levels from.
+    /// The bricks and their levels, as ray casters read them.
     const FieldSource& field() const { return field_; }
     /// Light as things are; before rays are drawn.
     void settleLight(Work& work);

@@ -323,7 +323,7 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
         // Tiles in rows; the edge is a power of two that keeps whole rays within one dispatch where possible.
         int edge = slicing.fixedTile;
         if (edge == 0) {
-            edge = slicing.targetMs < 40 ? 16 : 64; // what rays share is lost at a tile's edge
+            edge = slicing.targetMs < 40 ? 16 : 64; // rays at a tile's edge share less
             while (edge < 4096 &&
                    static_cast<std::size_t>(4 * edge * edge) * static_cast<std::size_t>(maxCount_) <=
                        pace_.iterationsPerDispatch(slicing.targetMs))

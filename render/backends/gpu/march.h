@@ -33,7 +33,7 @@
 
 namespace tessera {
 
-/// The march's program, of features that go together (else it throws Error).
+/// The ray caster's program, of features that go together (else it throws Error).
 Composition marchComposition(std::uint32_t features);
 
 class March {
@@ -46,8 +46,8 @@ class March {
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, MemoryBudget& gpu);
 
-    /// Marches all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns
-    /// how many wait.
+    /// Casts all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
+    /// wait.
     std::size_t run(const FieldSource& source, const Slicing& slicing, Work& work);
     /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
@@ -80,7 +80,7 @@ class March {
     const GlTexture3d& surfaceMap() const { return surfaceMap_; }
     /// kFeatureHits: of every ray, row by row.
     std::vector<SurfaceHit> hits() const;
-    /// What the rays gathered; charged by the caller.
+    /// The results of the rays; charged by the caller.
     Image image() const;
     const GlProgram& program() const { return program_; }
 
@@ -92,7 +92,7 @@ class March {
     const VolumeInfo& info_;
     MemoryBudget& gpu_;
     int maxCount_ = 0;        // most iterations any ray can need
-    glm::ivec2 tile_{0};      // origin of the tile that is being marched
+    glm::ivec2 tile_{0};      // origin of the tile that is being drawn
     int rowEdge_ = 0;         // edge of the tiles in its row
     std::size_t waiting_ = 0; // rays of the tiles before it
     bool compiled_ = false;   // by the driver

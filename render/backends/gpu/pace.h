@@ -1,4 +1,4 @@
-// render/backends/gpu/pace.h: the size of the march's next dispatch, learnt from dispatches that ran.
+// render/backends/gpu/pace.h: the size of the ray caster's next dispatch, learnt from dispatches that ran.
 #pragma once
 
 #include <algorithm>

@@ -15,8 +15,8 @@ namespace tessera {
 
 class StorageBuffers {
   public:
-    /// Those of a composition for such a picture; all of them say their sizes. What is as it has to be stays,
-    /// with what it holds; the others go first, so that two are never charged.
+    /// Those of a composition for such a picture; all of them say their sizes. Buffers that fit already stay,
+    /// with their content; the others go first, so that two are never charged.
     void fit(const Composition& composition, const glm::ivec2& imageSize, const glm::ivec3& bricks,
              MemoryBudget& gpu);
     /// Every buffer as it is when rays begin.

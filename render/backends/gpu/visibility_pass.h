@@ -1,5 +1,5 @@
 // render/backends/gpu/visibility_pass.h: the visibility of each brick past those in front of it, counted by a
-// small march over the resident bricks. It is the feedback for the next choice of levels
+// small ray caster over the resident bricks. It is the feedback for the next choice of levels
 // (bricking/levels/visibility.h).
 #pragma once
 
@@ -18,7 +18,7 @@ namespace tessera {
 /// an early end. So every ray counts in every brick that it crosses.
 class VisibilityPass {
   public:
-    /// @param features  of the scene's own march
+    /// @param features  of the scene's own ray caster
     VisibilityPass(std::uint32_t features, const VolumeInfo& info, MemoryBudget& gpu);
     /// Per brick, [z][y][x].
     std::vector<SeenBrick> count(const VisibilityRays& rays, const FieldSource& source, const Optics& optics,

@@ -1,5 +1,5 @@
-// render/backends/gpu/features/emission.cpp: tissue that sends light of its own, and what that makes of the
-// light from all sides: one of each colour. March sets it by its optics.
+// render/backends/gpu/features/emission.cpp: tissue that sends light of its own, and its effect on the light
+// from all sides: one of each colour. `March` sets it by its optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

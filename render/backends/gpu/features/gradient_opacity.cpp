@@ -1,5 +1,5 @@
-// render/backends/gpu/features/gradient_opacity.cpp: a factor on extinctions, by the gradient's length. March
-// sets it by its optics.
+// render/backends/gpu/features/gradient_opacity.cpp: a factor on extinctions, by the gradient's length.
+// `March` sets it by its optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

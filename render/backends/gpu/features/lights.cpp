@@ -1,5 +1,5 @@
-// render/backends/gpu/features/lights.cpp: the scene's own lights in place of a head light. March sets it by
-// its optics.
+// render/backends/gpu/features/lights.cpp: the scene's own lights in place of a head light. `March` sets it
+// by its optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

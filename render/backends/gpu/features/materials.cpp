@@ -1,4 +1,4 @@
-// render/backends/gpu/features/materials.cpp: materials by value. March sets it by its optics.
+// render/backends/gpu/features/materials.cpp: materials by value. `March` sets it by its optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

@@ -1,5 +1,5 @@
-// render/backends/gpu/features/places.cpp: rays through places that are given, not through the middle of
-// every pixel. March sets it by its rays.
+// render/backends/gpu/features/places.cpp: rays through given places, not through the middle of every pixel.
+// `March` sets it by its rays.
 #include "render/backends/gpu/features.h"
 #include "render/contract/ray_state.h"
 

@@ -1,5 +1,4 @@
-// render/backends/gpu/features/skipping.cpp: leaps over what is proven to show nothing, by the map of empty
-// space.
+// render/backends/gpu/features/skipping.cpp: leaps over proven empty space, by the distance map.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

@@ -1,5 +1,5 @@
-// render/backends/gpu/features/slabs.cpp: rays are clipped to what lies between planes: slices, and cuts that
-// are convex. March sets it by its rays.
+// render/backends/gpu/features/slabs.cpp: rays are clipped to the space between planes: slices, and cuts that
+// are convex. `March` sets it by its rays.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {
@@ -7,7 +7,7 @@ namespace tessera::features {
 FeatureModule slabs() {
     return {.define = "FEATURE_SLABS",
             .meaning = "rays clipped to slabs",
-            .excludes = kFeatureVisibility}; // what is seen is counted of the whole volume
+            .excludes = kFeatureVisibility}; // visibility is counted of the whole volume
 }
 
 } // namespace tessera::features

@@ -1,4 +1,5 @@
-// render/backends/gpu/features/surfaces.cpp: isosurfaces, where rays meet them. March sets it by its optics.
+// render/backends/gpu/features/surfaces.cpp: isosurfaces, where rays meet them. `March` sets it by its
+// optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

@@ -1,5 +1,5 @@
-// render/backends/gpu/features/values.cpp: rays keep one of the values along them, or their mean. March sets
-// it by its optics.
+// render/backends/gpu/features/values.cpp: rays keep one of the values along them, or their mean. `March`
+// sets it by its optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

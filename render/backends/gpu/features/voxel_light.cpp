@@ -1,5 +1,5 @@
 // render/backends/gpu/features/voxel_light.cpp: shares of light that reach samples, from planes beside the
-// values: occlusion and shadows. March sets it by its optics.
+// values: occlusion and shadows. `March` sets it by its optics.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

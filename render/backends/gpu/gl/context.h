@@ -24,7 +24,7 @@ std::vector<GlDevice> listGlDevices();
 /// that work for long before they need the device.
 void checkGlDevice(const GlDeviceChoice& choice);
 
-/// Whether the system knows of a device that could draw: false without asking, or loading, OpenGL.
+/// True if the system knows of a device that could draw: false without asking, or loading, OpenGL.
 bool mayHaveGpu();
 /// Of a GL_RENDERER: Mesa's llvmpipe or softpipe.
 bool isSoftwareRenderer(std::string_view renderer);

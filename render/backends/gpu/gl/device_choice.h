@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// Which device: "auto" (first that is not software, else software), "software" (Mesa's llvmpipe), or a
-/// number from listGlDevices().
+/// The device: "auto" (first that is not software, else software), "software" (Mesa's llvmpipe), or a number
+/// from listGlDevices().
 struct GlDeviceChoice {
     std::string text = "auto";
 };

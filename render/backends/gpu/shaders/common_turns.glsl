@@ -2,9 +2,9 @@
 // Needs DRIVER_LLVMPIPE, SAMPLE_TURNS. Gives TURN, TURNS(n), TURNS_LEFT, ONCE(condition).
 
 #if DRIVER_LLVMPIPE
-// llvmpipe ends every loop, without a word, after 65535 turns of all loops of the invocations that it runs side
-// by side, up to 16. A ray counts its turns, also those of short loops that a compiler may or may not unroll, and
-// goes on in another dispatch when its share is spent; the rest of the share is what one more sample can take.
+// llvmpipe ends every loop, without a word, after 65535 turns of all loops of the invocations that it runs side by
+// side, up to 16. A ray counts its turns, also those of short loops that a compiler may or may not unroll. It goes on
+// in another dispatch when its share is spent; the rest of the share is what one more sample can take.
 int gTurns = 0;
 const int kMostTurns = 65535 / 16 - 400 - SAMPLE_TURNS; // those of the features in use
 #define TURN ++gTurns

@@ -1,5 +1,5 @@
 // march.comp: the single-pass ray caster over resumable rays. A dispatch covers a tile and takes at most
-// uMaxIterations steps per ray; what a ray knows (next segment, colour, alpha) waits in uState, so that tiles,
+// uMaxIterations steps per ray. A ray's state (next segment, colour, alpha) waits in uState, so that tiles,
 // dispatches and passes can be cut anywhere with the same result.
 
 layout(local_size_x = 64) in; // 8 x 8 pixels
@@ -33,8 +33,8 @@ uniform int uMaxIterations;
 uniform float uTermination; // transmittance below which a ray ends
 #endif
 
-// Devices run neighbours of this order side by side, and what one of them needs all of them wait for: so 4 x 1, 4 x 2,
-// 4 x 4 and 8 x 4 neighbours are patches of the picture, whose rays need much the same.
+// Devices run neighbours of this order side by side, and all of them wait for the slowest. So 4 x 1, 4 x 2, 4 x 4 and
+// 8 x 4 neighbours are patches of the picture, whose rays need much the same.
 ivec2 pixelOfGroup(int lane) { return ivec2(lane & 3 | lane >> 2 & 4, lane >> 2 & 3 | lane >> 3 & 4); }
 
 void main() {
@@ -96,9 +96,9 @@ void main() {
         float length = 0.0; // of the stride, in segments
         int n = 0;
         vec3 p = vec3(0.0);
-        // Three loops, one in another: all rays of a group look on in their bricks until each needs another
-        // brick or a blend; then those that do get it; and once every ray has a sample that shows, all shade.
-        // Fewer loops would do the rare work of few lanes while the others wait, at every sample.
+        // Three loops, one in another. All rays of a group go on in their bricks until each needs another brick or a
+        // blend. Then those that do get it; and once every ray has a sample that shows, all shade. Fewer loops would
+        // do the rare work of few lanes while the others wait, at every sample.
         while (i < ray.count && left > 0 && TURNS_LEFT) {
             TURN;
             bool within = true;

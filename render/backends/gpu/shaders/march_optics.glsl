@@ -1,6 +1,7 @@
-// march_optics.glsl: what a value looks like and what a segment adds; as render/contract/optics.h has them in float.
-// Needs FEATURE_SHADING, FEATURE_HITS, FEATURE_GRADIENT_OPACITY, common_ray.glsl. Gives tablePlace(stored), extinctionAt(place), colourAt(place),
-// opacityOf(depth), shade(...).
+// march_optics.glsl: the colour and opacity of a value and the contribution of a segment; as render/contract/optics.h
+// has them in float.
+// Needs FEATURE_SHADING, FEATURE_HITS, FEATURE_GRADIENT_OPACITY, common_ray.glsl. Gives tablePlace(stored),
+// extinctionAt(place), colourAt(place), opacityOf(depth), shade(...).
 
 #include "leaf_field.h"
 #include "leaf_light.h"

@@ -1,7 +1,8 @@
-// march_segment.glsl: what a segment of a ray adds, from the values at its two ends or at its middle alone, as places
-// (units of the table's entries); as render/contract/integrators.h has it in float.
-// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_PREINTEGRATION_2D, FEATURE_LIGHTS, FEATURE_MATERIALS, march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd,
-// endOf(stored), segmentExtinction(front, back), segmentColour(front, back, depth, alpha, n).
+// march_segment.glsl: the contribution of a ray's segment, as render/contract/integrators.h has it in float. It
+// follows from the values at its two ends or at its middle alone, as places (units of the table's entries).
+// Needs FEATURE_LINEAR, FEATURE_PREINTEGRATED, FEATURE_PREINTEGRATION_2D, FEATURE_LIGHTS, FEATURE_MATERIALS,
+// march_optics.glsl. Gives FEATURE_ENDS, SegmentEnd, endOf(stored), segmentExtinction(front, back),
+// segmentColour(front, back, depth, alpha, n).
 
 #define FEATURE_ENDS (FEATURE_LINEAR || FEATURE_PREINTEGRATED)
 

@@ -1,9 +1,10 @@
-// march_skipping.glsl: leaps over strides that are proven empty; twin of render/empty_space/occupancy.h. For rays that keep
-// one value, over those that cannot change it; twin of render/empty_space/value_bounds.h.
-// Needs FEATURE_SKIPPING, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives
-// beginSkipping(ray), isOccupied(p), and nextOccupied(ray, i, n, p, left, iterations) or, for segments that are given
-// by their ends, nextShown(ray, i, left, iterations); for those that may hold isosurfaces
-// nextNotClear(ray, i, left, iterations), mayHoldSurface(a, b); with FEATURE_VALUES nextContributing(ray, i, n, p, kept).
+// march_skipping.glsl: leaps over strides that are proven empty: the same as render/empty_space/occupancy.h, for
+// shaders. For rays that keep one value, leaps over those that cannot change it: the same as
+// render/empty_space/value_bounds.h.
+// Needs FEATURE_SKIPPING, FEATURE_ENDS, common_ray.glsl, march_strides.glsl. Gives beginSkipping(ray), isOccupied(p),
+// and nextOccupied(ray, i, n, p, left, iterations). For segments that are given by their ends it gives nextShown(ray,
+// i, left, iterations). For those that may hold isosurfaces it gives nextNotClear(ray, i, left, iterations),
+// mayHoldSurface(a, b); with FEATURE_VALUES nextContributing(ray, i, n, p, kept).
 
 #if FEATURE_VALUES
 const int kGreatest = 1; // Reduction of core/scene/mode.h
@@ -43,7 +44,7 @@ void beginSkipping(Ray ray) {
 
 ivec3 voxelAt(vec3 p) { return clamp(ivec3(floor(p)), ivec3(0), uSkippingLast); }
 
-// Where the ray leaves a box, less a margin, in segments from its entry: the smallest box and how many of them it is.
+// The ray's exit from a box, less a margin, in segments from its entry: the smallest box and how many of them it is.
 float leaves(vec3 box, vec3 edge, int reach) {
     vec3 side = (box + mix(vec3(1 - reach), vec3(reach), equal(gAscends, ivec3(1)))) * edge;
     vec3 leave = (side + gLeaveOffset) * gPerStep;
@@ -53,8 +54,8 @@ float leaves(vec3 box, vec3 edge, int reach) {
 
 #if FEATURE_VALUES
 bool tells(float bound, float kept) { return uReduction == kLeast ? bound < kept : bound > kept; }
-// i itself where the stride of n segments from i, whose middle is p, can change what the ray has; else where the first
-// stride starts whose middle may lie beyond the box that cannot.
+// i itself if the stride of n segments from i, whose middle is p, can change the ray's result. Otherwise the start of
+// the first stride whose middle may lie beyond the box that cannot.
 int nextContributing(Ray ray, int i, int n, vec3 p, float kept) {
     ivec3 voxel = voxelAt(p);
     int shift = 5;
@@ -83,8 +84,8 @@ bool isOccupied(vec3 p) {
     return isOccupiedBox(texel) && isOccupiedBlock(texel, blockBit(voxel));
 }
 
-// The empty box around p, as far as a ray may leap: number and edge of the smallest box there, and how many of them
-// along each axis the ray goes on in. False where something can show.
+// The empty box around p, as far as a ray may leap. Gives number and edge of the smallest box there, and how many of
+// them along each axis the ray goes on in. False if something can show.
 bool emptyBoxAt(vec3 p, out vec3 box, out vec3 edge, out int reach) {
     ivec3 voxel = voxelAt(p);
     uvec2 texel = skippingTexel(voxel);
@@ -101,9 +102,9 @@ bool emptyBoxAt(vec3 p, out vec3 box, out vec3 edge, out int reach) {
 }
 
 #if !FEATURE_ENDS
-// Where the ray's next stride starts whose middle may show something: leaps until then, in a loop of its own, because
-// a turn of it is cheap beside the caller's. p: the middle of the stride of n segments from i. Takes what it
-// leaps from left. Leaps that were cut short end where a stride starts.
+// The start of the ray's next stride whose middle may show something. Leaps until then, in a loop of its own, because
+// a turn of it is cheap beside the caller's. p: the middle of the stride of n segments from i. Takes its leaps from
+// left. Leaps that were cut short end at the start of a stride.
 int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint iterations) {
     vec3 box;
     vec3 edge;
@@ -122,7 +123,7 @@ int nextOccupied(Ray ray, int i, int n, vec3 p, inout int left, inout uint itera
     return i;
 }
 #else
-// The same for segments that are given by the field at their ends; twin of nextShown() in render/empty_space/occupancy.h.
+// The same for segments that are given by the field at their ends: as nextShown() in render/empty_space/occupancy.h.
 int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
     vec3 box;
     vec3 edge;
@@ -150,9 +151,9 @@ int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
 #endif
 
 #if FEATURE_SURFACES
-TEXELS_RG32UI uSurfaceMap; // what the surfaces alone show; in shape as uSkipping
+TEXELS_RG32UI uSurfaceMap; // of the surfaces alone; in shape as uSkipping
 
-// Whether everything between two places is proven empty; twin of isClear() in render/empty_space/occupancy.h.
+// True if everything between two places is proven empty: the same as isClear() in render/empty_space/occupancy.h.
 bool isClear(UINT_TEXELS map, vec3 a, vec3 b) {
     ivec3 from = voxelAt(a);
     ivec3 to = voxelAt(b);
@@ -174,7 +175,8 @@ bool isClear(UINT_TEXELS map, vec3 a, vec3 b) {
 }
 bool mayHoldSurface(vec3 a, vec3 b) { return !isClear(uSurfaceMap, a, b); }
 
-// For rays that look for surfaces, which can lie anywhere in a stride; twin of nextNotClear() in render/empty_space/occupancy.h.
+// For rays that look for surfaces, which can lie anywhere in a stride: the same as nextNotClear() in
+// render/empty_space/occupancy.h.
 int nextNotClear(Ray ray, int i, inout int left, inout uint iterations) {
     vec3 box;
     vec3 edge;

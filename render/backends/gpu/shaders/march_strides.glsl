@@ -1,6 +1,7 @@
-// march_strides.glsl: how many segments a ray takes at once; twin of render/contract/strides.h.
-// Needs FEATURE_MIXED, common_ray.glsl, sampler_field.glsl. Gives strideAt(ray, i), strideStart(ray, i), and for
-// the brick at hand startsInCurrentBrick(ray, i), currentBrickStride(i).
+// march_strides.glsl: the number of segments that a ray takes at once: the same as render/contract/strides.h, for
+// shaders.
+// Needs FEATURE_MIXED, common_ray.glsl, sampler_field.glsl. Gives strideAt(ray, i), strideStart(ray, i), and for the
+// brick at hand startsInCurrentBrick(ray, i), currentBrickStride(i).
 
 #if FEATURE_MIXED
 uniform int uNaive; // 1: as the brick at hand, whatever its neighbours
@@ -8,7 +9,7 @@ uniform int uNaive; // 1: as the brick at hand, whatever its neighbours
 int strideExponent(uvec2 corner, Place place) {
     int k = min(int(codeOf(corner, place.current)), uMostStride); // an empty brick counts as coarser than all
     if (uNaive != 0 || k <= int((corner.y >> 16) & 7u)) return k;
-    // Where a finer brick can have weight under any edge function, or where the stride itself can reach it.
+    // True where a finer brick can have weight under any edge function, or where the stride itself can reach it.
     float reach = max(halfSample(min(codeOf(corner, place.current), 5u)), uSegmentVoxels * float(1 << k));
     bvec3 isNear = lessThan(abs(place.offset), vec3(reach));
     int near = int(isNear.x) | int(isNear.y) << 1 | int(isNear.z) << 2;
@@ -27,7 +28,7 @@ int strideAt(Ray ray, int i) {
 
 int strideStart(Ray ray, int i) {
     Place place = placeOf(segmentStart(ray, i));
-    // A stride never reaches into a brick that is finer than itself, unless it looks at no neighbours.
+    // A stride never reaches into a brick that is finer than itself, unless it reads no neighbours.
     int k = uNaive != 0 ? uMostStride : min(uMostStride, int(codeOf(cornerTexel(place.corner), place.current)));
     for (; k > 0; --k) {
         TURN;

@@ -1,8 +1,8 @@
-// march_surface.glsl: where a ray meets isosurfaces (docs/sampling.md, "Isosurfaces"): the parts of a cell's cubic and the
-// places of its crossings, as render/contract/cell_roots.h has them, and planes of samples, as
-// render/backends/mirror/mirror_surfaces.h does. Needs common_ray.glsl, sampler_current_brick.glsl. Gives Parts,
-// monotoneParts, bracketedRoot, nextPlane(start, step, w, pitch), valueAt(p), unitNormal(gradient, direction), and the
-// uniforms.
+// march_surface.glsl: the places where a ray meets isosurfaces (docs/sampling.md, "Isosurfaces"). The parts of a
+// cell's cubic and the places of its crossings are as in render/contract/cell_roots.h. Planes of samples are as in
+// render/backends/mirror/mirror_surfaces.h.
+// Needs common_ray.glsl, sampler_current_brick.glsl. Gives Parts, monotoneParts, bracketedRoot, nextPlane(start,
+// step, w, pitch), valueAt(p), unitNormal(gradient, direction), and the uniforms.
 
 #include "leaf_surface.h"
 
@@ -29,7 +29,7 @@ vec3 unitNormal(vec3 gradient, vec3 direction) {
 }
 #endif
 
-// Whether it can take the value of a surface in [0,1], its value at 1 given.
+// True if it can take the value of a surface in [0,1], its value at 1 given.
 bool mayCross(CellCubic f, float v1) {
     CellRange range = cellRange(f, v1, kMaxFloat);
     bool may = false;
@@ -40,7 +40,7 @@ bool mayCross(CellCubic f, float v1) {
     return may;
 }
 
-// Where a cubic is monotone: from 0 to x, to y, to 1; count of these parts.
+// The monotone parts of a cubic: from 0 to x, to y, to 1; count of these parts.
 struct Parts {
     int count;
     float x, y;
@@ -80,7 +80,7 @@ float bracketedRoot(CellCubic f, float isovalue, float a, float b, float fa, flo
     return root;
 }
 
-// Where the ray first meets a plane of sample centres of this pitch beyond w, in segments from start.
+// The first plane of sample centres of this pitch on the ray beyond w, in segments from start.
 float nextPlane(vec3 start, vec3 step, float w, float pitch) {
     float next = kMaxFloat;
     precise float least = w + kPlaneMargin / uSegmentVoxels;

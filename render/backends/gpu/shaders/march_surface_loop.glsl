@@ -1,9 +1,9 @@
 // march_surface_loop.glsl: the loop of march.comp for scenes with isosurfaces: strides are cut where the ray meets
-// surfaces; as surfaceRay() in render/backends/mirror/mirror_surfaces.h. Part of main(): reads and writes its i, sum, left
-// and counters. One stride is one sample to passes: it waits, names its bricks and is taken as a whole.
-// Loops in loops, as in march.comp: all rays of a group go on until each has something to add; within that through the
-// strides in which nothing is, then through the pieces of strides near surfaces that no surface can cross. What the ray
-// knows from one turn to the next comes first; what one turn adds is declared in it.
+// surfaces; as surfaceRay() in render/backends/mirror/mirror_surfaces.h. Part of main(): reads and writes its i, sum,
+// left and counters. One stride is one sample to passes: it waits, names its bricks and is taken as a whole.
+// Loops in loops, as in march.comp. All rays of a group go on until each has something to add. Within that they go
+// through the strides that hold nothing, then through the pieces of strides near surfaces that no surface can cross.
+// The ray's state from one turn to the next comes first; the data of one turn are declared in it.
 
 float front = 0.0;    // the field at the start of segment i
 bool known = false;   // front is
@@ -17,8 +17,8 @@ precise vec4 before = sum; // when the stride began
 uint samples = 0u;         // of it
 float from = 0.0;          // of what of its volume is not added yet, segments from start
 float valueFrom = 0.0;
-// Its piece at hand, from w to nextW; the piece's monotone part at hand, from a to b with values va and vb, and the
-// surface in it that is looked at.
+// Its piece at hand, from w to nextW. The piece's monotone part at hand, from a to b with values va and vb, and the
+// surface that is searched in it.
 bool inPiece = false;
 float w = 0.0;
 float nextW = 0.0;
@@ -39,7 +39,7 @@ float vb = 0.0;
 while (solving || (i < ray.count && left > 0 && GOES_ON)) {
     TURN;
     int met = -1;            // number of the surface to add
-    float at = 0.0;          // where it is, or where the stride ends
+    float at = 0.0;          // its place, or the stride's end
     float extinction = 0.0;  // of the volume before it, from from to at
     vec3 middle = vec3(0.0); // of that
     SegmentEnd partFront = endOf(0.0);
@@ -168,7 +168,7 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
             precise float place = w + bracketedRoot(f, uIsovalues[met], a, b, fa, fb) * piece;
             at = place;
         }
-        // What of the volume is before it, or is left of the stride.
+        // The part of the volume before it, or the remainder of the stride.
         bool isLast = solving && !inPiece && met < 0 && !(nextW < length);
         ONCE (isLast || met >= 0) {
             if (isLast) at = length;

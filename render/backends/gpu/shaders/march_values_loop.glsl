@@ -1,6 +1,7 @@
-// march_values_loop.glsl: the loop of march.comp for rays that keep one of the values along them, or their mean; twin of
-// keepAlong() in render/backends/mirror/mirror_values.h. Part of main(): reads and writes its i, sum, left and counters.
-// Until a ray's end sum holds what it has kept, of means the length too, and in alpha whether it has met what is drawn.
+// march_values_loop.glsl: the loop of march.comp for rays that keep one of the values along them, or their mean: the
+// same as keepAlong() in render/backends/mirror/mirror_values.h. Part of main(): reads and writes its i, sum, left
+// and counters. Until a ray's end sum holds the kept value, of means the length too. Its alpha says whether the ray
+// has met the drawn part of the volume.
 
 float keptLast = float(uTableLast);
 float keptEnd = uReduction == kLeast ? 0.0 : keptLast; // beyond it no value can change it

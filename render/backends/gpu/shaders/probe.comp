@@ -1,4 +1,4 @@
-// probe.comp: value and gradient of the field at given positions, by the very functions that the march uses.
+// probe.comp: value and gradient of the field at given positions, by the very functions that the ray caster uses.
 
 layout(local_size_x = 64) in;
 
@@ -11,7 +11,7 @@ void main() {
     int i = int(gl_GlobalInvocationID.x);
     if (i >= uCount) return;
     vec3 p = uProbes[i].xyz;
-    // Every other one as the march does it, which is in a brick and stays there where no other has weight.
+    // Every other one as the ray caster takes it, which is in a brick and stays there if no other has weight.
     if ((i & 1) != 0) enterBrick(p);
     uProbes[i] = vec4(fieldGradient(p), inCurrentBrick(p) ? currentBrickValue(p) : fieldValue(p));
 }

@@ -1,4 +1,4 @@
-// rays.comp: writes the rays that march.comp makes, so that tests can march the mirror on exactly these.
+// rays.comp: writes the rays that march.comp makes, so that tests can run the mirror on exactly these.
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

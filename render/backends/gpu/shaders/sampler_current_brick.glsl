@@ -23,7 +23,7 @@ vec3 gStartLow = vec3(kFar), gStartHigh = vec3(-kFar); // voxels: where no finer
 int gBrickStride = 0;
 float gBrickPitch = 1.0;
 
-// How far from a face other bricks have weight; beyond the volume's border there is nothing.
+// The distance from a face within which other bricks have weight; beyond the volume's border there is nothing.
 float faceReach(uint facts, int face) {
     uint code = (facts >> (3 + 3 * face)) & 7u;
     return code == 7u ? -kFar : code == 6u ? 0.0 : halfSample(code);

@@ -70,8 +70,8 @@ vec3 centralDifferences(vec3 p) {
 #else
     precise float h = min(pitch, kMostReach);
 #endif
-    // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it: so the
-    // six values are taken from the brick at hand, and those again, one by one, where other bricks have weight.
+    // A compiler for SIMD lanes runs both sides of a branch, but a loop only as long as a lane needs it. So the six
+    // values are taken from the brick at hand. Those where other bricks have weight are taken again, one by one.
     vec3 ahead;
     vec3 behind;
     int outside = 0; // bits: ahead along x, y, z, then behind

@@ -12,7 +12,7 @@ layout(std430, binding = BINDING_CELLS) readonly buffer Cells { uint uCells[]; }
 uniform ivec3 uExtentVoxels, uGrid;
 uniform float uTableScale, uTableOffset;
 uniform int uTableLast;
-uniform float uFilterError; // what fetches misplace a sample by, all axes together, voxels
+uniform float uFilterError; // misplacing of a sample by fetches, all axes together, voxels
 
 const int kEdge = 10; // a cell's 8 samples and one on both sides
 shared float sSamples[kEdge * kEdge * kEdge];
@@ -37,18 +37,18 @@ vec4 samplesAlong(int at) { return vec4(sSamples[at], sSamples[at + 1], sSamples
 float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 float most(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
-// How far a value between samples of this range can be computed from the true one: some thirty roundings of 2^-24,
-// here and in the march, and for filtered fetches what their misplacing adds.
+// The largest error of a computed value between samples of this range: some thirty roundings of 2^-24, here and in
+// the ray caster. Filtered fetches add their misplacing.
 float slackOf(float lo, float hi) {
     return (max(abs(lo), abs(hi)) + 2.0 * abs(uTableOffset)) / 262144.0 + (hi - lo) * uFilterError;
 }
 
-// Whether any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated between.
+// True if any value of the range shows. Entry i shows from i - 1 to i + 1, because entries are interpolated between.
 bool showsWithin(float lo, float hi, float slack) {
     float end = float(uTableLast);
     int at = int(clamp(floor(lo - slack), 0.0, end));
     int to = int(clamp(ceil(hi + slack), 0.0, end));
-    const int kMostRuns = 5; // what lies beyond them counts as shown
+    const int kMostRuns = 5; // values beyond them count as shown
     for (int run = 0; run < kMostRuns && at <= to; ++run) {
         if (uRuns[at] > 0) return true;
         at = -uRuns[at];
