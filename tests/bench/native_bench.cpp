@@ -1,6 +1,6 @@
-// tests/bench/native_bench.cpp: how near the native engine is to the CPU's limit. A scene is drawn many times
-// with every ISA that the CPU has, and milliseconds, samples per second and lanes in use are reported. The
-// comparison is a bare loop with nothing but trilinear samples along a line.
+// tests/bench/native_bench.cpp: the distance of the native engine from the CPU's limit. A scene is drawn many
+// times with every ISA that the CPU has, and milliseconds, samples per second and lanes in use are reported.
+// The comparison is a bare loop with nothing but trilinear samples along a line.
 //
 //   native_bench --store build/bench-data/torso-thorax.zarr --preset bone --light on --step 0.5 --rounds 5
 #include "tests/bench/bench_tools.h"

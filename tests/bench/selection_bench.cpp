@@ -1,8 +1,8 @@
-// tests/bench/selection_bench.cpp: what selection predicts, chooses, costs and takes.
+// tests/bench/selection_bench.cpp: predictions, choices, costs and times of selection.
 //
 //   selection_bench --mode prediction --stores a.zarr,b.zarr   rank correlation of predicted and true errors
-//   selection_bench --mode choice --stores a.zarr,b.zarr       pictures chosen by several measures at equal
-//   bytes selection_bench --mode speed --bricks 64 --threads 2       time of re-selecting, on invented bricks
+//   selection_bench --mode choice --stores a.zarr,b.zarr       choices by several measures at equal bytes
+//   selection_bench --mode speed --bricks 64 --threads 2       time of re-selecting, on invented bricks
 //   selection_bench --mode hierarchy --stores a.zarr           table 2.1 of the course notes, and real scans
 //
 // Rows are CSV on standard output. Times are only worth as much as the machine is quiet: the load is printed.

@@ -1,4 +1,4 @@
-// tests/bench/skipping_bench.cpp: what empty-space skipping saves and what it costs.
+// tests/bench/skipping_bench.cpp: savings and cost of empty-space skipping.
 //
 //   skipping_bench --stores a.zarr,b.zarr --functions bone,vessels --size 512 --repeats 5
 //   skipping_bench --map 1024 --repeats 5

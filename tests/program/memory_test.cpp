@@ -1,7 +1,7 @@
-// tests/program/memory_test.cpp: what the process really takes, as the kernel counts it. The largest resident
-// memory of import, phantom and render stays within a limit. It is the budgets, plus the memory of the same
-// command with almost no work (libraries, driver, compiled shaders), plus 32 MiB. On a software device GPU
-// memory is resident memory too.
+// tests/program/memory_test.cpp: the true memory of the process, as the kernel counts it. The largest
+// resident memory of import, phantom and render stays within a limit. It is the budgets, plus the memory of
+// the same command with almost no work (libraries, driver, compiled shaders), plus 32 MiB. On a software
+// device GPU memory is resident memory too.
 #include "core/base/scratch_folder.h"
 #include "tests/support/folders.h"
 

@@ -1,5 +1,5 @@
-// tests/program/output_test.cpp: what the program writes and prints arrives, or the exit code says that it
-// did not; and a good file stays good.
+// tests/program/output_test.cpp: the program's files and messages arrive, or the exit code says that they did
+// not; and a good file stays good.
 #include "tests/support/program_fixture.h"
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// tests/program/window_panes_test.cpp: what shows fits its pane, on displays and in panes of any size.
+// tests/program/window_panes_test.cpp: the contents of a pane fit it, on displays and in panes of any size.
 #include "tests/support/window_fixture.h"
 
 namespace tessera::test {

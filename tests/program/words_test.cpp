@@ -1,5 +1,5 @@
-// tests/program/words_test.cpp: what people write for colours, lengths and commands is understood, and a
-// picture without what was asked for says why: whole sentences, with the volume's own numbers.
+// tests/program/words_test.cpp: users' words for colours, lengths and commands are understood. A picture
+// without a requested part says why: whole sentences, with the volume's own numbers.
 #include "tests/support/program_fixture.h"
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// tests/bench/lod/edge_cost.cpp: what each edge function costs the picture of real scans; the default is
+// tests/bench/lod/edge_cost.cpp: the cost of each edge function in the picture of real scans; the default is
 // chosen by this.
 #include "tests/bench/lod/experiments.h"
 

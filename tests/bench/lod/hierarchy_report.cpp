@@ -1,4 +1,4 @@
-// tests/bench/lod/hierarchy_report.cpp: what flat and hierarchical selections cost under one criterion:
+// tests/bench/lod/hierarchy_report.cpp: the cost of flat and hierarchical selections under one criterion:
 // table 2.1 of the course notes on advanced volume ray casting, and real scans in three dimensions.
 #include "tests/bench/lod/experiments.h"
 #include "tests/bench/lod/hierarchy.h"

@@ -1,4 +1,4 @@
-// tests/bench/lod/occlusion_cost.cpp: what ambient occlusion costs and errs by where data are reduced:
+// tests/bench/lod/occlusion_cost.cpp: the cost and the errors of ambient occlusion where data are reduced:
 // table 6.1 of the course notes on advanced volume ray casting, whose reductions these are.
 #include "tests/bench/lod/experiments.h"
 

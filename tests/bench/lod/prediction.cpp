@@ -1,5 +1,5 @@
-// tests/bench/lod/prediction.cpp: how well predicted errors of bricks follow the true ones, and what
-// choices made by them are worth beside choices made by the true errors, and by less.
+// tests/bench/lod/prediction.cpp: predicted errors of bricks against the true ones. Choices made by them are
+// compared with choices made by the true errors, and by less.
 #include "tests/bench/lod/brick_truth.h"
 #include "tests/bench/lod/experiments.h"
 

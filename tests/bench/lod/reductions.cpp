@@ -1,4 +1,4 @@
-// tests/bench/lod/reductions.cpp: how far data shrink before a picture suffers: figure 2.27 of the course
+// tests/bench/lod/reductions.cpp: the reduction of data before a picture suffers: figure 2.27 of the course
 // notes on advanced volume ray casting, on named scans, functions and cameras.
 #include "bricking/levels/visibility.h"
 #include "tests/bench/lod/experiments.h"

@@ -1,5 +1,5 @@
-// tests/bricking/analysis/wall_coverage_test.cpp: how much of a wall is seen, against shapes whose area and
-// whose unseen side are known, and against the formula of the torso's colon.
+// tests/bricking/analysis/wall_coverage_test.cpp: the visible share of a wall, against shapes whose area and
+// unseen side are known, and against the formula of the torso's colon.
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/analysis/lumen/wall_faces.h"
 #include "core/base/error.h"

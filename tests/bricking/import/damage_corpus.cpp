@@ -1,5 +1,4 @@
-// tests/bricking/import/damage_corpus.cpp: damages DICOM slices at random and looks at what import makes of
-// them.
+// tests/bricking/import/damage_corpus.cpp: damages DICOM slices at random and checks the result of import.
 //     damage_corpus [RUNS] [SEED]        (2000 runs by default; prints a table; exit 1 for a fault of ours)
 // A series of three slices, in every transfer syntax; one slice is damaged in its header or in its pixels.
 // Import, in a process of its own, may refuse or give the right voxels. Wrong voxels are a fault wherever

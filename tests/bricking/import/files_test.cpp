@@ -1,5 +1,5 @@
-// tests/bricking/import/files_test.cpp: what holds for every format of single files, and which file is
-// opened.
+// tests/bricking/import/files_test.cpp: properties of every format of single files, and the choice of the
+// file that is opened.
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/source/format_endings.h"
 #include "tests/support/import_test_tools.h"

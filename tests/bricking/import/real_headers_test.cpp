@@ -1,7 +1,7 @@
 // tests/bricking/import/real_headers_test.cpp: real-world headers: removed names, and identifiers that are
 // missing, empty or different in every slice. Also numbers rounded per slice, texts in other representations
-// and paddings, and slices that differ in slope, kernel or voltage. What is odd and harmless is taken, said
-// and kept; what would make values or places wrong is refused.
+// and paddings, and slices that differ in slope, kernel or voltage. Odd and harmless content is taken,
+// reported and kept. Content that would make values or places wrong is refused.
 #include "bricking/import/catalogue.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"

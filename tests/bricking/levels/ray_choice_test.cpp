@@ -1,5 +1,5 @@
-// tests/bricking/levels/ray_choice_test.cpp: which rays stand for a brick, and where they are sampled, by the
-// words at the top of brick_rays.h, followed slowly.
+// tests/bricking/levels/ray_choice_test.cpp: the rays that stand for a brick, and the places of their
+// samples, by the words at the top of brick_rays.h, followed slowly.
 #include "tests/support/blobs.h"
 
 #include <algorithm>

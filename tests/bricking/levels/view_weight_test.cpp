@@ -1,5 +1,5 @@
-// tests/bricking/levels/view_weight_test.cpp: what the camera makes of a brick, against rays through every
-// pixel.
+// tests/bricking/levels/view_weight_test.cpp: a brick's weight in the camera's view, against rays through
+// every pixel.
 #include "tests/support/bricking_selection_tools.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// tests/bricking/statistics/statistics_test.cpp: what a store knows of its volume without voxels, against
-// brute force: cells, histogram, means, and the sampled rays of its bricks.
+// tests/bricking/statistics/statistics_test.cpp: a store's statistics of its volume, known without voxels,
+// against brute force: cells, histogram, means, and the sampled rays of its bricks.
 #include "tests/support/bricking_store_tools.h"
 
 #include "bricking/statistics/ray_statistics.h"

@@ -1,4 +1,4 @@
-// tests/bricking/store/store_test.cpp: what is written is read back bit for bit, every level and every field.
+// tests/bricking/store/store_test.cpp: written data are read back bit for bit, every level and every field.
 #include "tests/support/bricking_store_tools.h"
 
 #include "bricking/store/crc32c.h"

@@ -1,4 +1,4 @@
-// tests/core/base/nearest_name_test.cpp: which name was meant.
+// tests/core/base/nearest_name_test.cpp: the name that was meant.
 #include "core/base/nearest_name.h"
 
 #include <gtest/gtest.h>

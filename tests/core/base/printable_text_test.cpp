@@ -1,4 +1,4 @@
-// tests/core/base/printable_text_test.cpp: what comes from outside cannot drive a terminal.
+// tests/core/base/printable_text_test.cpp: text from outside cannot drive a terminal.
 #include "core/base/printable_text.h"
 
 #include "core/base/error.h"

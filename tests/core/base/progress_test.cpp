@@ -1,5 +1,5 @@
-// tests/core/base/progress_test.cpp: what the line of a long job says on a terminal: how much is done, which
-// never goes back, and how long the rest takes.
+// tests/core/base/progress_test.cpp: the progress line of a long job on a terminal: the share done, which
+// never goes back, and the time for the rest.
 #include "core/base/progress.h"
 
 #include <gmock/gmock.h>

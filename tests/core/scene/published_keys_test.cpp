@@ -1,5 +1,5 @@
-// tests/core/scene/published_keys_test.cpp: what is published of files' keys is what the tables say.
-// TESSERA_WRITE_DOCS=1 writes it anew.
+// tests/core/scene/published_keys_test.cpp: the published keys of files are those of the tables.
+// TESSERA_WRITE_DOCS=1 writes them anew.
 #include "core/animation/path_fields.h"
 #include "core/base/output_file.h"
 #include "core/scene/scene_fields.h"

@@ -1,5 +1,6 @@
-// tests/render/backends/engine_test.cpp: how an engine and a plane are added (docs/design.md, "How to add"):
-// a minimal one of each, which rendering uses unchanged. The work of existing engines can be cut anywhere.
+// tests/render/backends/engine_test.cpp: the addition of an engine and a plane (docs/design.md, "How to
+// add"): a minimal one of each, which rendering uses unchanged. The work of existing engines can be cut
+// anywhere.
 #include "render/backends/mirror/mirror_engine.h"
 #include "render/backends/reference/reference_engine.h"
 #include "tests/support/scene_fixture.h"

@@ -1,4 +1,4 @@
-// tests/render/contract/bad_values_test.cpp: what is no number, or no memory: voxels that are NaN or
+// tests/render/contract/bad_values_test.cpp: values that are no number, or no memory: voxels that are NaN or
 // infinite, rays without a direction, and the least budgets. Pictures are finite and in range, or background;
 // nothing hangs.
 #include "core/base/error.h"

@@ -1,6 +1,5 @@
-// tests/render/contract/brick_corner_test.cpp: how far bricks of two levels blend, against the table of
-// docs/sampling.md
-// ("Value") written down once more; and how long strides are beside finer bricks.
+// tests/render/contract/brick_corner_test.cpp: the blend of bricks of two levels, against the table of
+// docs/sampling.md ("Value") written down once more. Also the lengths of strides beside finer bricks.
 #include "render/contract/brick_corner.h"
 #include "render/contract/strides.h"
 

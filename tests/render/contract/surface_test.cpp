@@ -1,5 +1,5 @@
-// Isosurfaces: where rays meet them and how they are lit, against closed forms; how they cut the volume's
-// segments. What they cost, and that cutting the work changes nothing: render_surface_work_test.cpp.
+// Isosurfaces: places and lighting of crossings, against closed forms, and their cuts of the volume's
+// segments. Their cost, and that cutting the work changes nothing: render_surface_work_test.cpp.
 #include "tests/support/surface_fixture.h"
 
 #include <cmath>

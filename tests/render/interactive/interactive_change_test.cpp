@@ -1,6 +1,6 @@
-// tests/render/interactive/interactive_change_test.cpp: after a camera, a function or both are set, or a
-// picture is dropped, an interactive renderer converges to the picture of a fresh one, bit for bit, and to
-// the still's.
+// tests/render/interactive/interactive_change_test.cpp: changes of an interactive renderer: a camera, a
+// function or both are set, or a picture is dropped. It converges to the picture of a fresh renderer, bit for
+// bit, and to the still's.
 #include "bricking/statistics/statistics.h"
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"

@@ -1,5 +1,5 @@
-// tests/render/picture/renderer_test.cpp: what draws without rays is planned, measured and reported like all
-// else.
+// tests/render/picture/renderer_test.cpp: a renderer without rays is planned, measured and reported like all
+// others.
 #include "render/picture/draw_scene.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"

@@ -1,4 +1,4 @@
-// What renderers that choose where to sample leave black, or stop too early at: volumes that clip the corner
+// Scenes that renderers with adaptive samples leave black, or stop too early at: volumes that clip the corner
 // of a tile of pixels, and scenes that few rays hit. Drawn by the native engine with --samples auto, against
 // 256 samples of every pixel.
 #include "core/base/error.h"

@@ -1,4 +1,4 @@
-// What fills the picture: all that is shown, nothing of it cut off, and nothing else.
+// The content of the picture: all that is shown, nothing of it cut off, and nothing else.
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"
 #include "render/picture/render_scene.h"

@@ -1,5 +1,4 @@
-// What a picture says of its own errors, against the reference; and the step that is taken where none is
-// named.
+// A picture's report of its own errors, against the reference; and the step that is taken if none is named.
 #include "core/base/error.h"
 #include "core/image/image_metrics.h"
 #include "render/picture/render_scene.h"

@@ -1,4 +1,4 @@
-// Where finest bricks must be read to tell how wrong a picture is: measured from a quarter of its bytes, or
+// Errors of pictures for which finest bricks must be read: measured from a quarter of the picture's bytes, or
 // not.
 #include "bricking/import/importer.h"
 #include "core/base/scratch_folder.h"

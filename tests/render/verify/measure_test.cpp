@@ -1,4 +1,4 @@
-// What a picture says of its measured errors, and what --max-error promises, against the truth: the
+// A picture's report of its measured errors, and the promise of --max-error, against the truth: the
 // reference's integral, averaged over each pixel's area.
 #include "core/image/image_metrics.h"
 #include "render/picture/render_scene.h"

@@ -1,4 +1,5 @@
-// Which pixels are drawn again: every pixel with the same chance, no pixel twice, in no round; and how many.
+// The choice of pixels that are drawn again: every pixel with the same chance, no pixel twice, in no round.
+// Also their number.
 #include "render/verify/measured_errors.h"
 #include "render/verify/pixel_sample.h"
 #include "render/verify/verify_plan.h"

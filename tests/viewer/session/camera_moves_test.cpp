@@ -1,5 +1,5 @@
-// tests/viewer/session/camera_moves_test.cpp: what a hand does to a camera, seen by the rays of pixels: what
-// was under a pixel is where the hand took it.
+// tests/viewer/session/camera_moves_test.cpp: the effect of a hand on a camera, seen by the rays of pixels:
+// the point that was under a pixel is where the hand took it.
 #include "viewer/session/camera_moves.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// tests/viewer/window/window_parts_test.cpp: what the window's parts know without a window: folders as a
-// browser lists them, what is remembered, the isosurface that is offered.
+// tests/viewer/window/window_parts_test.cpp: the window's parts without a window: folders as a browser lists
+// them, remembered settings, the isosurface that is offered.
 #include "core/base/scratch_folder.h"
 #include "viewer/window/folder_listing.h"
 #include "viewer/window/function_edits.h"
