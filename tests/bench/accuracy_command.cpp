@@ -44,7 +44,7 @@ constexpr const char* kHeading = "# Error against run time: what was measured\n\
                                  "it, by `tessera accuracy`; each section "
                                  "says how and where it was made.\n";
 
-/// Where `tessera bench lod` has left its figure of promised errors, the page begins with it.
+/// If `tessera bench lod` has left its figure of promised errors, the page begins with it.
 std::string headingIn(const fs::path& folder) {
     const fs::path figure = fs::path("level-of-detail") / "calibration.svg";
     std::error_code none;

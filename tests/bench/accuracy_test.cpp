@@ -200,7 +200,7 @@ TEST(Peers, StandBesideTheirOwnScene) {
         std::find_if(curves.begin(), curves.end(), [](const auto& c) { return c.label.starts_with("vtk"); });
     ASSERT_NE(vtk, curves.end());
     EXPECT_EQ(vtk->points, (std::vector<std::pair<double, double>>{{3, 0.05}, {5, 0.005}}));
-    // What VTK was given is said where it stands, and nowhere else.
+    // The input of VTK is reported in sections that hold VTK, and nowhere else.
     EXPECT_THAT(report.text, ::testing::Contains(HasSubstr("opacity unit distance")));
     EXPECT_THAT(report.text, ::testing::Contains(HasSubstr("(4 MiB)` are over 90 pixels.")));
     EXPECT_THAT(sceneSection(foot, peers).text, ::testing::Not(::testing::Contains(HasSubstr("VTK"))));

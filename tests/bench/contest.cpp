@@ -13,7 +13,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kGain = 0.97;          // what leaves more of both errors gains nothing
+constexpr double kGain = 0.97;          // a setting with more than this share of both errors gains nothing
 constexpr double kCoarse = 1;           // voxels; above it errors may well rise before they fall
 constexpr double kNearBest = 1.05;      // of an rms
 constexpr std::size_t kLeastRounds = 2; // of even the slowest
@@ -45,7 +45,7 @@ ImageDifference Truth::errorOf(const Image& whole, bool rounded) const {
 
 void climb(Contender& contender, const std::vector<double>& distances, const Truth& truth,
            const ErrorTarget& target, const ContestLimits& limits) {
-    if (contender.tessera) // what a scene's first frame makes; VtkRenderer sees to its own
+    if (contender.tessera) // work of a scene's first frame; VtkRenderer does its own
         contender.draw(distances.front());
     for (const double voxels : distances) {
         std::vector<Setting>& settings = contender.settings;

@@ -38,7 +38,7 @@ TEST(Contest, TheLaterOfBothErrorsDecides) {
     c.settings = {settingOf(1, 0.02, 12, {100}), settingOf(0.5, 0.005, 2.9, {400})};
     const double byLuv = 100 * std::pow(4, std::log(12 / 3.0) / std::log(12 / 2.9));
     EXPECT_NEAR(timeAt(c, kTarget, minimum).ms, byLuv, 1e-9);
-    EXPECT_GT(byLuv, 200); // what rms alone comes to
+    EXPECT_GT(byLuv, 200); // the time by rms alone
 }
 
 TEST(Contest, TimesOfOneRoundAreThatRoundsAlone) {

@@ -61,7 +61,7 @@ class Colonoscopy {
     const std::vector<ColonPolyp>& polyps() const { return polyps_; }
 
     enum class Meets { wall, polyp, nothing };
-    /// Where a ray from the lumen ends. Distances are of first order: half of them is a safe step.
+    /// The end of a ray from the lumen. Distances are of first order: half of them is a safe step.
     Meets trace(const PatientRay& ray, const glm::dvec3& eye, const VolumeInfo& info, std::size_t& polyp,
                 glm::dvec3& at) const {
         const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);

@@ -34,7 +34,7 @@ double unitHash(std::uint64_t n) {
     return static_cast<double>((n ^ (n >> 31)) >> 11) * 0x1p-53;
 }
 
-/// What every benchmark may need, made on first use.
+/// The shared inputs of all benchmarks, made on first use.
 class Workbench {
   public:
     const MemoryVolume& volume(ValueType type) {

@@ -158,7 +158,7 @@ PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const F
     for (Contender& contender : result.contenders)
         if (const std::size_t to = timeAt(contender, result.target, minimum).to; contender.count)
             contender.settings[to].work = contender.count(contender.settings[to].voxels);
-    for (Contender& contender : result.contenders) // what they draw with goes
+    for (Contender& contender : result.contenders) // their renderers are released
         contender.draw = nullptr, contender.picture = nullptr, contender.count = nullptr;
     result.loadAfter = loadAverage();
     std::fprintf(stderr, "  on %s; %s\n", vtk.back()->device().c_str(),

@@ -40,7 +40,7 @@ std::string titleOf(const PictureResult& r) {
            std::to_string(r.size.y);
 }
 
-/// How much longer the better of VTK's mappers takes than an engine.
+/// The ratio of the times of the better of VTK's mappers and an engine.
 std::optional<Ratio> vtkOver(const PictureResult& r, const std::string& engine, const OfRounds& of) {
     const auto at = [&](const std::string& name) { return r.contenders[indexOf(r.contenders, name)]; };
     const TimeAtTarget ours = timeAt(at(engine), r.target, of);
@@ -94,7 +94,7 @@ std::size_t mostRounds(const PictureResult& r) {
     return most;
 }
 
-/// What a number is from round to round.
+/// The spread of a number over rounds.
 struct Spread {
     double least = kNone, greatest = 0;
     void add(double value) {
@@ -261,7 +261,7 @@ void printAtCpuError(const std::vector<PictureResult>& results) {
     }
 }
 
-/// What the first setting that meets the target takes of an engine that counts.
+/// The work of the first setting that meets the target, of engines that count.
 void printWork(const std::vector<PictureResult>& results) {
     std::printf("\nWork of the first setting that meets the target:\n\n");
     printHead({"scene", "volume", "pixels", "engine", "voxels", "ms", "segments, M", "samples, M",

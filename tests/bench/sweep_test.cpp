@@ -187,7 +187,7 @@ TEST(StandardScenes, AreSevenAndSayWhatIsLeftOut) {
                  InputError);
 }
 
-// What other renderers are given: the same function, spelled out, and a volume beside the file.
+// The input of other renderers: the same function, spelled out, and a volume beside the file.
 TEST(StandardScenes, AreKeptForOtherRenderers) {
     const ScratchFolder folder;
     CommonOptions common;

@@ -37,7 +37,7 @@ namespace {
 
 constexpr int kComparedExtent = 128; // pixels an axis, at most
 
-/// What both programs can draw alike; throws InputError where they cannot.
+/// The scene that both programs can draw alike; throws InputError if they cannot.
 Scene comparableScene(std::map<std::string, std::string>& options) {
     Scene scene;
     scene.camera = FittedView{View::anterior, Projection::perspective, Fit::volume};
@@ -164,7 +164,7 @@ void run(int argc, char** argv) {
 
     GlThread glThread;
     std::optional<TesseraScene> tessera;
-    std::optional<Planner> view; // where Tessera does not draw: what the reference needs
+    std::optional<Planner> view; // if Tessera does not draw: the reference's input
     if (vtkOnly)
         view = planView(scene, store, budgets.ram, 0);
     else

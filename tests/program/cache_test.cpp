@@ -183,7 +183,7 @@ TEST_F(ImportCache, HasABoundAndNothingInUseGoes) {
     ::unsetenv("TESSERA_CACHE_SIZE");
 }
 
-// What was used last stays, though it was made first.
+// The entry used last stays, though it was made first.
 TEST_F(ImportCache, TheLeastRecentlyUsedGoesFirst) {
     makeSource("w", 60);
     ASSERT_EQ(render("v").exitCode, 0);

@@ -92,7 +92,7 @@ TEST_F(Films, FramesEqualStills) {
         ASSERT_EQ(film.exitCode, 0) << film.problems;
         const json report = json::parse(film.out);
         EXPECT_EQ(report["drawn"], count);
-        // where the camera alone moves, bricks stay
+        // if the camera alone moves, bricks stay
         EXPECT_EQ(report["withBricksOfTheOneBefore"], path[0] == 'f' ? count - 1 : 0);
         std::set<std::string> different;
         for (std::size_t n = 0; n < count; n += 3) {
@@ -252,7 +252,7 @@ TEST_F(Films, SurviveKillsWithTwoProcesses) {
         ::waitpid(second, &status, 0);
         ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << readAll(folder_ / ".err");
         ASSERT_EQ(pixelsIn("film", kFrames), expected) << kill;
-        // what the killed one left goes with the next run
+        // the rest of the killed run goes with the next run
         std::ofstream(folder_ / "film" / ".film-1-0.json") << "killed before it was the film's";
         ASSERT_EQ(run(film + "film").exitCode, 0);
         for (const std::string& name : names("film"))
@@ -375,7 +375,7 @@ TEST_F(Films, APathOfALumenShowsItsWallWhereNothingIsNamed) {
     expectRefused("render s.zarr -o w.png --may-leak", {"--may-leak", "--unfold"});
 }
 
-// A film without a path; what it looks at is never cut off, and its middle stays.
+// A film without a path; its subject is never cut off, and its middle stays.
 TEST_F(Films, ATurntableGoesAroundWhatIsShown) {
     const std::string small = " --engine mirror --preset auto --size 32x32 --json -q ";
     Outcome outcome = run("render s.zarr --turn 360 --frames 4 -o turn" + small);

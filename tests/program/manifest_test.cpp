@@ -137,7 +137,7 @@ TEST_F(Manifest, SaysHowWrongThePictureIs) {
     EXPECT_NE(run("info b.png").exitCode, 0);
 }
 
-// What a measured error does not hold is said beside it, wherever it is told.
+// Effects that a measured error does not include are named beside it, wherever it is reported.
 TEST_F(Manifest, SaysWhatIsNotInTheError) {
     const std::string render = "render s.zarr -o a.png --engine native --preset auto --size 40x40 --explain ";
     const Outcome lit = run(render + "--light studio --max-error 20");

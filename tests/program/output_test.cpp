@@ -149,7 +149,7 @@ TEST_F(Output, WhatNohupStartedOutlivesItsTerminal) {
     EXPECT_EQ(exitCodeOf(child), 0);
 }
 
-// Where two names cannot be exchanged, a program may die after it took the old store's name away.
+// On systems that cannot exchange names, a program may die after it took the old store's name away.
 TEST_F(Output, AStoreWhoseReplacementDiedIsFound) {
     makeSphere();
     fs::rename(folder_ / "s.zarr", folder_ / ".s.zarr.importing-1-0.old");
@@ -158,7 +158,7 @@ TEST_F(Output, AStoreWhoseReplacementDiedIsFound) {
 }
 
 TEST_F(Output, OfTwoImportsToOneNameTheFirstStays) {
-    // Both look for the name before either gives it: each has to be refused when it ends, not when it begins.
+    // Both check the name before either gives it: each has to be refused when it ends, not when it begins.
     std::vector<pid_t> children;
     for (const char* size : {"96x96x96", "96x96x97", "96x96x98"})
         children.push_back(start({"phantom", "torso", "--size", size, "-o", "t.zarr", "-q"}, [] {}));

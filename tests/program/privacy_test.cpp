@@ -35,7 +35,7 @@ class Privacy : public Program {
         for (int z = 0; z < slices; ++z)
             writeDicom(folder_ / folder / (kFile + std::to_string(z) + ".dcm"), slice(z));
     }
-    /// Runs and looks through all that was said; messages may name files unless namesToo.
+    /// Runs and searches all messages; they may name files only if namesToo.
     Outcome quietAbout(const std::string& arguments, bool namesToo = false) {
         const Outcome outcome = run(arguments);
         look(outcome.out + outcome.problems, "said by: " + arguments, namesToo);

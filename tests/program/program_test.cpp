@@ -72,7 +72,7 @@ TEST_F(Program, SidesHaveOtherNamesAndFitsAreTaken) {
         EXPECT_EQ(cameraOf("--view " + other), cameraOf("--view " + side));
     EXPECT_NE(cameraOf("--fit volume"), cameraOf(""));
     EXPECT_EQ(cameraOf("--fit shown"), cameraOf(""));
-    // What was taken stands in the manifest, so that a scene with it draws the same.
+    // Chosen values stand in the manifest, so that a scene with them draws the same.
     nlohmann::json scene = {{"tesseraScene", 1},
                             {"volumes", {{{"path", "s.zarr"}, {"transferFunction", "auto"}}}},
                             {"camera", cameraOf("")}};

@@ -39,7 +39,7 @@ TEST_F(WindowTest, AFlightIsTheFilmOfItsPath) {
     ASSERT_EQ(frame.size, flown.size);
     EXPECT_EQ(frame.pixels, flown.pixels);
 
-    // The largest patch that the flight does not see is in the middle of the picture that looks for it.
+    // The largest patch that the flight does not see is in the middle of the picture that searches for it.
     Process coverage({TESSERA_PROGRAM, "coverage", TESSERA_TORSO, "--path", "path.json", "--size",
                       std::to_string(flown.size.x) + "x" + std::to_string(flown.size.y), "-o", "unseen.json"},
                      folder_.path(), folder_ / "coverage.txt");

@@ -196,7 +196,7 @@ TEST_F(WindowTest, ASeriesIsChosenByAClick) {
     }
 }
 
-// Where the mode has nothing to draw it is offered what it lacks; a scene that cannot be drawn ends a wait.
+// If the mode has nothing to draw it is offered the missing part; a scene that cannot be drawn ends a wait.
 TEST_F(WindowTest, IsosurfacesAloneGetOne) {
     std::ofstream(folder_ / "s.txt") << "wait whole\nmode isosurface\nwait still\nscene surface.json\nquit\n";
     start(TESSERA_TORSO, "s.txt");
@@ -214,7 +214,7 @@ TEST_F(WindowTest, AScriptDoesNotWaitForWhatCannotBeDrawn) {
     EXPECT_THAT(readAll(folder_ / "window.txt"), HasSubstr("line 4"));
 }
 
-// What one has to know of a volume is told as it is opened.
+// Facts that a user must know of a volume are reported as it is opened.
 TEST_F(WindowTest, ALabelMapIsSaidToBeOne) {
     const auto ball = [](const glm::dvec3& p, double x, double r) {
         return glm::length(p - glm::dvec3(x, 0, 0)) < r;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMiB = 1024.0 * 1024.0;
 
-/// What is compiled, and what no other column says of the setting.
+/// Compiled features, and properties of the setting that no other column gives.
 std::string featuresText(const Measured& m) {
     const Setting& s = m.planned.setting;
     std::string text = m.features;

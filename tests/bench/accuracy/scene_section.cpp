@@ -184,10 +184,10 @@ std::size_t shownPixels(const Sweep& sweep) {
     return sweep.measured.empty() ? 0 : sweep.measured.front().error.maskedPixels;
 }
 
-/// What the curves of this scene's other renderers are worth beside the rest; nothing where there are none.
+/// The worth of the curves of this scene's other renderers beside the rest; empty if there are none.
 std::string peersText(const Sweep& sweep, const std::vector<PeerPoint>& peers) {
     bool any = false, vtk = false;
-    std::map<std::string, double> pixels; // where told, by renderer
+    std::map<std::string, double> pixels; // if reported, by renderer
     for (const PeerPoint& p : peers)
         if (p.scene == sweep.scene.name) {
             any = true;

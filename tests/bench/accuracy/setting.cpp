@@ -90,7 +90,7 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::
                 }
             }
     };
-    // What changes one thing comes before fine steps: a quick run may not get to those.
+    // Settings that change one thing come before fine steps: a quick run may not get to those.
     for (const double step : steps)
         if (step >= 0.5)
             addProduct(step);

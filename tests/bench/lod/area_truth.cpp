@@ -128,7 +128,7 @@ glm::dvec3 luvOf(const glm::vec4& pixel) {
     return luvFromLinear(glm::clamp(glm::dvec3(pixel), glm::dvec3(0.0), glm::dvec3(1.0)));
 }
 
-/// What a pixel's mean can be off, L*u*v*.
+/// The possible error of a pixel's mean, L*u*v*.
 double noiseOf(const Image (&halves)[2], const glm::ivec2& at) {
     return 0.5 * glm::length(luvOf(halves[0].at(at.x, at.y)) - luvOf(halves[1].at(at.x, at.y)));
 }

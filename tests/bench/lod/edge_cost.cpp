@@ -17,7 +17,7 @@ std::string nameOf(EdgeFunction function) {
     return edgeFunctionNames()[static_cast<std::size_t>(function)];
 }
 
-/// Which of the four is least.
+/// The edge function with the least error of the four.
 std::string bestOf(const std::array<double, 4>& errors) {
     return nameOf(kFunctions[static_cast<std::size_t>(std::min_element(errors.begin(), errors.end()) -
                                                       errors.begin())]);

@@ -23,7 +23,7 @@ constexpr Gradient kSideBySide[] = {Gradient::centralHalf, Gradient::central, Gr
 constexpr Gradient kKinds[] = {Gradient::centralHalf, Gradient::central, Gradient::sobel,
                                Gradient::analytic,    Gradient::forward, Gradient::cubic};
 
-/// What is looked at: a surface of a volume, and the normals that it truly has.
+/// The subject of a picture: a surface of a volume, and the normals that it truly has.
 struct Subject {
     const char* volume;
     double isovalueHu;
@@ -36,7 +36,7 @@ constexpr Subject kSubjects[] = {{"torso", 500, "bones at 500 HU, against the ph
 
 struct Angles {
     double mean = 0, p95 = 0; // to the surface's own normal
-    double grain = 0;         // what that changes by from a pixel to the next
+    double grain = 0;         // change of this angle from a pixel to the next
 };
 Angles anglesOf(std::vector<double> degrees) {
     Angles a;

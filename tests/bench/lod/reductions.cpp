@@ -15,10 +15,10 @@ namespace {
 constexpr double kLosslessMean = 0.5, kLosslessP99 = 3; // L*u*v*: "virtually lossless"
 constexpr double kShownReductions[] = {6, 80, 315};     // as in the source
 constexpr double kErrorScale = 20;                      // L*u*v* that error pictures end at
-/// What no pixel of 8 bits can show.
+/// The largest difference that no pixel of 8 bits can show.
 constexpr float kUnseen = 1.0f / 510;
 
-/// The knowledge of occlusion behind a choice of levels: none, the prediction of the bricks' rays, the
+/// The knowledge of occlusion behind a choice of levels. It is none, the prediction of the bricks' rays, the
 /// visibility in a picture of the levels so chosen (as in the product), or the truth.
 enum class Way { allVisible, predicted, counted, asSeen };
 constexpr std::array<std::pair<Way, const char*>, 4> kWays = {{{Way::allVisible, "all visible"},

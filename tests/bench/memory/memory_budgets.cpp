@@ -25,7 +25,7 @@ struct BudgetRow {
     bool bitEqual = false;
 };
 
-/// What is asked for: the best of one pass, or full quality in as many passes as the budget needs.
+/// The request: the best of one pass, or full quality in as many passes as the budget needs.
 struct Quest {
     const char* name;
     std::optional<double> maxError;

@@ -27,7 +27,7 @@ double patient(const glm::dvec3& p) {
 }
 const glm::dvec3 kPatientLow(-255, -122, -150), kPatientHigh(255, 100, 150);
 
-/// What lies under and beside it, above the threshold.
+/// The table under and beside the body, above the threshold.
 struct Table {
     const char* name;
     double thicknessMm; // of what touches, which the box may hold

@@ -165,7 +165,7 @@ TEST(WallCoverage, CamerasAreAtBothEndsAndBetween) {
         }
 }
 
-/// Where the volume ends is no wall: of a tube that a border cuts lengthwise what is left of its wall counts.
+/// The volume's border is no wall: of a tube that a border cuts lengthwise the remaining wall counts.
 TEST(WallCoverage, TheVolumesBorderIsNoWall) {
     constexpr double kInside = 4.5; // mm from the axis to the border
     const double left = 2 * pi - 2 * std::acos(kInside / kRadius), area = left * kRadius * 120;

@@ -110,7 +110,7 @@ void writeText(const fs::path& path, const std::string& bytes) {
     std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// What import gives: type, extent, affine and all voxels, as bytes; empty: refused.
+/// The result of import: type, extent, affine and all voxels, as bytes; empty: refused.
 std::string importAll(const fs::path& folder) {
     try {
         const auto source = openSource(folder, {});
@@ -136,7 +136,7 @@ Result tryImport(const fs::path& folder, const std::string& truth) {
     std::fflush(nullptr);
     const pid_t child = ::fork();
     if (child == 0) {
-#ifndef __SANITIZE_ADDRESS__ // which maps terabytes
+#ifndef __SANITIZE_ADDRESS__ // the sanitizer maps terabytes
         const rlimit limit{kMostMemory, kMostMemory};
         ::setrlimit(RLIMIT_AS, &limit);
 #endif
@@ -202,7 +202,7 @@ std::string streamOf(const std::string& file) {
     return begin == std::string::npos ? "" : file.substr(begin, end == std::string::npos ? end : end - begin);
 }
 
-/// What other readers say of a file: the first warning or refusal, or nothing.
+/// The complaint of other readers about a file: the first warning or refusal, or nothing.
 std::string complaint(const Coding& coding, const fs::path& file, const fs::path& scratch) {
     const auto complains = [&](const std::string& tool, const std::string& arguments, bool anyOutput) {
         if (!installed(tool))

@@ -156,7 +156,7 @@ TEST_F(Folder, ADamagedSliceStopsItsOwnSeriesOnly) {
     EXPECT_EQ(slices({.series = 2, .allowMissing = true}), kSlices - 1);
     EXPECT_THAT(passed(), AllOf(HasSubstr("1 empty (MR5)"), HasSubstr("1 damaged or not decodable (MR4)"),
                                 HasSubstr("series 2 (MR, 4 slices)")));
-    // Where nothing says whose it is, it could be anybody's.
+    // A file that names no patient could be anybody's.
     writeFile(folder / "lost", "");
     EXPECT_THAT(refused(), HasSubstr("lost"));
     fs::create_directory(folder / "elsewhere");
@@ -354,7 +354,7 @@ TEST_F(Folder, FilesWithoutAPreambleOpen) {
         EXPECT_EQ(readAll<std::int16_t>(*source)[12], 100);
         EXPECT_EQ(openSource(folder / nameOf(2), {})->info().extentVoxels.z, 1);
     }
-    // What only begins alike is no DICOM.
+    // A file that only begins alike is no DICOM.
     writeFile(folder / "a", std::string("\x08\0\x05\0ZZ\x0a\0ISO_IR 100", 18) + std::string(200, 'x'));
     writeFile(folder / "b", std::string("\x08\0\x05\0\xff\xff\xff\x7f", 8) + std::string(200, 'x'));
     EXPECT_THAT(refusalOfOpening(folder / "a"), HasSubstr("not DICOM"));

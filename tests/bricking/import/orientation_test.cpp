@@ -17,7 +17,7 @@ std::int16_t phantomValue(const glm::ivec3& p) {
     return static_cast<std::int16_t>(100 * p.z + 10 * p.y + p.x - 300);
 }
 
-/// How a file lies: file axis f runs along LPS axis lps[f], backwards if flipped[f].
+/// The layout of a file: file axis f runs along LPS axis lps[f], backwards if flipped[f].
 struct Layout {
     std::array<int, 3> lps = {0, 1, 2};
     std::array<bool, 3> flipped = {false, false, false};

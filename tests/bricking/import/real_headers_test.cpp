@@ -112,7 +112,7 @@ TEST_F(RealHeaders, OneSliceOfAnotherSlopeOrInterceptHasItsOwnValuesAndIsSaid) {
 
 TEST_F(RealHeaders, OneSliceOfAnotherKernelVoltageOrThicknessIsSaidAndTheCommonOneKept) {
     write([](DicomImage& image, int n) {
-        if (n == 0) // what the first file says is not what the series is
+        if (n == 0) // the first file's values are not the series'
             image.kernel = "B70f", image.voltage = "80", image.thickness = "1";
     });
     EXPECT_THAT(openedWhole(), ElementsAre(HasSubstr("the kernel is B30f in 11 slices, B70f in 1 slice"),
@@ -291,7 +291,7 @@ TEST_F(RealHeaders, OrientationsAndSpacingsRoundedPerSliceAreOne) {
     write([&](DicomImage& image, int n) { image.spacingText = n % 2 ? "0.7\\0.49" : "0.7\\0.488281"; });
     EXPECT_THAT(openedWhole(), ElementsAre(HasSubstr("PixelSpacing (0028,0030) is rounded")));
     EXPECT_DOUBLE_EQ(openSource(folder.path(), {})->info().spacingMm().x, 0.488281);
-    // What no rounding explains is another place.
+    // A difference that no rounding explains is another place.
     write([&](DicomImage& image, int n) {
         image.orientationText = n == 4 ? "0.98\\0.2\\0\\-0.2\\0.98\\0" : text(6);
     });

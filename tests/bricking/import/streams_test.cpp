@@ -277,7 +277,7 @@ TEST_F(Streams, TruncatedStreamsAreRefused) {
     }
 }
 
-/// Where the first tile-part says its length (Psot).
+/// The place of the first tile-part's length (Psot).
 std::size_t tilePartLength(const std::string& stream) {
     return stream.find("\xff\x90") + 6;
 }
@@ -429,7 +429,7 @@ TEST_F(Streams, ADeflateBombTakesLittleMemory) {
     const std::string bytes = dicomBytes(plain);
     std::uint32_t metaBytes = 0;
     std::memcpy(&metaBytes, bytes.data() + 140, 4);
-    const auto raw = [](const std::string& text, int flush) { // what a deflate stream has of it
+    const auto raw = [](const std::string& text, int flush) { // the deflate stream of a text
         z_stream stream{};
         deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY);
         std::string out(compressBound(text.size()) + 64, '\0');

@@ -36,7 +36,7 @@ TEST(Hierarchy, CostsWhatAHandCounts) {
     EXPECT_EQ(part.levels[3].blocks, 1u);
     EXPECT_EQ(part.ignored, 0u);
     EXPECT_EQ(bench::fullSamples(grid), 4096u);
-    // Where every block is at the boundary all schemes cost the same.
+    // If every block is at the boundary all schemes cost the same.
     grid.needs.assign(64, Need::boundary);
     for (const auto& cost :
          {bench::flatCost(grid), bench::hierarchyCost(grid, true), bench::hierarchyCost(grid, false)})

@@ -197,7 +197,7 @@ TEST(PredictErrors, AreCloseToTheErrorOfAllRays) {
     }
 }
 
-// What shows is the same at every level, were it not for the gradient, which coarser levels lose.
+// The visible part is the same at every level, but for the gradient, which coarser levels lose.
 TEST(PredictErrors, KnowWhatOpacityByGradientLoses) {
     const VolumeInfo info = plainInfo({32, 32, 32}, ValueType::f32);
     TransferTable even = makeTable(TransferFunction::fromExtinction({{0, 0.05}}, {{0, {0.9, 0.6, 0.2}}}));

@@ -144,7 +144,7 @@ TEST(PredictError, IsThatOfItsModel) {
     EXPECT_NEAR(predictError(s, e, w).p99, 2 * std::log(75.0), 1e-6); // 0.75 exp(-x / 2) = 0.01
     const std::vector<float> visibility = {0.5f, 1.5f};
     EXPECT_NEAR(predictError(s, e, w, visibility).mean, 1, 1e-12);
-    w.finest = {1, 0}; // what level 1 is off by cannot be seen
+    w.finest = {1, 0}; // the error of level 1 cannot be seen
     EXPECT_NEAR(predictError(s, e, w).mean, 0.75 * std::sqrt(3.0), 1e-7);
     s.levels = {1, 0};
     EXPECT_EQ(predictError(s, e, w).p99, 0);

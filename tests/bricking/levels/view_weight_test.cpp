@@ -77,7 +77,7 @@ TEST(ViewWeights, AreasAreThoseThatRaysFind) {
         for (std::size_t b = 0; b < expected.size(); ++b) {
             const double area = static_cast<double>(w.area[b]);
             if (expected[b] > 0) {
-                // What 16 rays a pixel leave uncertain along the outline.
+                // The uncertainty along the outline of 16 rays a pixel.
                 EXPECT_NEAR(area, expected[b], 0.5 + 0.05 * expected[b]) << "camera " << n << " brick " << b;
                 ++seen;
             }
@@ -113,7 +113,7 @@ TEST(ViewWeights, FinestLevelIsWhatAPixelShows) {
     for (const std::uint8_t level : viewWeights(parallel, info, {100, 100}).finest)
         EXPECT_EQ(level, 5);
 
-    VolumeInfo thick = info; // what a pixel shows is judged by the longest edge of a voxel
+    VolumeInfo thick = info; // a pixel's content is judged by the longest edge of a voxel
     thick.patientFromVoxel[2] *= 4;
     parallel.parallelScale = 400; // 8 mm a pixel, 4 mm slices
     for (const std::uint8_t level : viewWeights(parallel, thick, {100, 100}).finest)

@@ -117,7 +117,7 @@ TEST(StoreStatistics, OfVersion4BoundTheWiderRanges) {
         group["attributes"]["tessera"]["arrays"].erase(name);
         fs::remove_all(scratch / "v.zarr/stats" / name);
     }
-    // What only the file says, so that one sees where the figures come from.
+    // A value that only the file has, to show where the figures come from.
     group["attributes"]["tessera"]["highest"] = today.highest + 1;
     seal(group);
     setFileText(file, group.dump(1));

@@ -87,7 +87,7 @@ TEST_F(Publishing, AFileOfThatNameIsNotReplaced) {
     EXPECT_TRUE(fs::is_regular_file(folder_ / "a.zarr"));
 }
 
-// Where names cannot be exchanged there are two renames; a process may die between them.
+// On systems that cannot exchange names there are two renames; a process may die between them.
 TEST_F(Publishing, AnOldStoreGetsItsNameBackFromADeadProcess) {
     const fs::path half = folder_ / temporaryName("a.zarr", "importing", 0);
     killedIn([&] {

@@ -81,8 +81,8 @@ TEST(Flight, IsHeldWithinTheWall) {
         widest = std::max(widest, beside);
         EXPECT_EQ(cameraOf(pose, {}, flight).position, pose.at);
     }
-    EXPECT_NEAR(widest, 3.25, 0.05); // where there is room it is used: the bound knows half a spacing less
-    // who asks for little gets what he asks for
+    EXPECT_NEAR(widest, 3.25, 0.05); // room that is there is used: the bound knows half a spacing less
+    // a small request is granted in full
     EXPECT_NEAR(glm::length(cameraOf(curve.at(20), {0, 0, {1, 0}}, flight).position - curve.at(20).at), 1,
                 1e-12);
 }
@@ -290,7 +290,7 @@ TEST(Film, FramesFollowFromTheirNumbers) {
         EXPECT_LT(glm::length(camera.position - helix(2.0 * static_cast<double>(i))), 0.1) << i;
         EXPECT_EQ(camera, std::get<Camera>(Film(path, scene, presets, "p").scene(i).camera)) << i;
     }
-    // 40 degrees to the right of where one looks without a look
+    // 40 degrees to the right of the view without keyframes
     Path plain = path;
     plain.keyframes.clear();
     const Film straight(plain, scene, presets, "p");
@@ -304,7 +304,7 @@ TEST(Film, FramesFollowFromTheirNumbers) {
     EXPECT_THROW(Film(plain, scene, presets, "p"), InputError);
 }
 
-/// What a keyframe at a place says is reached where the camera is at that place, on the way there and back.
+/// A keyframe at a place takes effect when the camera is at that place, on the way there and back.
 TEST(Film, KeyframesAtPlacesComeWhereTheCameraIs) {
     for (const bool backwards : {false, true}) {
         Path path;

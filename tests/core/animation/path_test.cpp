@@ -88,7 +88,8 @@ TEST(Path, IsReadAndWrittenWithoutLoss) {
     EXPECT_EQ(parsePath(text, "again").lines, path.lines);
 }
 
-// Why a line may lie outside, and from where on: in the file, and in words for whoever is about to fly.
+// The reason why a line may lie outside, and its first place: in the file, and in words for whoever is about
+// to fly.
 TEST(Path, DoubtsAboutTheLumenAreKeptAndSaid) {
     json document = whole();
     EXPECT_EQ(doubtText(*pathOf(document).lumen), "");
@@ -106,7 +107,7 @@ TEST(Path, DoubtsAboutTheLumenAreKeptAndSaid) {
     EXPECT_EQ(linesText(pathOf(document).lines), "2 branches of 7.5 mm, 2.5 mm to 4 mm from the wall");
 }
 
-/// What is wrong is refused by its place, what was expected and what was found.
+/// Errors are refused with their place, the expected value and the one found.
 TEST(Path, StrictReading) {
     struct Row {
         const char* pointer;

@@ -35,7 +35,7 @@ class OutputFiles : public ::testing::Test {
     std::size_t names() const {
         return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_.path()), {}));
     }
-    /// What a child process prints as a message, or "" when body ends well.
+    /// The message that a child process prints, or "" when body ends well.
     static std::string problemIn(const std::function<void()>& body) {
         int ends[2];
         EXPECT_EQ(::pipe(ends), 0);

@@ -42,7 +42,7 @@ Image randomImage(bool opaque) {
 
 TEST_F(ImageFile, ExrKeepsEveryBit) {
     Image image = randomImage(false);
-    image.at(0, 0) = glm::vec4(1e-30f, 7.5f, 0.1f, 0); // what has no alpha keeps its light
+    image.at(0, 0) = glm::vec4(1e-30f, 7.5f, 0.1f, 0); // a pixel without alpha keeps its light
     const fs::path path = folder_ / "a.exr";
     writeImage(path, image, R"({"a":1})");
     const Image again = readImage(path);

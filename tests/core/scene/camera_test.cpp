@@ -19,7 +19,7 @@ VolumeInfo ctVolume() {
     return info;
 }
 
-/// Where a patient point lands, in pixels, by intersecting the ray plane.
+/// The pixel of a patient point, by intersecting the ray plane.
 glm::dvec2 project(const RayPlane& plane, const glm::dvec3& point, const glm::ivec2& size) {
     glm::dvec3 at = point;
     if (plane.perspective) {

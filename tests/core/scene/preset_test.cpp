@@ -58,7 +58,7 @@ Profile sheet(double around, double inside, double width, double blur = 1.2) {
         return around + (inside - around) * (rise(x + width / 2, blur) - rise(x - width / 2, blur));
     };
 }
-/// What a ray along 40 mm of it has of opacity, by the exact function.
+/// The opacity of a ray along 40 mm of it, by the exact function.
 double opacityAlong(const std::string& preset, const Profile& profile) {
     const TransferFunction f = presetFunction(preset, {-1024, 3071, true, 1, {}});
     const GradientOpacity factor = f.gradientOpacity().perMm(1);
@@ -118,7 +118,7 @@ TEST(Preset, MetalIsOpaqueAndBoneBeforeItAVeil) {
     EXPECT_LT(opacityAlong("metal", sheet(60, 1400, 6)), 0.2);
 }
 
-// What was built in before is there, number for number.
+// Earlier built-in presets are there, number for number.
 TEST(Preset, EarlierOnesAreKept) {
     const std::map<std::string, std::size_t> sizes = {
         {"bone-1", 10}, {"lung-1", 18}, {"skin-1", 10}, {"vessels-1", 12}};
@@ -174,7 +174,7 @@ TEST(Preset, PetTakesTheValuesOfTheBody) {
     EXPECT_EQ(scene.valueColour, ValueColour::inverse);
 }
 
-// Whatever was chosen before, a built-in preset looks as it does on a scene of its own.
+// Whatever was chosen before, a built-in preset gives the settings that it gives on a scene of its own.
 TEST(Preset, ABuiltInOneLooksTheSameAfterAnyOther) {
     const auto lookOf = [](const Scene& scene) { return presetOf(scene, "").look; };
     const auto take = [](const std::string& name, Scene& scene) {
@@ -197,7 +197,7 @@ TEST(Preset, ABuiltInOneLooksTheSameAfterAnyOther) {
     }
 }
 
-// What no preset brought is the user's, and stays: light, a window, cuts, a plane.
+// Settings that no preset brought are the user's, and stay: light, a window, cuts, a plane.
 TEST(Preset, ABuiltInOneLeavesWhatTheUserSet) {
     Scene scene;
     scene.volumes.push_back({});

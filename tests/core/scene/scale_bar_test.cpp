@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-/// Where the rays of two pixels meet the plane through the focal point that faces the camera: how far apart.
+/// The distance between the rays of two pixels on the plane through the focal point that faces the camera.
 double apartAtTheCentre(const Camera& camera, const glm::ivec2& size, const glm::dvec2& a,
                         const glm::dvec2& b) {
     VolumeInfo info;

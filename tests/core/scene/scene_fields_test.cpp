@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-/// How a value is refused; "" where it is read.
+/// The refusal of a value; "" if it is read.
 std::string refusalOf(const json& document) {
     try {
         parseScene(document.dump(), "/", "s.json");
@@ -37,7 +37,7 @@ const json& resolved(const json& schema, const json& root) {
                                    : schema;
 }
 
-/// Whether the part of JSON Schema that ours uses accepts a value.
+/// True if the part of JSON Schema that ours uses accepts a value.
 bool accepts(const json& given, const json& root, const json& value) {
     const json& schema = resolved(given, root);
     const auto any = [&](const char* key) {
@@ -212,7 +212,7 @@ TEST(SceneFields, WithoutAKeyItsDefaultIsMeant) {
     EXPECT_GT(defaults, 50);
 }
 
-// What the reader accepts the schema accepts: of every place, values of all kinds.
+// The schema accepts all that the reader accepts: of every place, values of all kinds.
 TEST(SceneFields, TheSchemaAcceptsWhatIsRead) {
     const std::vector<json> values = {nullptr,
                                       true,

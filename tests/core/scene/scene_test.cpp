@@ -257,7 +257,7 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
     messageOf(camera.dump());
 }
 
-// What a hostile file costs: every list that has a bound, with many times as many, and lists that have none.
+// The cost of a hostile file: every list that has a bound, with many times as many, and lists that have none.
 TEST(Scene, LongListsAreReadInTimeThatGrowsWithThem) {
     constexpr int kMany = 100000;
     const auto listOf = [](const json& item) {

@@ -140,7 +140,7 @@ TEST(TransferTable, SizeFollowsTheSharpestFeature) {
     EXPECT_LT(broad.relativeError, 1e-6);
 }
 
-// What lies below the first of two points of one value is not what lies above.
+// The function below the first of two points of one value differs from that above.
 TEST(TransferTable, AStepAtTheFirstPointHasBothSides) {
     const auto table = makeTable(TransferFunction::fromExtinction({{0, 0}, {0, 1}, {10, 1}}, {}));
     EXPECT_EQ(table.entries.front().a, 0);

@@ -68,7 +68,7 @@ TEST(Planes, EveryPlaneGetsEveryBrickAtItsPlace) {
         const glm::ivec3 origin = gridPosition(b, p.layer().selection.bricks) * edge;
         const glm::ivec3 end = glm::min(origin + edge, samples.extent());
         if (end != origin + edge)
-            continue; // what lies beyond the volume's edge is the fill's
+            continue; // beyond the volume's edge values are the fill's
         double sum = 0;
         for (int z = origin.z; z < end.z; ++z)
             for (int y = origin.y; y < end.y; ++y)
@@ -175,7 +175,7 @@ TEST(Engines, ADeadlineChangesNoPicture) {
     }
 }
 
-// Who fetches exactly for a while leaves the device's filter as it was.
+// Exact fetches for a while leave the device's filter as it was.
 TEST(Engines, FiltersAreWhatTheyWereAfterExactFetches) {
     const GlContext context({"software"});
     MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);

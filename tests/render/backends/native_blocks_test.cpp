@@ -31,9 +31,9 @@ class Bricks {
     NativeEngine engine_;
 };
 
-/// Random points of every block of cells: each value within the block's range. Where nothing is blended a
-/// block's range is no wider than what dense points find, so that it is not "everything".
-/// @param wasted  how much wider than the values found, in the mean, as a share of all cells' ranges
+/// Random points of every block of cells: each value within the block's range. If nothing is blended a
+/// block's range is no wider than that of dense points, so that it is not "everything".
+/// @param wasted  excess of ranges over the values found, in the mean, as a share of all cells' ranges
 void expectWithinRanges(Prepared& prepared, bool ghostLayers, unsigned seed, double wasted) {
     Planner& p = prepared.p;
     Bricks bricks(prepared, ghostLayers);
@@ -59,7 +59,7 @@ void expectWithinRanges(Prepared& prepared, bool ghostLayers, unsigned seed, dou
             float low = std::numeric_limits<float>::infinity(), high = -low;
             for (int point = 0; point < 40; ++point) {
                 glm::vec3 inside(anywhere(random), anywhere(random), anywhere(random));
-                if (point < 27) // where it is extreme, if it is at all
+                if (point < 27) // places of extreme values, if there are any
                     inside = {static_cast<float>(point % 3), static_cast<float>(point / 3 % 3),
                               static_cast<float>(point / 9)};
                 const glm::vec3 where = glm::min(first + inside, glm::vec3(extent));

@@ -170,8 +170,8 @@ TEST(NativeSurfaceBlocks, ChangeNoBit) {
         }
 }
 
-/// White noise: cubics that turn, several crossings a piece, up to eight surfaces, two of one value.
-/// What rays meet is kept of every pixel, and charged.
+/// White noise: cubics that turn, several crossings a piece, up to eight surfaces, two of one value. First
+/// hits are kept for every pixel, and charged.
 TEST(NativeSurfaceHits, AreCharged) {
     Prepared prepared("torso", torsoScene(0, false, Integrator::midpoint, kSize));
     Planner& p = prepared.p;

@@ -33,7 +33,7 @@ double largestOf(const glm::dvec4& a, const glm::dvec4& b) {
     return std::max(std::max(d.x, d.y), std::max(d.z, d.w));
 }
 
-// What is left is that the mirror holds isovalues and colours as floats: 1e-5 where surfaces are met
+// The remaining difference: the mirror holds isovalues and colours as floats, 1e-5 where surfaces are met
 // squarely. A normal turns fast across an edge of a cell, so that some pixels differ more. A ray that almost
 // touches a surface may hit it by one of the two and not by the other.
 TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {

@@ -43,7 +43,7 @@ TYPED_TEST(CellRootsOf, TangentsAreMetTwiceOrNotAtAll) {
             for (const Real sign : {Real(1), Real(-1)}) {
                 const auto two = rootsOf<Real>([&](Real t) { return sign * ((t - c) * (t - c) - e); });
                 ASSERT_EQ(two.size(), 2u) << c << " " << e;
-                // Where the slope is 2 sqrt(e), values off by d move the root by d / (2 sqrt(e)).
+                // At the slope 2 sqrt(e), values off by d move the root by d / (2 sqrt(e)).
                 const Real near = 40 * std::numeric_limits<Real>::epsilon() / std::sqrt(e);
                 EXPECT_NEAR(two[0], c - std::sqrt(e), near);
                 EXPECT_NEAR(two[1], c + std::sqrt(e), near);
@@ -142,9 +142,8 @@ struct RandomCell {
     }
 };
 
-// Against a scan of 2000 places along the ray: as many crossings at the same places. How often a ray that
-// meets the surface meets it twice with both ends on one side (7.3 %), or three times (0.03 %): the figures
-// of the project's numerics.
+// Against a scan of 2000 places along the ray: as many crossings at the same places. Counts of the project's
+// numerics: rays that meet the surface twice with both ends on one side (7.3 %), or three times (0.03 %).
 TEST(CellRoots, RandomCellsAgainstAScan) {
     std::mt19937 random(12);
     constexpr int kCells = 40000, kPlaces = 2000;

@@ -81,7 +81,7 @@ constexpr int kCutsCount = 8;
 bool keeps(Keep keep, bool inside) {
     return inside == (keep == Keep::inside);
 }
-/// Whether a place is drawn, by what cuts mean.
+/// True if a place is drawn, by the definition of cuts.
 bool isKept(const Cuts& cuts, const glm::dvec3& mm, const glm::dvec3& voxel) {
     for (const CropBox& b : cuts.boxes) {
         const glm::dvec3 p = b.space == CropBox::Space::voxels ? voxel : mm;

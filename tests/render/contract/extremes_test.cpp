@@ -60,7 +60,7 @@ Selection randomShownLevels(const Selection& like, unsigned seed) {
     return s;
 }
 
-/// What the cases of a run came to; a test that compared nothing must fail.
+/// The counts of a run's cases; a test that compared nothing must fail.
 struct Tally {
     int cases = 0, visible = 0, equal = 0, filtered = 0, skipping = 0, constant = 0;
     double worstMarch = 0; // largest difference of GPU ray caster and float mirror
@@ -218,7 +218,7 @@ class ExtremeRun {
         return opacityOf(static_cast<double>(p.layer().optics.table.front().a) * lengthMm(ray));
     }
     /// Per pixel, the part of a ray's length in the volume, mm, that changes if the ray moves by so many
-    /// voxels; all of it for a ray that lies in a face.
+    /// voxels. It is the whole length for a ray that lies in a face.
     static std::vector<double> uncertainLengths(const FramePlan& p, double voxels) {
         std::vector<double> out(static_cast<std::size_t>(p.view.imageSize.x) *
                                 static_cast<std::size_t>(p.view.imageSize.y));

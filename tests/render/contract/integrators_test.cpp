@@ -47,7 +47,7 @@ glm::dvec4 upTo(const TransferTable& table, const TableIntegral& integral, doubl
     return integral.upTo(inside) + (place - inside) * glm::dvec4(glm::dvec3(e) * e.a, e.a);
 }
 
-/// What is charged for an integrator's tables holds them, and no integrator is charged for another's.
+/// The bytes charged for an integrator's tables hold them, and no integrator is charged for another's.
 TEST(TableBytes, HoldWhatAnIntegratorTakes) {
     const TransferTable table = mixedTable();
     std::size_t midpoint = 0;

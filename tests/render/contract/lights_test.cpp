@@ -251,7 +251,7 @@ TEST(LitPlane, MaterialsChangeInSteps) {
     expectLit(doublePicture(prepared->p), colour, 0.01, "double mirror");
 }
 
-// Where a point light is known from, one ray is: through the picture's middle, onto a plane at 0.4 mm.
+// A point light is known on one ray: through the picture's middle, onto a plane at 0.4 mm.
 TEST(LitPlane, PointLights) {
     const GlContext context({"software"});
     const double eye = 300, hit = 0.4 / kCosine; // mm from the focal point
@@ -379,7 +379,8 @@ TEST(LitPlane, TheMostLightThereCanBeIsFinite) {
     }
 }
 
-// What changes nothing is nothing: one head light, said aloud, is the program that there is without lights.
+// Settings without effect are none: one head light, named in the scene, is the program of a scene without
+// lights.
 TEST(LitPlane, AHeadLightThatIsNamedIsTheOneThatIsNot) {
     const GlContext context({"software"});
     const Planes planes(kSpaces[2].patientFromVoxel);

@@ -16,7 +16,8 @@ namespace {
 
 using namespace tessera::test;
 
-/// Where formulas change: on and beside brick faces, at the ends of blends, at the border and beyond it.
+/// Points at which formulas change: on and beside brick faces, at the ends of blends, at the border and
+/// beyond it.
 std::vector<glm::vec3> tellingPositions(const glm::ivec3& extent, int count) {
     std::mt19937 random(17);
     std::vector<glm::vec3> out;
@@ -181,7 +182,7 @@ TEST(MixedLevels, ValuesStayInTheHullOfTheirSamples) {
                 const std::uint32_t code = p.layer().levels.at(place.corner).code(n);
                 if (code == BrickCorner::kOutside)
                     continue;
-                // The brick's samples around its nearest point; all of it is too slow to look at.
+                // The brick's samples around its nearest point; testing all of it is too slow.
                 const double value = brickValue(samples, brick, code, at);
                 lo = std::min(lo, value);
                 hi = std::max(hi, value);

@@ -149,7 +149,7 @@ TEST(Phases, MarchHasTheMirrorsRaysAndPicture) {
     EXPECT_FALSE(isBlank(mirror));
 }
 
-// What they are for: eight rays through one place err half as much as one.
+// Their purpose: eight rays through one place err half as much as one.
 TEST(Phases, MeansOfEightErrLessThanOne) {
     Scene scene = sceneOf("soft-tissue", kPicture);
     scene.shading.on = false;
@@ -213,7 +213,7 @@ TEST(StepOfMeans, IsLongerAndThePictureAsGood) {
     scene.quality.pixels.samples = 16;
     const Image truth = drawn(scene).image;
     const double with = compare(longer.image, truth).rms, without = compare(named.image, truth).rms;
-    EXPECT_LT(with, std::hypot(without, 1.0 / 255)); // what the step may err by
+    EXPECT_LT(with, std::hypot(without, 1.0 / 255)); // the allowed error of the step
 }
 
 TEST(StepOfMeans, IsNotTakenWhereRaysHaveNoPhases) {

@@ -326,9 +326,9 @@ TEST(Isosurfaces, NothingIsMetBeyondTheLastOfSteepEdges) {
     }
 }
 
-// An opaque dark medium hides the bright one behind it and the surface in that, however many segments follow:
-// where alpha can grow no more, colour must not either. What float leaves of alpha, 2^-25 over a segment's
-// opacity, is all that may shine through.
+// An opaque dark medium hides the bright one behind it and the surface in that, however many segments follow.
+// Where alpha can grow no more, colour must not either. Only float's rounding of alpha, 2^-25 over a
+// segment's opacity, may shine through.
 TEST(Isosurfaces, NothingGrowsBehindAnOpaqueMedium) {
     const GlContext context({"software"});
     const Stored stored([](const glm::dvec3& p) { return p.z; }, {16, 16, 96}, true);

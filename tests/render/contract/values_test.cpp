@@ -293,7 +293,7 @@ TEST(ValueWindow, GreysAreThoseOfDicomsLinearWindow) {
     const TransferTable table = valueTable(look, none, Reduction::average);
     VolumeInfo info;
     info.extentVoxels = {8, 8, 8};
-    info.rescaleSlope = -2; // what is stored falls as the value rises
+    info.rescaleSlope = -2; // the stored number falls as the value rises
     info.rescaleIntercept = 100;
     Shading unlit;
     unlit.on = false;

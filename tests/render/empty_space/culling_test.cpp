@@ -74,7 +74,7 @@ TEST(Culling, LitPicturesOfTheFinestLevelAreBitEqual) {
 }
 
 // At coarser levels values beside a culled brick are blended with its mean, and so are gradients, a sample
-// further in. What that changes is a small part of what the level itself loses.
+// further in. This changes a small part of the level's own loss.
 TEST(Culling, LitPicturesOfCoarserLevelsDifferByLessThanATwentiethOfTheLevelsOwnError) {
     const GlContext context({"software"});
     const auto rms = [](const Image& a, const Image& b) {

@@ -136,7 +136,7 @@ TEST(DistanceMap, MendedIsWhatFillingAnewGives) {
     EXPECT_GT(mended, 20);
 }
 
-// Where two functions are said not to differ, they say the same of every range of values; and they are not
+// If two functions are said not to differ, they say the same of every range of values; and they are not
 // always said to differ.
 TEST(ShownRanges, OutsideOfDifferencesBothTablesSayTheSame) {
     std::mt19937 random(17);

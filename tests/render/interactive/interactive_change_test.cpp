@@ -34,7 +34,7 @@ TransferFunction functionOf(Function function) {
     switch (function) {
     case kLittle: // dense bone alone
         return TransferFunction::fromOpacity({{300, 0}, {500, 0.9}}, {{300, {1, 0.3, 0.1}}}, 1);
-    case kSpike: // which the midpoint rule would step over
+    case kSpike: // the midpoint rule would step over it
         return TransferFunction::fromOpacity({{39, 0}, {40, 0.9}, {41, 0}}, {{40, {0.2, 1, 0.4}}}, 1);
     case kGraded:
         return graded(presetFunction("soft-tissue", values));
@@ -57,7 +57,8 @@ void begin(InteractiveRenderer& renderer) {
         renderer.advance(Clock::now() + microseconds(1));
 }
 
-/// Cameras and functions, one after the other, in every way to set them. What shows becomes less and more.
+/// Cameras and functions, one after the other, in every way to set them. The visible part becomes less and
+/// more.
 std::vector<Change> changes(const VolumeInfo& info) {
     const auto camera = [info](int number) { return cameraNumber(number, info, kSize); };
     return {

@@ -44,7 +44,7 @@ TransferFunction presetOf(const std::string& name) {
     return presetFunction(name, values);
 }
 
-/// What was drawn until nothing more came.
+/// The pictures drawn until nothing more came.
 struct Pictures {
     std::vector<Image> all;
     std::vector<bool> coarse;
@@ -65,7 +65,7 @@ Pictures picturesUntilAtRest(Session& session, milliseconds each = milliseconds(
     return pictures;
 }
 
-/// What was drawn in haste, in which light stays coarse, until no brick was to come and nothing new was
+/// The pictures drawn in haste, in which light stays coarse, until no brick was to come and nothing new was
 /// drawn.
 Pictures hastyPictures(Session& session, double stepVoxels) {
     Pictures pictures;
@@ -82,7 +82,7 @@ Pictures hastyPictures(Session& session, double stepVoxels) {
     return pictures;
 }
 
-/// What a renderer comes to that knows nothing else, and has all light before each picture.
+/// The final picture of a renderer that knows nothing else, and has all light before each picture.
 Image alone(const Scene& scene, bool native) {
     InteractiveOptions options;
     options.coarseLightFirst = false;

@@ -147,7 +147,7 @@ TEST(Interactive, FirstPictureIsWholeAndPicturesGetBetter) {
     EXPECT_GT(compare(pictures.front(), pictures.back()).luvMean, 0);
 }
 
-// Random cameras, functions, paths, deadlines and cancels on a budget of few pages: after every step the
+// Random cameras, functions, paths, deadlines and cancels on a budget of few pages. After every step the
 // budgets hold, and the resident bricks fit and match the table that rays read. It converges to the requested
 // levels.
 TEST_P(InteractiveEngines, AnyStepsKeepTheBudgetAndComeToAnEnd) {
@@ -190,7 +190,7 @@ TEST_P(InteractiveEngines, AnyStepsKeepTheBudgetAndComeToAnEnd) {
     }
 }
 
-// What the path comes to next is in RAM before it is there, and the pictures are the same.
+// The bricks of the path's next views are in RAM in advance, and the pictures are the same.
 TEST(Interactive, ThePathsNextBricksAreLoadedAhead) {
     const Scene scene = interactiveScene("soft-tissue", 2);
     const std::size_t budget = gpuBytesFor(scene, 60);

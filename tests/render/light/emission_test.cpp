@@ -107,7 +107,7 @@ TEST(Emission, EnginesAgree) {
             }
 }
 
-/// Where tissue reflects nothing, what is seen of it is its emission.
+/// Tissue that reflects nothing shows its emission alone.
 TEST(Emission, IsSeenAsItIs) {
     for (const Integrator integrator : {Integrator::midpoint, Integrator::preintegrated2d}) {
         Scene scene = glowingScene({});
@@ -128,8 +128,8 @@ TEST(Emission, IsSeenAsItIs) {
     }
 }
 
-/// What tissue sends gets as far as light from all sides does: in one medium both are what is open of the way
-/// through it, in the reference.
+/// Tissue's emission gets as far as light from all sides does. In one medium both are the open share of the
+/// way through it, in the reference.
 TEST(Emission, OfOneMediumInTheReference) {
     const Stored stored([](const glm::dvec3& p) { return p.x; });
     const glm::dvec3 place(22.3, 19.1, 24.7), extent(stored.info.extentVoxels);
@@ -170,7 +170,7 @@ TEST(Emission, OfOneMediumInTheReference) {
     EXPECT_GT(most, 0.02);
 }
 
-/// What is lit by tissue gets brighter in its colour, the more the stronger it is.
+/// Tissue's light brightens its surroundings in its colour, the more the stronger it is.
 TEST(Emission, LightsWhatIsAround) {
     const auto brightness = [](double emission) {
         Prepared prepared("torso", glowingScene(lightOfTissue(emission)));

@@ -69,10 +69,10 @@ void expectNear(const PictureCase& c) {
     }
 }
 
-// Twice what was measured. The ray caster's step causes part of the rms and of the distances without light
+// Twice the measured errors. The ray caster's step causes part of the rms and of the distances without light
 // (0.010 and 3.6; 0.0094 and 8.4). The rest is light that is known only at samples. Surfaces lie between
-// them, where light changes most, and at level 1 between samples twice as far apart. Where directional
-// lights' shadows begin at the sample itself, the rms is 0.07.
+// them, where light changes most, and at level 1 between samples twice as far apart. If directional lights'
+// shadows begin at the sample itself, the rms is 0.07.
 TEST(LightError, PicturesOfTheTorso) {
     expectNear({"torso", "bone-1", false, false, {0.021, 0.021}, {7.3, 7.3}});
     expectNear({"torso", "bone-1", true, false, {0.022, 0.032}, {7.7, 6.6}});
@@ -147,12 +147,12 @@ TEST(LightError, OcclusionFallsWithRays) {
         expectFallingWithRays("abdomen", "bone-1");
 }
 
-/// Where the error of kept occlusion comes from, at places that rays of the eye see. Of samples. The layers
-/// that rays read are too far apart to resolve how fast extinction falls beside a surface. So samples there
-/// are a little too dark (bone -0.03 and -0.024, soft tissue -0.008 and -0.010). Without the half step that
-/// begins in the sample itself they would be too bright, by 0.13, 0.085, 0.059 and 0.023. Between samples:
-/// light falls ever slower on the way into a surface, so that a line between two samples lies above it
-/// (0.011, 0.016, 0.007, 0.003). Together within 0.018.
+/// Sources of the error of kept occlusion, at places that rays of the eye see. Of samples. The layers that
+/// rays read are too far apart to resolve how fast extinction falls beside a surface. So samples there are a
+/// little too dark (bone -0.03 and -0.024, soft tissue -0.008 and -0.010). Without the half step that begins
+/// in the sample itself they would be too bright, by 0.13, 0.085, 0.059 and 0.023. Between samples: light
+/// falls ever slower on the way into a surface, so that a line between two samples lies above it (0.011,
+/// 0.016, 0.007, 0.003). Together within 0.018.
 void expectParts(const char* store, const char* preset) {
     Scene scene = sceneOn(infoOf(store), preset, 0, {24, 24});
     scene.lighting.occlusion = Occlusion{};

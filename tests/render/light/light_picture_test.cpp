@@ -249,7 +249,7 @@ TEST(LightPicture, FollowsAnEdit) {
     EXPECT_EQ(differing(edited.renderer.picture(), fresh.renderer.picture()), 0u);
 }
 
-/// What lies behind a surface takes light, whether rays leap over what shows nothing or not.
+/// The medium behind a surface attenuates light, whether rays leap over empty space or not.
 TEST(LightPicture, WhatIsBehindASurfaceTakesLight) {
     Lighting lighting;
     lighting.lights = {castingLight()};

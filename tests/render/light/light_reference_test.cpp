@@ -208,7 +208,7 @@ TEST(ReferenceLight, LightsAreWhereShadowMapsHaveThem) {
     }
 }
 
-/// What shares of light are known to: rays of light with four times the panels; light along rays of the eye a
+/// The precision of shares of light: rays of light with four times the panels; light along rays of the eye a
 /// tenth as coarse.
 TEST(ReferenceLight, FinerRaysChangeNothing) {
     Lighting lighting;

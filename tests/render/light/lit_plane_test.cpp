@@ -30,7 +30,7 @@ const Angle kAngles[] = {
     {120, -0.5, kRoot3 / 2, 0.4, 0}, // lit from behind as from before
     {150, -kRoot3 / 2, 0.5, 0.1 + 0.3 * kRoot3, 0.025},
 };
-/// What the eye sees of the colour at an angle.
+/// The visible colour at an angle.
 glm::dvec3 litBy(const Angle& angle) {
     return kColour * angle.times + glm::dvec3(angle.plus);
 }

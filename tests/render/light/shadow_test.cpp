@@ -166,7 +166,8 @@ TEST(ShadowMaps, AreWhatRaysOfShadowSay) {
     expectAsByRays({"abdomen", "bone-1", false, false, 0.03, 0.3});
 }
 
-/// What stands within the offset before a place shades it not: neither a directional light's nor a point's.
+/// A medium within the offset before a place does not shade it: neither from a directional light nor from a
+/// point light.
 TEST(ShadowMaps, LookFromBeforeAPlace) {
     for (const double offset : {2.0, 6.0})
         for (const bool isPoint : {false, true})

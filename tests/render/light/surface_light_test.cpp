@@ -415,7 +415,7 @@ TEST(SurfaceLight, IsTheSameWhateverThreadsAndSamples) {
     }
 }
 
-/// What directions err by falls, and what lies on either side of an edge stays as it is.
+/// The error of directions falls, and the two sides of an edge stay as they are.
 TEST(SurfaceLight, TheFilterSmoothsAndKeepsEdges) {
     const auto errors = [](bool filter, double& near) {
         Scene scene = occludedScene(0, {96, 96}, {.rays = 8, .radiusMm = 12, .filter = filter});
@@ -441,7 +441,8 @@ TEST(SurfaceLight, TheFilterSmoothsAndKeepsEdges) {
     EXPECT_LT(nearWith, nearWithout);
 }
 
-/// What shares is near in mm: a volume of larger voxels, seen from as much further away, looks the same.
+/// Places that share are near in mm. A volume of larger voxels, seen from as much further away, gives the
+/// same picture.
 TEST(SurfaceLight, TheFilterKnowsNoVoxels) {
     const auto pictureAt = [](double mmPerVoxel) {
         const ScratchFolder folder;
@@ -500,7 +501,7 @@ TEST(SurfaceLight, TakesThePlaceOfTheVoxels) {
     EXPECT_EQ(differing(rendered(scene, EngineKind::native).image, shaded.image), 0u);
 }
 
-/// What is beside a picture stands in the way of light too.
+/// Surfaces beside a picture attenuate light too.
 TEST(SurfaceLight, BricksBesideThePictureStay) {
     Scene scene = occludedScene(0, {64, 64}, {.rays = 4});
     std::get<Camera>(scene.camera).viewAngle = 2;

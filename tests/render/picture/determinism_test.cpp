@@ -195,7 +195,7 @@ TEST_P(Determinism, WhatIsLeftOutLeavesNoTrace) {
     for (const double epsilon : {1.0 / 510, 1e-4}) {
         Scene ends = lit;
         ends.quality.terminationTransmittance = epsilon;
-        // What is left out is positive and at most epsilon of the brightest there is; 1e-6 for sums of
+        // The omitted light is positive and at most epsilon of the brightest there is; 1e-6 for sums of
         // floats.
         table.push_back({"termination at " + std::to_string(epsilon), image, drawn(ends),
                          epsilon * brightest(lit.shading) + 1e-6});

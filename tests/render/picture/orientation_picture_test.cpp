@@ -35,7 +35,7 @@ std::int16_t valueAt(const glm::ivec3& p) {
     return -1000;
 }
 
-/// How a file lies: its axis f runs along LPS axis lps[f], backwards if flipped[f].
+/// The layout of a file: its axis f runs along LPS axis lps[f], backwards if flipped[f].
 struct Layout {
     std::array<int, 3> lps = {0, 1, 2};
     std::array<bool, 3> flipped = {false, false, false};
@@ -261,8 +261,8 @@ TEST(OrientationPicture, MarksComeOutOnTheirSide) {
         const char* view;
         bool left, top;
     };
-    // Where the viewer who looks at that side of a standing patient sees the mark; from above and below,
-    // anterior is up.
+    // The place of the mark for a viewer of that side of a standing patient; from above and below, anterior
+    // is up.
     for (const Expected& e : {Expected{"anterior", true, true},
                               {"posterior", false, true},
                               {"left", true, true},

@@ -102,7 +102,7 @@ TEST_F(Renderers, ItsErrorIsTheDifferenceToItsTruth) {
         EXPECT_EQ(pixel, kDrawn);
 }
 
-// What is measured is the picture without it.
+// The picture without it is measured.
 TEST_F(Renderers, LightThatIsAddedComesAfterMeasuring) {
     const RenderResult r = draw([](FlatRenderer& f) { f.adds = true; });
     const glm::vec4 d = kDrawn - kTruth;

@@ -24,7 +24,7 @@ double bodyAt(const glm::ivec3& p) {
     return std::floor(std::clamp(250 * (shell + ripples) + (rod ? 120 : 0), 0.0, 250.0));
 }
 
-/// How the body is stored: axis a of the store runs along axis `axis[a]` of the body, backwards where
+/// The layout of the stored body: axis a of the store runs along axis `axis[a]` of the body, backwards where
 /// `flipped`.
 struct Stored {
     std::array<int, 3> axis{0, 1, 2};
@@ -48,7 +48,7 @@ struct Stored {
         info.type = type;
         info.rescaleSlope = slope, info.rescaleIntercept = intercept;
         glm::dmat4 m(1);
-        glm::dvec3 first{-32, 16, 64}; // where the box of the body begins
+        glm::dvec3 first{-32, 16, 64}; // start of the body's box
         for (int a = 0; a < 3; ++a) {
             const int along = axis[static_cast<std::size_t>(a)];
             info.extentVoxels[a] = kExtent[along];
@@ -90,7 +90,7 @@ const Scene& atRest() {
     return scene;
 }
 
-/// Camera and lights go along with what they look at.
+/// Camera and lights move together with the body.
 Scene moved(Scene scene, const glm::dmat4& by) {
     const auto point = [&by](const glm::dvec3& p) { return glm::dvec3(by * glm::dvec4(p, 1)); };
     Camera camera = std::get<Camera>(scene.camera);

@@ -102,7 +102,7 @@ TEST(Unfolded, APatchIsWhereItShouldBe) {
     // seen from the axis: a patch of the wall from 100 to 160 degrees, z from -6 to 10
     const auto inPatch = [](const glm::dvec3& p) {
         const double angle =
-            std::atan2(p.y, p.x) * 180 / kPi; // from +x towards +y: clockwise for who looks along +z
+            std::atan2(p.y, p.x) * 180 / kPi; // from +x towards +y: clockwise for a view along +z
         return angle > 100 && angle < 160 && p.z > -6 && p.z < 9.9;
     };
     Tube tube([&](const glm::dvec3& p) {

@@ -359,7 +359,8 @@ double lightOf(const Image& image) {
     return sum;
 }
 
-// What other renderers leave out: a tile of which a volume clips a corner, silhouettes, what few rays hit.
+// Scenes that other renderers leave out: a tile of which a volume clips a corner, silhouettes, parts that few
+// rays hit.
 TEST(AutomaticSamples, LeaveOutNoScene) {
     const auto drawn = [](Light light, std::uint32_t seed) {
         AreaPicture picture(ofSize(kEdges), automatic(seed));

@@ -63,7 +63,7 @@ RayFrame<double> twiceAsLarge(RayFrame<double> frame) {
     return frame;
 }
 
-/// What every engine must hold, on the scene as it was prepared.
+/// Properties that every engine must have, on the scene as it was prepared.
 void expectPlaces(Engine& engine, Prepared& prepared, bool picturesOfAnySize) {
     Drawer draw(engine, prepared);
     const FramePlan& p = prepared.p;

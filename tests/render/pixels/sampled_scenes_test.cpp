@@ -61,7 +61,7 @@ Image truthOf(Scene scene) {
     return drawn(scene).image;
 }
 
-constexpr float kShown = 0.06f; // what 8 samples find; of less 64 may find nothing
+constexpr float kShown = 0.06f; // 8 samples find it; of less 64 may find nothing
 
 double distance(const glm::vec4& a, const glm::vec4& b) {
     return glm::distance(luvFromLinear(glm::dvec3(a)), luvFromLinear(glm::dvec3(b)));
@@ -105,7 +105,7 @@ TEST(SampledScenes, AVolumeThatClipsATilesCornerIsSampledLikeAnyOther) {
         }
 }
 
-// What reaches into the picture by less than half a pixel no middle meets.
+// A part that reaches into the picture by less than half a pixel meets no middle.
 TEST(SampledScenes, AVolumeThatClipsThePicturesEdgeIsSampledLikeAnyOther) {
     const Stored cube([](const glm::dvec3&) { return 1000.0; }, glm::ivec3(16), true); // 5.33 pixels wide
     {
@@ -167,8 +167,8 @@ double dots(const glm::dvec3& p) {
 const std::vector<OpacityPoint> kScarce = {{0, 0}, {1000, 0.8}};
 constexpr glm::ivec3 kScarceExtent(90, 68, 12);
 
-// A wire is a half to a quarter as wide as a pixel, and dots are as small. Where neither a pixel's middle nor
-// a neighbour's hits them, the distance map shows that something lies there.
+// A wire is a half to a quarter as wide as a pixel, and dots are as small. If neither a pixel's middle nor a
+// neighbour's hits them, the distance map shows that something lies there.
 TEST(SampledScenes, WhatFewRaysHitIsSampledLikeAnyOther) {
     const Stored thin(wires, kScarceExtent, true), single(dots, kScarceExtent, true);
     struct Case {

@@ -15,7 +15,7 @@ namespace {
 using namespace test;
 
 // A picture so small that some bricks may be coarse without loss. One level for all is chosen if it fits and
-// takes at most a quarter more pages, or at most one more page for every hundred rays that are seen in
+// takes few more pages: at most a quarter more, or at most one for every hundred rays that are seen in
 // bricks. Otherwise the mix is chosen; no error is predicted for either.
 TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
@@ -60,8 +60,9 @@ TEST(BestLevels, AreOneLevelWhereAMixGainsNothing) {
     EXPECT_GT(forRays, 0u);
 }
 
-// With a largest allowed error, whatever the budget: the finest level for all if its strides take less time
-// than those of a sufficient mix, and loading its bricks costs no more than that gains.
+// With a largest allowed error, whatever the budget, the finest level for all is chosen on two conditions.
+// Its strides take less time than those of a sufficient mix, and loading its bricks costs no more than that
+// gains.
 TEST(LevelsWithin, AreTheFinestWhereThatIsDrawnSooner) {
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     const StoreReader store(storePath("torso"), ram);

@@ -161,7 +161,7 @@ TEST(MaxError, GoesOnFromSamplesOfTheSameRays) {
     const RenderResult r = drawn(scene, EngineKind::native, Verify::full);
     EXPECT_EQ(r.shortfall, "");
     ASSERT_EQ(r.rounds, 2);
-    Scene once = scene; // a ray through the middle of each pixel, too few to look for blocks of empty space
+    Scene once = scene; // a ray through the middle of each pixel, too few to search blocks of empty space
     once.quality.maxError.reset();
     once.quality.automaticStep = false;
     once.quality.stepVoxels = r.stepVoxels;
@@ -191,7 +191,7 @@ TEST(MeasuredErrors, NoisyPixelsOfTheTruthGetMoreSamples) {
     EXPECT_EQ(quick.measured->mostSamples, quick.measured->samples) << "its cost is bounded";
 }
 
-// What is measured changes no pixel; what budgets have no room for is not guessed.
+// Measuring changes no pixel; errors that budgets have no room for are not guessed.
 TEST(MeasuredErrors, ChangeNoPictureAndKeepToBudgets) {
     Scene scene = sceneOf("torso", "soft-tissue", glm::ivec2(40));
     scene.quality.stepVoxels = 1;

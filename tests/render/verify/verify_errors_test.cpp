@@ -208,8 +208,7 @@ TEST(MeasuredErrors, AreThoseWithoutTheTruthsNoise) {
     }
 }
 
-// Where they are alike in kind, here normal, taking out the noise leaves nothing of it: a fourth of the
-// squares.
+// If they are alike in kind, here normal, taking out the noise leaves nothing of it: a fourth of the squares.
 TEST(MeasuredErrors, HaveNoNoiseLeftThatIsLikeTheErrors) {
     Field field = fieldOf(256, 8, 0, 0);
     RandomNumbers random(3);

@@ -303,7 +303,7 @@ TEST(ForeignPresets, LiesAreRefused) {
     EXPECT_THAT(of("[{\"RGBPoints\": [0,0,0,0,1e999,1,1,1]}]", F::paraView), HasSubstr("expected"));
 }
 
-// What "save as mine" keeps is what the scene looks like, whatever the scene was that takes it.
+// A preset saved as one's own keeps all visible settings of the scene, whatever the scene was that takes it.
 TEST(OwnPresets, CarryAWholeLook) {
     Scene scene;
     scene.volumes.push_back({});
@@ -321,7 +321,7 @@ TEST(OwnPresets, CarryAWholeLook) {
     applyPreset(mine, other);
     Scene same = scene;
     EXPECT_EQ(sceneJson(other), sceneJson(same));
-    // What a preset does not name stays.
+    // Settings that a preset does not name stay.
     const Preset bare = parsePreset(R"({"tesseraPreset": 1, "scalarOpacity": [[0, 0], [1, 1]]})", "b", "b");
     applyPreset(bare, other);
     EXPECT_EQ(other.mode, Mode::maximum);

@@ -30,7 +30,7 @@ Camera oblique(Projection projection) {
     return camera;
 }
 
-/// How far a point lies from the ray through a place of the picture, mm.
+/// The distance of a point from the ray through a place of the picture, mm.
 double distanceFromRay(const Camera& camera, const glm::dvec2& pixel, const glm::dvec3& point) {
     const PatientRay ray = pixelRay(rayPlane(camera, volumeInfo(), kSize), pixel, kSize);
     return glm::length(glm::cross(point - ray.base, ray.direction));
@@ -44,7 +44,7 @@ glm::dvec3 pointAt(const Camera& camera, const glm::dvec2& pixel) {
                                        glm::dot(ray.direction, forward));
 }
 
-// What a picture holds, one of any other proportion holds: at the same depth, as far to each side and as
+// The content of a picture fits one of any other proportion: at the same depth, as far to each side and as
 // high.
 TEST(HeldBy, HoldsAllThatWasSeen) {
     for (const Projection projection : {Projection::perspective, Projection::parallel}) {

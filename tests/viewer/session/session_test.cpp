@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// What `tessera render` draws of the scene with half of the budgets.
+/// The picture of `tessera render` of the scene with half of the budgets.
 Image rendered(const Scene& scene) {
     MemoryBudget ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
     const StoreReader store(scene.volumes.front().path, ram);
@@ -84,7 +84,7 @@ TEST(ViewSession, AtRestShowsTheVeryPictureOfTheProgram) {
         << "the error of another picture";
 }
 
-// What a window saves of source files opened straight away has to open again when the cache is cleared.
+// A scene saved from source files opened straight away has to open again when the cache is cleared.
 TEST(ViewSession, ASceneNamesItsSourceAndNotTheCache) {
     const ScratchFolder folder;
     const fs::path source = folder / "ball.json", cache = folder / "cache";
@@ -165,7 +165,7 @@ TEST(ViewSession, FitsCamerasToThePictureTheyAreFor) {
         }
 }
 
-// What cannot be drawn is refused by its number, at once, and the next scene is drawn.
+// A scene that cannot be drawn is refused by its number, at once, and the next scene is drawn.
 TEST(ViewSession, SaysWhichWishCannotBeDrawn) {
     Looker looker(false);
     Scene scene = looker.opened(storePath("torso"));

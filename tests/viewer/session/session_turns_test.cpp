@@ -81,8 +81,8 @@ TEST(ViewSession, PlanesAreOfTheVolumeThatIsOpen) {
     }
 }
 
-// What stays open is nothing, and a still of it is being drawn: it ends first, and tells so to a session that
-// is about to let it go.
+// Nothing stays open, and a still of it is being drawn: it ends first, and reports this to a session that is
+// about to let it go.
 TEST(ViewSession, AStillEndsWhereNothingStaysOpen) {
     const ScratchFolder folder;
     std::ofstream(folder / "broken.json") << R"({"tesseraScene": 1, "volumes": [)";

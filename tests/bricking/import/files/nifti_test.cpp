@@ -156,7 +156,7 @@ TEST(ImportNifti, AnObliqueQformTurnsTheRightWayAndGivesWayToAnSform) {
     EXPECT_LT(glm::length(stepX() - glm::dvec3(-0.5, -std::sqrt(0.75), 0)), 1e-6);
 }
 
-// What is counted while a volume is read is told of one that is turned around, too.
+// Counts made while a volume is read are reported of one that is turned around, too.
 TEST(ImportNifti, CountsComeThroughTheTurningToLps) {
     const ScratchFolder folder;
     NiftiImage image;
