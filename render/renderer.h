@@ -1,5 +1,5 @@
 // render/renderer.h: Renderer: a plan in, a frame out. All ray backends (engine.h) are drawn by one renderer,
-// picture/ray_renderer.h; what draws otherwise is a sibling of it. A folder of render/backends/ brings
+// picture/ray_renderer.h; a renderer without rays is a sibling of it. A folder of render/backends/ brings
 // either: its EngineTraits name it, and cmake/Backend.cmake makes the table of all.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace tessera {
 
-/// A round of pictures of one scene that come nearer and nearer to what is asked for.
+/// A round of pictures of one scene that come nearer and nearer to the request.
 struct Round {
     int number = 0; // from 0
     PixelGoal goal; // if pixels decide the number of their samples
@@ -29,14 +29,14 @@ struct Round {
 struct FrameReuse {
     bool kept = false;            // the renderer holds the bricks of the picture before
     std::size_t pages = 0;        // to take, so that the next pictures' bricks have room; 0: the plan's
-    std::function<void()> opened; // the renderer has what it takes of RAM
+    std::function<void()> opened; // the renderer has its RAM
     bool first = false;           // a first, coarse picture: without occlusion of surfaces
 };
 
 /// A frame to be drawn; all of it outlives the call.
 struct FrameTask {
     const Scene& scene;
-    Planner& plan; // takes the step and integrator that pixels were tried for, and levels by what is seen
+    Planner& plan; // takes the step and integrator that pixels were tried for, and levels by visibility
     const FrameContext& context;
     const RenderOptions& options;
     Round round = {};
@@ -80,9 +80,9 @@ class Renderer {
         (void)task;
         return nullptr;
     }
-    /// Lets go of what the last frame took and the next needs not; bricks stay.
+    /// Releases memory of the last frame that the next does not need; bricks stay.
     virtual void endFrame() {}
-    /// Lets go of the plan and of what was made from it.
+    /// Releases the plan and all that was made from it.
     virtual void close() {}
     /// Of bricks that are kept from frame to frame; null where there are none.
     virtual BrickResidency* bricks() { return nullptr; }

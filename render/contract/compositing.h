@@ -1,4 +1,4 @@
-// render/contract/compositing.h: composites a colour under what a ray has gathered (docs/sampling.md, "Ray").
+// render/contract/compositing.h: composites a colour behind a ray's colour so far (docs/sampling.md, "Ray").
 // By leaf::compositeBehind(), as everywhere.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-/// @param sum     premultiplied colour and alpha of what lies before
+/// @param sum     premultiplied colour and alpha before it
 /// @param colour  not premultiplied, seen with opacity alpha
 template <typename Real> void composite(glm::vec<4, Real>& sum, const glm::vec<3, Real>& colour, Real alpha) {
     glm::vec<3, Real> gathered(sum);

@@ -63,7 +63,7 @@ template <typename Real> Real meanExtinction(const SegmentEnd<Real>& front, cons
 }
 
 /// Colour, averaged over the values between two ends by their extinction; inside a bin the colour at the
-/// middle of what is used of it.
+/// middle of its used part.
 template <typename Real>
 glm::vec<3, Real> meanColour(const Optics& o, const SegmentEnd<Real>& front, const SegmentEnd<Real>& back) {
     const bool rises = front.place < back.place;

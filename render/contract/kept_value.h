@@ -12,7 +12,7 @@ namespace tessera {
 /// the mean it is the sum of values (stored units) by length, and the length (segments).
 template <typename Real> struct KeptValue {
     Real kept = 0, length = 0;
-    bool any = false; // it has met what is drawn
+    bool any = false; // it has met the drawn part
 };
 
 template <typename Real> KeptValue<Real> keepsNothing(const Optics& o) {
@@ -22,7 +22,7 @@ template <typename Real> KeptValue<Real> keepsNothing(const Optics& o) {
     return none;
 }
 
-/// Premultiplied: alpha 1 where the ray has met what is drawn.
+/// Premultiplied: alpha 1 if the ray has met the drawn part of the volume.
 template <typename Real> glm::vec<4, Real> colourOfKept(const Optics& o, const KeptValue<Real>& k) {
     if (!k.any)
         return glm::vec<4, Real>(0);

@@ -1,8 +1,8 @@
 // render/contract/leaf_cubic.h: cubic B-splines about a place in a cell, of the samples -1, 0, 1, 2
 // (docs/sampling.md, "Value"). For leaves.h and shaders alone: C++ and GLSL in one text.
 
-/// Of the four samples; and what the derivative takes of the three differences between each and the next. So
-/// it is exactly 0 where all are the same.
+/// Weights of the four samples; and of the three differences between each and the next, for the derivative.
+/// So it is exactly 0 where all are the same.
 LEAF_STRUCT CubicWeights {
     V v0, v1, v2, v3, d0, d1, d2;
 };

@@ -1,5 +1,6 @@
-// render/contract/leaf_light.h: what light makes of colours, and gradients of opacities (docs/sampling.md,
-// "Shading", "Gradient opacity"). For leaves.h and shaders alone: C++ and GLSL in one text.
+// render/contract/leaf_light.h: the effect of light on colours, and of gradients on opacities
+// (docs/sampling.md, "Shading", "Gradient opacity"). For leaves.h and shaders alone: C++ and GLSL in one
+// text.
 
 LEAF V wholePower(V x, int n) {
     LEAF_VAR result = V(1.0f), square = x;

@@ -1,6 +1,6 @@
-// render/contract/leaf_opacity.h: what a segment hides and what is seen behind it (docs/sampling.md, "Ray").
-// Exponentials are written out: drivers' own differ by many ulp. For leaves.h and shaders alone: C++ and GLSL
-// in one text.
+// render/contract/leaf_opacity.h: the opacity of a segment and compositing front to back (docs/sampling.md,
+// "Ray"). Exponentials are written out: drivers' own differ by many ulp. For leaves.h and shaders alone: C++
+// and GLSL in one text.
 
 /// 1 - exp(-x) in float, x not negative: a polynomial below, a written-out exponential from there on.
 const float kOneMinusExpBelow = 0.25f;
@@ -43,8 +43,8 @@ LEAF V seenDepth(V depth, V alpha) {
     return select(depth < V(0.5f), thin, thick);
 }
 
-/// Puts a colour that is seen with an opacity behind what a ray has gathered, front to back. The weight is
-/// what alpha really grew by: near 1 it no longer grows, and colours must not either.
+/// Composites a colour with an opacity behind a ray's colour so far, front to back. The weight is the true
+/// growth of alpha: near 1 it no longer grows, and colours must not either.
 /// @param sum  premultiplied
 /// @param colour  not premultiplied
 LEAF_OF_VEC void compositeBehind(LEAF_INOUT(Vec) sum, LEAF_INOUT(V) alpha, LEAF_IN(Vec) colour, V opacity) {

@@ -1,4 +1,4 @@
-// render/contract/leaf_ray.h: a picture's ray and what clips it (docs/sampling.md, "Ray"). For leaves.h and
+// render/contract/leaf_ray.h: a picture's ray and its clipping (docs/sampling.md, "Ray"). For leaves.h and
 // shaders alone: C++ and GLSL in one text.
 
 /// The line through a place on the picture, by a plane near the volume: voxels.
@@ -28,7 +28,7 @@ LEAF V strideMiddle(V i, V length) {
     return middle;
 }
 
-/// Leaves of [t0, t1] what lies between two planes, of the volume's box or of a slab. True where a line runs
+/// Clips [t0, t1] to the part between two planes, of the volume's box or of a slab. True where a line runs
 /// along them outside, or they are one plane. It divides and does not multiply by a reciprocal, which would
 /// miss rays that lie in a face of the box.
 /// @param o, d  of the line across the planes

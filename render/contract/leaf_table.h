@@ -1,4 +1,4 @@
-// render/contract/leaf_table.h: places in a table of a function, in units of its entries, and what lies
+// render/contract/leaf_table.h: places in a table of a function, in units of its entries, and the values
 // between two of them (docs/sampling.md, "Integrators"). For leaves.h and shaders alone: C++ and GLSL in one
 // text.
 
@@ -10,7 +10,7 @@ LEAF V farPlaceOf(V stored, V scale, V offset) {
     LEAF_LET above = select(x > V(-kFarPlace), x, V(-kFarPlace)); // also where it is no number
     return select(above < V(kFarPlace), above, V(kFarPlace));
 }
-/// On the table; what is no number is its first place. Not clamp(), which may keep that.
+/// On the table; a value that is no number is its first place. Not clamp(), which may keep that.
 LEAF V heldPlace(V place, V last) {
     return min(select(place > V(0.0f), place, V(0.0f)), last);
 }
@@ -36,8 +36,8 @@ LEAF V meanExtinction(LEAF_IN(LEAF_OF(BinEnd)) low, LEAF_IN(LEAF_OF(BinEnd)) hig
     return select(low.bin == high.bin, inside, mean);
 }
 
-/// A sum over values: the part of the first bin, what lies between by two sums from the table's start, each
-/// in two floats, and the part of the last.
+/// A sum over values: the part of the first bin, the bins between by two sums from the table's start, each in
+/// two floats, and the part of the last.
 LEAF V sumOverBins(V first, V start, V startRest, V end, V endRest, V last) {
     LEAF_LET between = (end - start) + (endRest - startRest);
     LEAF_LET sum = (first + between) + last;

@@ -128,7 +128,7 @@ TESSERA_LEAF V gradientOpacity(const GradientNumbers<N>& points, const Vec& g, V
     return heldToOne(factor);
 }
 
-/// All light reaches a sample: what scenes without occlusion and shadows receive, at no cost.
+/// All light reaches a sample: for scenes without occlusion and shadows, at no cost.
 struct AllLight {
     template <typename V> TESSERA_LEAF V ambient(V reflected, int) const { return reflected; }
     template <typename V> TESSERA_LEAF V of(int, V light) const { return light; }
@@ -166,7 +166,7 @@ TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, con
 template <typename V, typename N = int> struct Material {
     V ambient, diffuse, specular;
     N power;
-    V emission[3] = {V(0.0f), V(0.0f), V(0.0f)}; // is added to what litBy() makes of a colour
+    V emission[3] = {V(0.0f), V(0.0f), V(0.0f)}; // is added to the result of litBy()
 };
 /// The effect of lights on colours: colour * scale + add, by channel.
 template <typename V> struct Lit { V scale[3], add[3]; };

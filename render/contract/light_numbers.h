@@ -22,7 +22,7 @@ struct LightingNumbers {
     std::int32_t count = 0;
     bool halfway = false;                // highlights follow the direction halfway between light and viewer
     float weightLow = 0;                 // of gradients, stored units per mm: none of a surface
-    float weightScale = 3.402823466e38f; // of what is above that; 1 is all of a surface
+    float weightScale = 3.402823466e38f; // of the excess above that; 1 is all of a surface
     LightNumbers lights[kMostLights];
     std::int32_t channels = 0;          // of light that voxels have
     std::int32_t occlusionChannel = -1; // of them; -1: all ambient light gets everywhere

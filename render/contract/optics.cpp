@@ -17,7 +17,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
     o.table = table.entries;
     // Physical = slope * stored + intercept, folded into the table's own scale once, in double.
     const double perValue = static_cast<double>(table.entriesPerValue);
-    // Held to what floats hold, so that no place is infinity minus infinity.
+    // Held to the range of floats, so that no place is infinity minus infinity.
     const auto held = [](double number) {
         constexpr double most = std::numeric_limits<float>::max();
         return static_cast<float>(std::clamp(number, -most, most));

@@ -26,7 +26,7 @@ struct SurfaceLook {
     float isovalue = 0; // stored units
     glm::vec3 colour{1};
     float opacity = 1;
-    float occlusion = 0; // extinction per mm of what lies behind, as occlusion and shadows have it
+    float occlusion = 0; // extinction per mm of the medium behind it, for occlusion and shadows
 };
 
 /// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the
@@ -38,7 +38,7 @@ struct Optics {
     Gradient gradient = Gradient::central; // operator of shading
     glm::vec3 phong{0};                    // ambient, diffuse, specular
     int specularPower = 1;
-    /// The scene's own lights, instead of a white head light, and what answers to them.
+    /// The scene's own lights, instead of a white head light, and the materials.
     bool hasLights = false;
     leaf::LightingNumbers lighting;
     std::vector<leaf::MaterialNumbers> materials; // by value; their places as stored values
@@ -72,7 +72,7 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
 /// As the contract has it of a volume's stored values.
 leaf::GradientNumbers<double> gradientNumbers(const GradientOpacity& factor, const VolumeInfo& info);
-/// Takes what answers to a head light; lights follow with setLighting().
+/// Takes the material for a head light; lights follow with setLighting().
 void setShading(Optics& optics, const Shading& shading);
 /// Takes the scene's lights and materials; nothing where a white head light makes Phong's highlights on one
 /// material, wherever there is a gradient: that is shade() without lights.
@@ -80,7 +80,7 @@ void setLighting(Optics& optics, const Shading& shading, const Lighting& lightin
                  const std::vector<Material>& materials, const Camera& camera, const VolumeInfo& info);
 /// The same lights from another camera.
 void placeLights(Optics& optics, const Lighting& lighting, const Camera& camera, const VolumeInfo& info);
-/// Takes an integrator, not automatic, with what it needs of the table besides two-dimensional
+/// Takes an integrator, not automatic, with the parts of the table that it needs besides two-dimensional
 /// pre-integration.
 void setIntegrator(Optics& optics, Integrator integrator);
 /// Sorted as Optics has them; those that are wholly transparent are left out.
@@ -215,7 +215,7 @@ glm::vec<3, Real> shade(const Optics& o, const glm::vec<3, Real>& colour, const 
     return seen;
 }
 
-/// The same with what voxels receive of the light, where the scene has light of voxels.
+/// The same with the voxels' shares of light, if the scene has light of voxels.
 /// @param field  received(p, lighting) where it has
 template <typename Real, typename Field>
 glm::vec<3, Real> shadeReceived(const Optics& o, const glm::vec<3, Real>& colour,

@@ -20,7 +20,7 @@ namespace tessera {
 /// so that differences keep their precision.
 std::vector<glm::vec4> extinctionBins(const std::vector<glm::vec4>& table);
 /// Integrals over places from the first entry to each: rgb of extinction times colour, a of extinction; two
-/// vec4 an entry, the number and what float cannot hold. One more entry at either end.
+/// vec4 an entry, the number and the remainder that float cannot hold. One more entry at either end.
 std::vector<glm::vec4> colourSums(const std::vector<glm::vec4>& table);
 
 /// The mean colour of a segment along which the value goes linearly from one place to another. It is C /

@@ -21,7 +21,7 @@ template <typename Real> struct RaySlab {
     glm::vec<3, Real> normal{0};
     Real low = 0, high = 0;
 };
-/// Of a picture's rays: what has more is cut by intervals (ray_cuts.h).
+/// Of a picture's rays: scenes with more are cut by intervals (ray_cuts.h).
 constexpr int kMostSlabs = 8;
 class RayCuts;
 
@@ -45,7 +45,7 @@ template <typename Real> struct RayFrame {
     const RayCuts* cuts = nullptr;
 };
 
-/// A ray cut into segments, from where it enters what is drawn of the volume. Segment i spans [entry +
+/// A ray cut into segments, from its entry into the drawn part of the volume. Segment i spans [entry +
 /// i*step, entry + (i+1)*step], the last one only its part `tail`. Voxel space; segmentMm is the length of a
 /// whole segment in patient space.
 template <typename Real> struct SegmentedRay {
@@ -54,7 +54,7 @@ template <typename Real> struct SegmentedRay {
     Vec direction{0}; // unit
     Real segmentMm = 0;
     Real tail = 1; // (0,1]; 0 of a plane's one sample, which has no length
-    int count = 0; // 0: misses what is drawn
+    int count = 0; // 0: misses the drawn part
 };
 
 inline RayFrame<double> rayFrame(const Camera& camera, const VolumeInfo& info, const glm::ivec2& imageSize,
@@ -174,7 +174,7 @@ SegmentedRay<Real> segmentedRay(const RayFrame<Real>& f, const glm::vec<2, Real>
     return ray;
 }
 
-/// Segments in the stride of n that starts at segment i: n, or what is left before the exit.
+/// Segments in the stride of n that starts at segment i: n, or the remainder before the exit.
 template <typename Real> Real strideLength(const SegmentedRay<Real>& ray, int i, int n) {
     return i + n >= ray.count ? static_cast<Real>(ray.count - 1 - i) + ray.tail : static_cast<Real>(n);
 }

@@ -1,6 +1,6 @@
 // render/contract/ray_cuts.h: the parts of a ray that cuts leave (docs/sampling.md, "Cuts"). These cuts keep
-// what is outside of something or follow an outline, so slabs cannot express them. They are computed in
-// double, once for all engines, which get the same floats.
+// the outside of something or follow an outline, so slabs cannot express them. They are computed in double,
+// once for all engines, which get the same floats.
 #pragma once
 
 #include "core/base/volume.h"
@@ -30,7 +30,7 @@ class RayCuts {
     void add(const Scissors& scissors, const VolumeInfo& info);
     bool any() const { return !bodies_.empty() || !outlines_.empty(); }
 
-    /// Of base + t * direction, t in [t0, t1]: what is kept, in order, apart from one another. At a plane's
+    /// Of base + t * direction, t in [t0, t1]: the kept parts, in order, apart from one another. At a plane's
     /// one sample (t0 == t1) that, or nothing.
     void parts(const glm::dvec3& base, const glm::dvec3& direction, double t0, double t1,
                std::vector<Part>& out) const;

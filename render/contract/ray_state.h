@@ -33,7 +33,7 @@ constexpr std::size_t kRayColourBytes = sizeof(glm::vec4), kRayNextBytes = sizeo
 constexpr std::size_t kRayPlaceBytes = sizeof(glm::vec2);
 /// Of every ray that is cut: the interval at hand.
 constexpr std::size_t kRayIntervalBytes = sizeof(glm::vec2);
-/// Of every ray that counts what it sees: the brick that it counted last.
+/// Of every ray that counts visibility: the brick that it counted last.
 constexpr std::size_t kRayLastBrickBytes = sizeof(std::int32_t);
 /// Of every brick: the first ray that waits for it.
 constexpr std::size_t kWantedBytes = sizeof(std::uint32_t);
@@ -58,7 +58,7 @@ inline std::size_t placedRaysBytes(const glm::ivec2& imageSize) {
 inline std::size_t hitsBytes(const glm::ivec2& imageSize) {
     return sizeof(SurfaceHit) * std::max<std::size_t>(rayCount(imageSize), kLeastPlacedRays);
 }
-/// Of every brick: what rays that count saw of it (SeenBrick).
+/// Of every brick: its visibility to rays that count (SeenBrick).
 constexpr std::size_t kSeenBytes = 2 * sizeof(std::uint32_t);
 inline std::size_t seenBytes(const glm::ivec3& bricks) {
     return kSeenBytes * cellCount(bricks);

@@ -40,7 +40,7 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
     return 1.3 * samplesPerSample * 1e-3 * first.work.marchMs;
 }
 
-/// Samples until every pixel's standard error is within what is asked, at any cost.
+/// Samples until every pixel's standard error is within the request, at any cost.
 PixelGoal pixelGoal(double lightness) {
     PixelGoal goal;
     goal.target.linear *= lightness / goal.target.lightness;
@@ -83,7 +83,7 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
     return wentOn;
 }
 
-/// Pictures, each finer than the one before, until the measured error is within what the scene asks for, or
+/// Pictures, each finer than the one before, until the measured error is within the scene's request, or
 /// nothing is left to gain, which the result says.
 void drawUntilGoodEnough(Renderer& renderer, const Scene& scene, Planner& p, const FrameContext& context,
                          const RenderOptions& options, RenderResult& result) {

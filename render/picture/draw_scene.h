@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// A renderer and what it draws with.
+/// A renderer and its resources.
 struct RendererInstance {
     EngineMaker maker;
     EngineKind kind;

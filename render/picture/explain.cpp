@@ -1,4 +1,4 @@
-// render/picture/explain.cpp: the text about what is in a picture and what was left out (renderer.h).
+// render/picture/explain.cpp: the text about the contents of a picture and the parts left out (renderer.h).
 #include "render/backends/gpu/features.h"
 #include "render/picture/pixels_again.h" // describe
 #include "render/picture/render_scene.h"

@@ -123,7 +123,7 @@ RenderResult FrameRenderer::draw(const Scene& given) {
     if (std::exchange(s.last, std::nullopt))
         s.statistics = std::move(s.p.layer().statistics);
     s.heldRam = {};
-    s.p = Planner(); // gives back what the last picture took, as if it had never been
+    s.p = Planner(); // gives back the memory of the last picture, as if it had never been
     try {
         const auto planned = [&](const Scene& first, const TextureLimits& limits, LevelChoice choice,
                                  std::size_t bytesPerPixel) {

@@ -17,7 +17,7 @@ constexpr double kCostOfTruth = 4; // of a ray, in rays of the picture: a quarte
 constexpr int kLarge = 512 * 512;  // pixels from which on quick measurements are bounded
 constexpr std::uint64_t kShareOfBytes = 4;
 constexpr std::size_t kSharesOfNothing = 4;
-/// Single pixels took 1.9 to 3.9 times the bytes of clusters: tried where these leave half of what there is.
+/// Single pixels took 1.9 to 3.9 times the bytes of clusters: tried if these leave half of the budget.
 constexpr std::uint64_t kShareOfClusters = 2;
 constexpr char kTooManyBytes[] =
     "the bricks that some pixels need are more than a quarter of the picture's bytes";
@@ -55,7 +55,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
     VerifyInput input;
     input.size = size;
     const std::size_t shown = shownPixels(picture.image), pixels = picture.image.pixels.size();
-    // A picture that shows nothing may have missed what there is: as many pixels as if a part did.
+    // A picture that shows nothing may have missed the contents: as many pixels as if a part did.
     input.shown = shown > 0 ? shown : (pixels + kSharesOfNothing - 1) / kSharesOfNothing;
     input.samplesPerPixel = std::max(1, static_cast<int>(std::lround(picture.samplesPerPixel)));
     input.costOfTruthRay = kCostOfTruth;

@@ -159,7 +159,7 @@ bool PixelsAgain::drawStep(int step, PixelSource& source, const Limits& limits, 
                 array[raySlot(n * inRun + i, arraySize)] = places[i];
         }
         for (std::size_t k = count * inRun; k < array.size();
-             ++k) // left over: what is drawn there is dropped
+             ++k) // left over: pixels drawn there are dropped
             array[raySlot(k, arraySize)] = places[inRun - 1];
         const auto drawn = source.draw(array, arraySize, limits.slicing, limits.mostBytes, work);
         if (!drawn)
@@ -240,7 +240,7 @@ void PixelsAgain::measure(const std::vector<glm::vec4>& own, const std::vector<g
     out.mostSamples = replicates_ * samplesOf(most);
     out.all = measuredErrors({sample_, replicates_, picture_, truth}, kShown, boundChance);
     out.sampling = measuredErrors({sample_, replicates_, picture_, own}, kShown);
-    // Both went through the same places, so that what is left of their noise is small.
+    // Both went through the same places, so that the remainder of their noise is small.
     out.rays = measuredErrors({sample_, 1, means(own), means(truth)}, kShown);
     widen(out.all);
     widen(out.rays);

@@ -21,8 +21,8 @@ namespace tessera {
 /// The measurements, a line each; the first gives the picture's error, or says that it was not measured.
 std::vector<std::string> describe(const PictureMeasurement& measurement);
 
-/// The chosen pixels' own samples: places that no sample of the picture knows of, and what rays through them
-/// come to.
+/// The chosen pixels' own samples: places that no sample of the picture uses, and the colours that rays
+/// through them come to.
 class PixelsAgain {
   public:
     /// @param picture  linear, premultiplied
@@ -30,7 +30,7 @@ class PixelsAgain {
     PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling, int round);
 
     std::size_t pixels() const { return sample_.pixels.size(); }
-    /// RAM that it and its arrays of rays take beside what a picture of this size may.
+    /// RAM that it and its arrays of rays take beside that of a picture of this size.
     std::size_t bytes() const;
 
     struct Limits {

@@ -109,7 +109,7 @@ void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderRe
 }
 
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
-/// @param light  none: there is no occlusion of surfaces; else what is added by it is another picture
+/// @param light  none: there is no occlusion of surfaces; else its addition is another picture
 bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
                             Image& added) {
     const FramePlan& p = task.plan;
@@ -134,7 +134,7 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
     while (const std::optional<Rays> rays = picture.next()) {
-        if (looks && !looks->hasLooked() && !rays->places.empty()) { // it takes what middles met
+        if (looks && !looks->hasLooked() && !rays->places.empty()) { // it takes the hits of middles
             caster_->begin(raysOf(p));
             result.passes = std::max(result.passes,
                                      drawToTheEnd(*caster_, *engine_, p, task.options.slicing, result.work));

@@ -23,8 +23,8 @@ std::size_t pictureBytesPerPixel(EngineKind engine);
 /// The same of pictures whose pixels have so many samples.
 std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);
 
-/// Renders one converged picture. Everything large is charged to ram and gpu.
-/// Throws InputError for budgets below the scene's floor, Error for what fails outside.
+/// Renders one converged picture. Everything large is charged to ram and gpu. Throws InputError for budgets
+/// below the scene's floor, Error for failures outside.
 RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options);
 

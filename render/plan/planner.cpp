@@ -333,7 +333,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
                 ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
-    // Optional memory is a share of what bricks leave.
+    // Optional memory is a share of the remainder that bricks leave.
     const std::size_t promised =
         floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
     memory = std::move(floors);

@@ -26,8 +26,8 @@ class Planner : public FramePlan {
     /// have let go of the selection and of the cache.
     void chooseAgain(const Scene& scene, const TextureLimits& limits, const FrameContext& context,
                      LevelChoice choice);
-    /// Chooses levels again, by what a picture of the selection saw of each brick; needs chosen.chooser, and
-    /// lets go of it.
+    /// Chooses levels again, by each brick's visibility in a picture of the selection; needs chosen.chooser,
+    /// and lets go of it.
     void chooseByVisibility(std::span<const SeenBrick> seen);
     /// Takes another selection, and maps its levels and its empty space.
     void setSelection(Selection chosen);
@@ -105,10 +105,10 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel = kPictureBytesPerPixel);
 
-/// The scene's camera; one by side fitted to what is shown, or to the slice, at its scale if it names one.
+/// The scene's camera; one by side fitted to the visible part, or to the slice, at its scale if it names one.
 /// @param scene  as asDrawn() has it
-/// @param part   what its cuts keep: drawnPart()
-/// Throws InputError where ram cannot hold framingBytes() (framing.h).
+/// @param part   the part that its cuts keep: drawnPart() Throws InputError where ram cannot hold
+///     framingBytes() (framing.h).
 Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads);
 

@@ -48,7 +48,7 @@ void AtlasPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work& w
 }
 
 void AtlasPlane::finish() {
-    glFinish(); // the driver may still hold copies of what was handed over
+    glFinish(); // the driver may still hold copies of the data
     staging_ = {};
     stagingCharge_ = {};
 }

@@ -14,7 +14,7 @@ class GpuCaster : public RayCaster {
   public:
     /// Scene and engine outlive it.
     GpuCaster(const FramePlan& scene, GpuEngine& engine, const CasterOptions& options, MemoryBudget& gpu);
-    /// The same with exactly these features: for tests and studies that leave out what the scene asks for.
+    /// The same with exactly these features: for tests and studies that leave out features of the scene.
     GpuCaster(const FramePlan& scene, GpuEngine& engine, std::uint32_t features, MemoryBudget& gpu);
 
     void begin(const Rays& rays) override;

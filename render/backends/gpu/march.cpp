@@ -24,7 +24,7 @@ std::string element(const char* array, std::size_t i) {
     return array + ("[" + std::to_string(i) + "]");
 }
 
-/// With what follows from the optics.
+/// With the features that follow from the optics.
 std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
     features = withLights(features & ~(kIntegratorFeatures | kFeatureSurfaces | kFeatureValues), optics);
     if (features & kFeatureVisibility)
@@ -303,7 +303,7 @@ bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::t
         work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches, counted.blended};
         return std::pair(ms, counted);
     };
-    if (!compiled_) // the driver compiles at the first dispatch; that is not marching
+    if (!compiled_) // the driver compiles at the first dispatch; that is not ray casting
         dispatch({0, 0}, {1, 1}, 0);
     compiled_ = true;
 

@@ -66,13 +66,13 @@ class March {
     void setFunction(const Optics& optics);
     /// The same with other features, which need no other memory but that of places; restart() must follow.
     void setFeatures(std::uint32_t features, const Optics& optics);
-    /// kFeatureVisibility: per brick, [z][y][x], what the rays saw since they began.
+    /// kFeatureVisibility: per brick, [z][y][x], its visibility to the rays since they began.
     std::vector<SeenBrick> seen() const;
     /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
     std::vector<std::uint32_t> takeWanted();
     /// The distance map on the device; with kFeatureSkipping only.
     const GlTexture3d& skippingMap() const { return skipping_; }
-    /// With isosurfaces: what they alone show (Planner::surfaceOccupancy), so that rays solve for them only
+    /// With isosurfaces: their own occupancy (Planner::surfaceOccupancy), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
     void setSurfaceMap(const Occupancy& surfaceOccupancy);
     /// kFeatureValues with kFeatureSkipping: before run(), and again where they changed.
@@ -115,8 +115,7 @@ std::uint32_t withLights(std::uint32_t features, const Optics& optics);
 std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics);
 /// Sets the uniforms of common_ray.glsl.
 void setRayUniforms(const GlProgram& program, const Rays& rays);
-/// The rays that the GPU makes of a frame, or of places, row by row: for marching the mirror
-/// on exactly these.
+/// The rays that the GPU makes of a frame, or of places, row by row: for runs of the mirror on exactly these.
 std::vector<SegmentedRay<float>> gpuRays(const RayFrame<double>& frame, MemoryBudget& gpu);
 std::vector<SegmentedRay<float>> gpuRays(const Rays& rays, MemoryBudget& gpu);
 

@@ -6,9 +6,9 @@
 
 namespace tessera {
 
-/// Learns what an iteration costs here and says how many one dispatch may hold. A dispatch of n rays cannot
-/// run more than n times its iteration limit, however dense its tile turns out. Its time is not bounded,
-/// because its iterations may cost more than those before.
+/// Learns the cost of an iteration here and gives the number of them that one dispatch may hold. A dispatch
+/// of n rays cannot run more than n times its iteration limit, however dense its tile turns out. Its time is
+/// not bounded, because its iterations may cost more than those before.
 class Pace {
   public:
     std::size_t iterationsPerDispatch(double targetMs) const {

@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-/// @param slices  occupancy.changedSince() of what the texture holds
+/// @param slices  occupancy.changedSince() of the texture's content
 inline void uploadSkipping(GlTexture3d& texture, const Occupancy& occupancy, const ChangedSlices& slices) {
     static_assert(std::endian::native == std::endian::little, "a texel's low word comes first");
     if (!slices.any())

@@ -21,7 +21,7 @@ class StorageBuffers {
              MemoryBudget& gpu);
     /// Every buffer as it is when rays begin.
     void begin();
-    /// One of them anew, with what it holds from now on.
+    /// One of them anew, with its new content.
     void put(std::string_view name, std::span<const std::byte> data, MemoryBudget& gpu);
     void bind() const;
 

@@ -23,7 +23,7 @@ class VisibilityPass {
     /// Per brick, [z][y][x].
     std::vector<SeenBrick> count(const VisibilityRays& rays, const FieldSource& source, const Optics& optics,
                                  Work& work);
-    /// The same in parts: what source reads must not change between them. True when all is counted.
+    /// The same in parts: the data that source reads must not change between them. True when all is counted.
     void begin(const VisibilityRays& rays, const Optics& optics);
     bool countUntil(const FieldSource& source, const Slicing& slicing, March::Clock::time_point deadline,
                     Work& work);

@@ -186,7 +186,7 @@ void BlockRanges::rangesOfLevel(int level, const glm::ivec3& firstVoxel, CellRan
     if (one) // it clamps at the volume's end, too
         return rangesOfBrick(firstVoxel / kBrickExtent, firstVoxel, out);
     const std::int64_t* const xs = offsets[0];
-    // Part by part: what one brick has of the window.
+    // Part by part: one brick's part of the window.
     const auto part = [&](int axis, int from) {
         int end = from + 1;
         while (end < count[axis] && bricks[axis][end] == bricks[axis][from])
@@ -237,7 +237,7 @@ void BlockRanges::fill(const native::CellRows& part, float value) {
         }
 }
 
-/// Adds what other bricks have in the blocks where they have weight.
+/// Adds the ranges of other bricks in the blocks where they have weight.
 void BlockRanges::addNeighbours(const glm::ivec3& cell, const BrickCorner& corner) {
     const glm::ivec3 brick = cell / kCellsPerBrick, inBrick = cell - brick * kCellsPerBrick;
     const glm::ivec3 upper(glm::greaterThanEqual(inBrick, glm::ivec3(kCellsPerBrick / 2)));

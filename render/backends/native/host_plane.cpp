@@ -81,7 +81,7 @@ HostPlane::HostPlane(const VolumeInfo& info, ValueType type, const char* what, s
     samples_ = room + around;
     if (bytes >= kHugePage)
         madvise(room, whole,
-                MADV_HUGEPAGE); // fewer faults and fewer misses; a wish, so what it says is no matter
+                MADV_HUGEPAGE); // fewer faults and fewer misses; a wish, so its result does not matter
     levelOfPage_.assign(count, 0);
     putInPage_.assign(count, 0);
     entries_.assign(cellCount(grid_), BrickEntry(kEntryAbsent, 0));
@@ -202,7 +202,7 @@ void HostPlane::settle(const LevelMap* map, int level) {
                 visit(b);
         });
     };
-    // One after the other: ghost layers read what boxes are written beside.
+    // One after the other: ghost layers read data that boxes are written beside.
     forEachBrick([&](std::size_t b) {
         if (stale[b])
             hasGhostLayer_[b] = fillGhostLayer(b) ? 1 : 0;

@@ -28,7 +28,7 @@ class HostPlane : public Plane {
     static constexpr std::size_t kAround = 2 * (kGhostedEdge + 1) * kGhostedEdge + 32;
 
     /// @param limits  of the engine: how many samples a page has
-    /// @param memory  what samples and bricks' entries are charged to
+    /// @param memory  budget that samples and bricks' entries are charged to
     HostPlane(const VolumeInfo& info, std::size_t pages, const TextureLimits& limits, int threads,
               MemoryBudget& memory);
     /// The same places for samples of another type.
@@ -39,8 +39,8 @@ class HostPlane : public Plane {
     void publish(std::span<const BrickEntry> entries) override;
     /// Levels are others.
     void levelsChanged() { settled_ = false; }
-    /// Brings ghost layers and boxes up to what was put and published, for these levels; before rays are
-    /// drawn.
+    /// Brings ghost layers and boxes up to date with all that was put and published, for these levels; before
+    /// rays are drawn.
     /// @param map  of mixed levels, or null
     /// @param level  else: of all bricks
     void settle(const LevelMap* map, int level);

@@ -4,7 +4,7 @@
 // once and in the same order. So a lane gets the bits of the float mirror.
 //
 // For packet_*.cpp alone: all of it lies in a namespace of the instruction set ("target"). No copy made for
-// one processor can be linked into what runs on another (tests/program/symbols_test.cpp).
+// one processor can be linked into a program that runs on another (tests/program/symbols_test.cpp).
 #pragma once
 
 #include <cstdint>

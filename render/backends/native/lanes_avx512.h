@@ -191,7 +191,7 @@ TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
     out[3] = F::make(_mm512_shuffle_ps(high, highNext, 0xee));
 }
 
-/// The lanes of m go to the lowest ones; what the others have then is of no account.
+/// The lanes of m go to the lowest ones; the others then have no meaning.
 TESSERA_LANE F compress(F a, M m) {
     return F::make(_mm512_maskz_compress_ps(m.v, a.v));
 }

@@ -29,7 +29,7 @@ class NativeCounter : public VisibilityCounter {
         const HostPlane& plane = engine_.settled();
         const glm::ivec2 size(rays_.frame.imageSize);
         const RayFrame<float> frame = cast<float>(rays_.frame);
-        MirrorInput input; // of it what a ray that counts reads
+        MirrorInput input; // the inputs of a ray that counts
         input.selection = &scene_.layer().selection;
         input.optics = &scene_.layer().optics;
         input.strides = rays_.strides;

@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// Outlives what is made of it.
+/// Outlives all that is made of it.
 struct PacketSceneInput {
     const FramePlan& plan;
     const HostPlane& plane; // settled

@@ -63,7 +63,7 @@ struct PacketOptics {
     float lastPlace = 0;
     float termination = 0; // 0: never
     PacketReduction reduction = PacketReduction::composite;
-    bool keepsOn = false; // more of the rays comes: what they keep is not made a colour
+    bool keepsOn = false; // more of the rays comes: their kept value is not made a colour
     PacketIntegrator integrator = PacketIntegrator::midpoint;
     const float* bins = nullptr;    // four a bin
     const float* sums = nullptr;    // preintegrated: four each
@@ -245,8 +245,8 @@ struct PacketTarget {
     void (*occludeAndShine)(const float* opacity, const float* const (&emission)[3],
                             const OcclusionPath* paths, int count, float* light,
                             float* const (&shine)[3]) = nullptr;
-    /// For measurements: what taking trilinear samples costs and nothing else: so many turns along rays
-    /// inside a brick of level 0. Adds the values to job.colour[0].
+    /// For measurements: the cost of trilinear samples and nothing else: so many turns along rays inside a
+    /// brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,
                         PacketJob& job) = nullptr;
 };

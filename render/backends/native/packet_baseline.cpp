@@ -1,4 +1,5 @@
-// render/backends/native/packet_baseline.cpp: packets of rays for what every processor of its kind has.
+// render/backends/native/packet_baseline.cpp: packets of rays for the instructions that every processor of
+// its kind has.
 #define TESSERA_LANES lanes_baseline
 #include "render/backends/native/packet_blocks.h"
 #include "render/backends/native/packet_light.h"

@@ -201,7 +201,7 @@ TESSERA_LANE F brickValue(const PacketField& f, I x, I y, I z, I code, F3 p, M& 
     const I row = rowPitch(f, level), slice = row * row;
     const I y0 = entry.base + ay.low * row, y1 = entry.base + ay.high * row;
     const I z0 = az.low * slice, z1 = az.high * slice;
-    const M same = ax.low == ax.high; // the outermost sample: what is loaded beside it is another row's
+    const M same = ax.low == ax.high; // the outermost sample: the one loaded beside it is another row's
     const auto pairAt = [&](I line, I plane) {
         const Row2 pair = row2<K>(f.samples, line + plane + ax.low, stored);
         return Row2{pair.a, select(same, pair.a, pair.b)};

@@ -275,8 +275,8 @@ inline __attribute__((noinline)) F3 cubicAt(const PacketField& f, const PacketHe
 }
 
 /// The gradient at p. Lanes that lack a brick are taken from m.
-/// @param rows  null, or what valueHere() took at p of lanes that were in the same bricks, all of
-/// m among them
+/// @param rows  null, or the samples that valueHere() took at p of lanes that were in the same bricks, all of
+///     m among them
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const Here<Mixed>& here,
                            PacketGradient kind, F3 p, M& m, const LongRows* rows = nullptr) {

@@ -1,5 +1,5 @@
 // render/backends/native/packet_light.h: occlusion of samples side by side (render/light/occlusion.h). All
-// samples of a run send out the same rays, so what they read lies side by side too. For packet_*.cpp alone.
+// samples of a run send out the same rays, so their samples lie side by side too. For packet_*.cpp alone.
 #pragma once
 
 #include "render/backends/native/lanes.h"
@@ -82,7 +82,7 @@ TESSERA_LANE LightRun lightOver(const float* opacity, const OcclusionPath* paths
             return leftOfHalf(alpha);
         });
         LightRun seen = runwise([](int) { return F(0.0f); });
-        // By what falls from a place to the next nothing is taken.
+        // A fall from a place to the next takes nothing.
         const auto taken = [&](int n, int r) {
             F alpha = between(opacity, steps[n], *path, r);
             if constexpr (Kind == OcclusionSum::rejecting) {

@@ -41,7 +41,7 @@ TESSERA_LANE I alignmentOf(I i) {
     return select(i == I(0), I(31), exponent);
 }
 
-/// Mixed levels: where each lane's strides are known, and what they are; nowhere at first.
+/// Mixed levels: the box where each lane's strides are known, and the strides; nowhere at first.
 struct Strides {
     single::StrideBox a = single::noStrideBox(), b = single::noStrideBox();
     __attribute__((always_inline)) F3 low() const {
@@ -149,8 +149,8 @@ TESSERA_LANE F3 seenColour(const PacketScene& s, const Here<Mixed>& here, F3 col
     return shadedByLights(o, colour, gradient, direction, p, place, lightAt<Mixed>(s, here, p, m));
 }
 
-/// @tparam Graded  what is shown has gradients taken: it is lit, or its opacity goes by them. By what light
-/// is asked where the light falls: a loop for each kind would double what is compiled.
+/// @tparam Graded  the visible part needs gradients: it is lit, or its opacity goes by them. By what light is
+///     asked where the light falls: a loop for each kind would double the compiled code.
 template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;

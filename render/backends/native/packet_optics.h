@@ -193,7 +193,7 @@ TESSERA_LANE leaf::Material<F, I> materialAt(const PacketOptics& o, F place) {
     return material;
 }
 
-/// Light that what has such values sends.
+/// Emission of such values.
 /// @param place  in the table
 TESSERA_LANE F3 emissionAt(const PacketOptics& o, F place) {
     F3 sent{F(0.0f), F(0.0f), F(0.0f)};

@@ -102,7 +102,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
     F length;
     M there;           // lanes whose samples are all there so far
     M done;            // nothing behind is seen
-    F from, valueFrom; // of what of the volume is not added yet: segments from start
+    F from, valueFrom; // start of the part not added yet: segments from start
     std::uint64_t values = 0, gradients = 0, sampling = 0;
 
     SurfaceStrides(const PacketScene& scene, const PacketJob& job)
@@ -143,7 +143,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         done = done | (m & ((left < F(o.termination)) | ~(left > F(0.0f))));
     }
 
-    /// @param position, place  of what is lit: voxels; of its value in the table
+    /// @param position, place  of the lit point: voxels; of its value in the table
     F3 lit(F3 colour, F3 gradient, F3 position, F place, M m) const {
         return seenColour<Mixed>(s, here, colour, gradient, direction, position, place, m);
     }

@@ -10,7 +10,8 @@ namespace tessera::TESSERA_LANES {
 using native::PacketBounds;
 using native::PacketReduction;
 
-/// Boxes around places: whether samples there can change what lanes have, and log2 of the box's edge, voxels.
+/// Boxes around places: whether samples there can change a lane's kept value, and log2 of the box's edge,
+/// voxels.
 struct BoundedBox {
     I voxel[3];
     I shift;

@@ -1,4 +1,4 @@
-// render/backends/gpu/features/shading.cpp: light on what the volume and its surfaces show; needs gradients.
+// render/backends/gpu/features/shading.cpp: light on the volume and its surfaces; needs gradients.
 #include "render/backends/gpu/features.h"
 
 namespace tessera::features {

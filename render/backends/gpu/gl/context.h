@@ -31,9 +31,9 @@ bool isSoftwareRenderer(std::string_view renderer);
 
 class GlContext {
   public:
-    /// Throws Error naming what is missing; InputError for a choice that is neither a word nor a listed
-    /// number. A GPU that was asked for by number and turns out to be llvmpipe is an error, never
-    /// a quiet fallback.
+    /// Throws Error naming the missing part; InputError for a choice that is neither a word nor a listed
+    /// number. A GPU that was asked for by number and turns out to be llvmpipe is an error, never a quiet
+    /// fallback.
     explicit GlContext(const GlDeviceChoice& choice);
     ~GlContext();
     GlContext(const GlContext&) = delete;

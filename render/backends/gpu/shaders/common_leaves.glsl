@@ -1,5 +1,5 @@
 // common_leaves.glsl: the words of render/contract/leaf_*.h in GLSL: as render/contract/leaves.h has them in C++.
-// Needs nothing. Gives what those files are written in, both(), either(), select(), powerOfTwo(), and their vectors.
+// Needs nothing. Gives the words of those files, both(), either(), select(), powerOfTwo(), and their vectors.
 
 #define LEAF
 #define LEAF_OF_VEC

@@ -110,7 +110,7 @@ Ray partOf(Ray ray, vec2 interval) {
 }
 #endif
 
-// Segments in the stride of n that starts at segment i: n, or what is left before the exit.
+// Segments in the stride of n that starts at segment i: n, or the remainder before the exit.
 float strideLength(Ray ray, int i, int n) {
     precise float length = i + n >= ray.count ? float(ray.count - 1 - i) + ray.tail : float(n);
     return length;

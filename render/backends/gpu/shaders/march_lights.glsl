@@ -1,6 +1,6 @@
-// march_lights.glsl: the scene's own lights, and what answers to them; the loop of litBy() in render/contract/leaves.h.
-// Needs FEATURE_LIGHTS, FEATURE_MATERIALS, FEATURE_EMISSION, march_optics.glsl, march_segment.glsl. Gives ReceivedLight, allLight(),
-// materialPlace(front, back), shadeByLights(...).
+// march_lights.glsl: the scene's own lights, and materials; the loop of litBy() in render/contract/leaves.h. Needs
+// FEATURE_LIGHTS, FEATURE_MATERIALS, FEATURE_EMISSION, march_optics.glsl, march_segment.glsl. Gives ReceivedLight,
+// allLight(), materialPlace(front, back), shadeByLights(...).
 
 #if FEATURE_LIGHTS
 // As in render/contract/light_numbers.h.
@@ -20,7 +20,7 @@ struct ReceivedLight {
     vec3 fromAllSides;
     float from[kMostLights];
 };
-// All of it: costs nothing, for compilers leave out what is multiplied by 1.
+// All of it: costs nothing, for compilers leave out factors of 1.
 ReceivedLight allLight() { return ReceivedLight(vec3(1.0), float[kMostLights](1.0, 1.0, 1.0, 1.0)); }
 
 struct Material {
@@ -46,7 +46,7 @@ Material materialAt(float place) {
 #if FEATURE_EMISSION
 uniform vec3 uMaterialEmission[kMostMaterials];
 
-// Light that what has such a value sends.
+// Emission of such a value.
 vec3 emissionAt(float place) {
     vec3 sent = vec3(0.0);
     TURNS(8);

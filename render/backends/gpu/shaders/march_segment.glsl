@@ -36,7 +36,7 @@ float onTable(float place) { return heldPlace(place, float(uTableLast)); }
 #if FEATURE_PREINTEGRATED
 // extinctionBins() of preintegration.h, then its colourSums() or its Preintegration2d.
 uniform samplerBuffer uSums;
-uniform int uSumsStart; // of what comes after the bins
+uniform int uSumsStart; // of the sums after the bins
 
 SegmentEnd endOf(float stored) {
     SegmentEnd end;

@@ -15,7 +15,7 @@ vec3 start = vec3(0.0);
 float back = 0.0;
 precise vec4 before = sum; // when the stride began
 uint samples = 0u;         // of it
-float from = 0.0;          // of what of its volume is not added yet, segments from start
+float from = 0.0;          // start of its part not added yet, segments from start
 float valueFrom = 0.0;
 // Its piece at hand, from w to nextW. The piece's monotone part at hand, from a to b with values va and vb, and the
 // surface that is searched in it.
@@ -46,7 +46,7 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
     SegmentEnd partBack = partFront;
     float valueTo = 0.0;
     bool adds = false;
-    bool ended = false; // the stride, with what is added
+    bool ended = false; // the stride, with the added part
     while (!adds && (solving || (i < ray.count && left > 0 && GOES_ON))) {
         TURN;
         // Strides in which nothing shows, until each ray has one that does or is near surfaces.

@@ -1,6 +1,6 @@
 // sampler_cubic.glsl: the gradient of the cubic B-spline of samples (docs/sampling.md, "Value"); as
-// cubicDifferences() and interblockCubic() in render/contract/sampler.h have it.
-// Needs sampler_current_brick.glsl, centralDifferences(). Gives what sampler_gradient.glsl says.
+// cubicDifferences() and interblockCubic() in render/contract/sampler.h have it. Needs sampler_current_brick.glsl,
+// centralDifferences(). Gives the functions that sampler_gradient.glsl names.
 
 #include "leaf_cubic.h"
 

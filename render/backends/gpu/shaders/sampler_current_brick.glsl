@@ -1,6 +1,6 @@
-// sampler_current_brick.glsl: the brick that a ray is in. A ray stays for many samples; what they share is looked up once,
-// and where no other brick has weight a value is one fetch. The same values as fieldValue(), bit for bit in exact
-// mode. Needs sampler_field.glsl. Gives enterBrick(p), leaveBrick(), inCurrentBrick(p), currentBrickValue(p),
+// sampler_current_brick.glsl: the brick that a ray is in. A ray stays for many samples; their common data are read
+// once, and where no other brick has weight a value is one fetch. The same values as fieldValue(), bit for bit in
+// exact mode. Needs sampler_field.glsl. Gives enterBrick(p), leaveBrick(), inCurrentBrick(p), currentBrickValue(p),
 // currentBrickPitch(); for strides gBrickStride, gStartLow, gStartHigh; for counting gBrickNumber.
 
 const float kFar = 1e9;

@@ -1,8 +1,8 @@
-// sampler_field.glsl: the field of docs/sampling.md: the only code that turns a position into a value or a
-// gradient; as render/contract/sampler.h has it. Bricks of mixed levels are in sampler_interblock.glsl; where all share one
+// sampler_field.glsl: the field of docs/sampling.md: the only code that turns a position into a value or a gradient;
+// as render/contract/sampler.h has it. Bricks of mixed levels are in sampler_interblock.glsl; where all share one
 // level, the field is plain trilinear interpolation on that level's lattice, empty bricks reading as their mean.
-// Needs FEATURE_MIXED and those of sampler_atlas.glsl. Gives fieldValue(p); p in level-0
-// voxels, values as stored; and what sampler_current_brick.glsl and sampler_gradient.glsl give.
+// Needs FEATURE_MIXED and those of sampler_atlas.glsl. Gives fieldValue(p); p in level-0 voxels, values as stored;
+// and the functions of sampler_current_brick.glsl and sampler_gradient.glsl.
 
 #include "sampler_atlas.glsl"
 #if FEATURE_MIXED
