@@ -13,7 +13,7 @@ namespace tessera {
 namespace {
 
 constexpr double kStepsOfTruth = 4; // in a step of the picture
-/// Rays of the truth end at this share of the light, at which those of the picture end too. They do end,
+/// Rays of the truth end at this part of the light at which those of the picture end. They do end,
 /// because most of the way behind an opaque part would be traversed for nothing.
 constexpr float kEndsOfTruth = 1.0f / 64;
 

@@ -3,7 +3,7 @@
 // UINT_TEXELS; texelAt(texels, at), texelsExtent(texels).
 
 #if DRIVER_LLVMPIPE
-// Its texelFetch() finds extent and strides of a level lane by lane, though all lanes ask for level 0. So it takes as
+// Its texelFetch() finds extent and strides of a level lane by lane, though all lanes ask for level 0. It takes as
 // long as a filtered fetch; images have no levels.
 #define TEXELS_R16 layout(r16) uniform restrict readonly image3D
 #define TEXELS_R32F layout(r32f) uniform restrict readonly image3D

@@ -29,7 +29,7 @@ vec3 unitNormal(vec3 gradient, vec3 direction) {
 }
 #endif
 
-// True if it can take the value of a surface in [0,1], its value at 1 given.
+// True if the cubic can take the value of a surface in [0,1], its value at 1 given.
 bool mayCross(CellCubic f, float v1) {
     CellRange range = cellRange(f, v1, kMaxFloat);
     bool may = false;
