@@ -195,6 +195,7 @@ TEST(ViewSession, CutsAndWindowsComeToWhatAFreshOneShows) {
         Scene scene = edited.opened(storePath("torso"));
         const VolumeInfo info = edited.viewing->volume()->info;
         scene.mode = mode;
+        const Scene before = scene;
         const auto uncut = edited.wholeOf(edited.viewing->show(scene, false));
         scene.cuts = box(info, 0.7);
         edited.wholeOf(edited.viewing->show(scene, false));
@@ -205,6 +206,8 @@ TEST(ViewSession, CutsAndWindowsComeToWhatAFreshOneShows) {
         const auto expected = fresh.wholeOf(fresh.viewing->show(scene, false));
         EXPECT_TRUE(sameBits(last->image, expected->image)) << modeNames()[static_cast<std::size_t>(mode)];
         EXPECT_FALSE(sameBits(last->image, uncut->image)) << "nothing was cut";
+        const auto undone = edited.wholeOf(edited.viewing->show(before, false));
+        EXPECT_TRUE(sameBits(undone->image, uncut->image)) << "an edit undone left something";
 
         // Pictures of few pixels are cut, too.
         scene.cuts.boxes.front().high = glm::dvec3(0.5);
