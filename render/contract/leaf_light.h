@@ -58,21 +58,26 @@ LEAF_OF_VEC LEAF_OF(HeadLight)
     return LEAF_MAKE(HeadLight, (scale, add));
 }
 
-/// The geometry of a lit place: the normal, the direction towards the viewer, both unit or 0, and the share
-/// of a surface there.
-/// @param low, scale  LightingNumbers
-LEAF_OF_VEC void meetLight(LEAF_IN(Vec) g, LEAF_IN(Vec) d, V low, V scale, V largest, LEAF_OUT(Vec) normal,
-                           LEAF_OUT(Vec) viewer, LEAF_OUT(V) weight) {
+/// The geometry of a lit place: the share of a surface there, and the cosine of the viewer's direction to its
+/// normal.
+LEAF_STRUCT Met {
+    V weight, towardsViewer;
+};
+/// The normal and the direction towards the viewer besides, both unit or 0.
+LEAF_OF_VEC LEAF_OF(Met) meetLight(LEAF_IN(Vec) g, LEAF_IN(Vec) d, LEAF_IN(LightModel) model, V largest,
+                                   LEAF_OUT(Vec) normal, LEAF_OUT(Vec) viewer) {
     LEAF_LET zero = V(0.0f);
     LEAF_LET squared = dot3(g, g), distance = dot3(d, d);
     Bool isSurface = both(isDirection(squared, largest), isDirection(distance, largest));
     LEAF_LET steep = sqrt(squared), far = sqrt(distance);
     LEAF_LET x = (zero - d.x) / far, y = (zero - d.y) / far, z = (zero - d.z) / far;
-    LEAF_LET above = (steep - low) * scale, part = heldToOne(above);
+    LEAF_LET above = (steep - V(model.weightLow)) * V(model.weightScale), part = heldToOne(above);
     LEAF_LET share = part * part * (V(3.0f) - V(2.0f) * part);
     normal = facingNormal(g, d, steep, isSurface);
     viewer = LEAF_VEC3(select(isSurface, x, zero), select(isSurface, y, zero), select(isSurface, z, zero));
-    weight = select(isSurface, share, zero);
+    LEAF_LET weight = select(isSurface, share, zero);
+    LEAF_LET towardsViewer = dot3(normal, viewer);
+    return LEAF_MAKE(Met, (weight, towardsViewer));
 }
 /// Of a light in a point: its direction, unit or 0, and the share that is left at a sample.
 /// @param to  from the sample to the point, patient space, mm
@@ -86,28 +91,28 @@ LEAF_OF_VEC void meetPoint(LEAF_IN(Vec) to, V constant, V linear, V quadratic, V
     share = left;
 }
 /// The base of a highlight's power.
-/// @param slant, towardsViewer  cosines of the light's direction and the viewer's to the normal
+/// @param slant  cosine of the light's direction to the normal
 LEAF_OF_VEC V sharpness(LEAF_IN(Vec) normal, LEAF_IN(Vec) viewer, LEAF_IN(Vec) light, V slant,
-                        V towardsViewer, bool halfway) {
+                        LEAF_IN(LEAF_OF(Met)) met, LEAF_IN(LightModel) model) {
     LEAF_VAR sharp = V(0.0f);
-    if (halfway) {
+    if (model.halfway != 0) {
         LEAF_LET3 h = LEAF_VEC3(light.x + viewer.x, light.y + viewer.y, light.z + viewer.z);
         LEAF_LET squared = dot3(h, h);
         LEAF_LET along = dot3(normal, h) / sqrt(squared);
         sharp = select(squared > V(0.0f), along, V(0.0f));
     } else {
-        sharp = V(2.0f) * slant * towardsViewer - dot3(light, viewer);
+        sharp = V(2.0f) * slant * met.towardsViewer - dot3(light, viewer);
     }
     return heldToOne(sharp);
 }
 /// The effect of lights on a channel: colour * scale + add.
 /// @param everywhere, facing, mirrored  sums over lights: all of them, by their slant, by their highlights
-LEAF V litScale(V ambient, V diffuse, V everywhere, V facing, V weight) {
+LEAF V litScale(LEAF_IN(LEAF_OF(Met)) met, V ambient, V diffuse, V everywhere, V facing) {
     LEAF_LET volume = ambient + diffuse * everywhere, surface = ambient + diffuse * facing;
-    LEAF_LET scale = volume + weight * (surface - volume);
+    LEAF_LET scale = volume + met.weight * (surface - volume);
     return scale;
 }
-LEAF V litAdd(V specular, V mirrored, V weight) {
-    LEAF_LET add = weight * (specular * mirrored);
+LEAF V litAdd(LEAF_IN(LEAF_OF(Met)) met, V specular, V mirrored) {
+    LEAF_LET add = met.weight * (specular * mirrored);
     return add;
 }

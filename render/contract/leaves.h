@@ -181,9 +181,7 @@ TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const V
                           const Received& received) {
     const V zero(0.0f), one(1.0f);
     Vec n{zero, zero, zero}, v{zero, zero, zero};
-    V weight = zero;
-    meetLight(g, d, V(lighting.weightLow), V(lighting.weightScale), largest, n, v, weight);
-    const V towardsViewer = dot3(n, v);
+    const Met<V> met = meetLight(g, d, lighting.model, largest, n, v);
     V everywhere[3] = {zero, zero, zero}, facingIt[3] = {zero, zero, zero}, mirrored[3] = {zero, zero, zero};
     for (int i = 0; i < lighting.count; ++i) {
         const LightNumbers& light = lighting.lights[i];
@@ -197,7 +195,7 @@ TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const V
         shares = received.of(i, shares);
         const V slant = dot3(n, l);
         const V cosine = heldToOne(slant);
-        const V highlight = wholePower(sharpness(n, v, l, slant, towardsViewer, lighting.halfway), m.power);
+        const V highlight = wholePower(sharpness(n, v, l, slant, met, lighting.model), m.power);
         const V shine = select(slant > zero, highlight, zero);
         for (int c = 0; c < 3; ++c) {
             const V power = V(light.colour[c]) * shares;
@@ -207,9 +205,9 @@ TESSERA_LEAF Lit<V> litBy(const LightingNumbers& lighting, const Vec& g, const V
         }
     }
     const auto scale = [&](int c) {
-        return litScale(received.ambient(m.ambient, c), m.diffuse, everywhere[c], facingIt[c], weight);
+        return litScale(met, received.ambient(m.ambient, c), m.diffuse, everywhere[c], facingIt[c]);
     };
-    const auto add = [&](int c) { return litAdd(m.specular, mirrored[c], weight); };
+    const auto add = [&](int c) { return litAdd(met, m.specular, mirrored[c]); };
     return {{scale(0), scale(1), scale(2)}, {add(0), add(1), add(2)}};
 }
 

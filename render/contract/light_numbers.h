@@ -8,6 +8,9 @@ namespace tessera::leaf {
 
 constexpr int kMostLights = 4, kMostMaterials = 8;
 
+#define LEAF_DEFAULT(value) = value
+#include "render/contract/leaf_light_model.h"
+
 enum class LightSort : std::int32_t { head, directional, point };
 
 struct LightNumbers {
@@ -20,9 +23,7 @@ struct LightNumbers {
 
 struct LightingNumbers {
     std::int32_t count = 0;
-    bool halfway = false;                // highlights follow the direction halfway between light and viewer
-    float weightLow = 0;                 // of gradients, stored units per mm: none of a surface
-    float weightScale = 3.402823466e38f; // of the excess above that; 1 is all of a surface
+    LightModel model;
     LightNumbers lights[kMostLights];
     std::int32_t channels = 0;          // of light that voxels have
     std::int32_t occlusionChannel = -1; // of them; -1: all ambient light gets everywhere

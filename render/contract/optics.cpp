@@ -79,12 +79,12 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
                        shading.model != ShadingModel::phong || shading.gradientWeight || lighting.occlusion);
     if (!o.hasLights)
         return;
-    o.lighting.halfway = shading.model == ShadingModel::blinnPhong;
+    o.lighting.model.halfway = shading.model == ShadingModel::blinnPhong ? 1 : 0;
     if (const auto& weight = shading.gradientWeight) {
         const double perStored = 1 / std::abs(info.rescaleSlope);
-        o.lighting.weightLow = static_cast<float>(weight->low * perStored);
-        o.lighting.weightScale = static_cast<float>(std::min(1 / ((weight->high - weight->low) * perStored),
-                                                             double{std::numeric_limits<float>::max()}));
+        o.lighting.model.weightLow = static_cast<float>(weight->low * perStored);
+        o.lighting.model.weightScale = static_cast<float>(std::min(
+            1 / ((weight->high - weight->low) * perStored), double{std::numeric_limits<float>::max()}));
     }
     const auto stored = [&](double value) {
         return static_cast<float>((value - info.rescaleIntercept) / info.rescaleSlope);

@@ -156,11 +156,11 @@ void March::setLights(const Optics& optics) {
         return;
     const leaf::LightingNumbers& lighting = optics.lighting;
     program_.set("uLights", lighting.count);
-    program_.set("uHalfway", lighting.halfway ? 1 : 0);
+#define SET(type, name, otherwise) program_.set("uLightModel." #name, lighting.model.name);
+    LIGHT_MODEL(SET)
+#undef SET
     program_.set("uOcclusionChannel", static_cast<int>(lighting.occlusionChannel));
     program_.set("uAmbientChannels", static_cast<int>(lighting.ambientChannels));
-    program_.set("uWeightLow", lighting.weightLow);
-    program_.set("uWeightScale", lighting.weightScale);
     const auto vector = [](const float(&v)[3]) { return glm::vec3(v[0], v[1], v[2]); };
     for (int i = 0; i < lighting.count; ++i) {
         const leaf::LightNumbers& light = lighting.lights[i];

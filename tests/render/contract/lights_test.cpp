@@ -334,7 +334,7 @@ template <typename Real> void expectNoLightAtTheLightItself() {
     // Without a gradient it is a volume's: 0.25 + 0.5 * 1/0.5.
     EXPECT_EQ(shade(o, colour, Vec(0), direction, Vec(1, 2, 3), m), colour * Real(1.25));
     // And halfway between a light behind and the viewer there is nothing.
-    o.lighting.halfway = true;
+    o.lighting.model.halfway = 1;
     o.lighting.lights[0] = {leaf::LightSort::directional, {0, 0, 1}, {1, 1, 1}, {1, 0, 0}};
     EXPECT_EQ(shade(o, colour, gradient, direction, Vec(1, 2, 3), m), colour * Real(0.25));
 }

@@ -16,6 +16,7 @@
 #define LEAF_IN(Type) Type
 #define LEAF_OUT(Type) out Type
 #define LEAF_INOUT(Type) inout Type
+#define LEAF_DEFAULT(value)
 #define V float
 #define Vec vec3
 #define Mat mat3

@@ -12,8 +12,7 @@ uniform int uLightSort[kMostLights];
 uniform vec3 uLightPlace[kMostLights];  // directional: towards it, unit, patient space, or 0; point: voxels
 uniform vec3 uLightColour[kMostLights]; // times intensity
 uniform vec3 uLightFading[kMostLights]; // point: constant, linear, quadratic
-uniform int uHalfway;                   // highlights follow the direction halfway between light and viewer
-uniform float uWeightLow, uWeightScale; // of gradients, stored units per mm
+uniform LightModel uLightModel;
 
 // Shares of light that reach a sample.
 struct ReceivedLight {
@@ -77,9 +76,7 @@ vec3 shadeByLights(vec3 colour, vec3 gradient, vec3 direction, vec3 p, float pla
     Material m = materialAt(place);
     vec3 n;
     vec3 v;
-    float weight;
-    meetLight(g, d, uWeightLow, uWeightScale, kMaxFloat, n, v, weight);
-    float towardsViewer = dot3(n, v);
+    Met met = meetLight(g, d, uLightModel, kMaxFloat, n, v);
     precise vec3 everywhere = vec3(0.0);
     precise vec3 facingIt = vec3(0.0);
     precise vec3 mirrored = vec3(0.0);
@@ -96,7 +93,7 @@ vec3 shadeByLights(vec3 colour, vec3 gradient, vec3 direction, vec3 p, float pla
         precise float received_ = received.from[i] * shares;
         float slant = dot3(n, l);
         float cosine = heldToOne(slant);
-        float highlight = wholePower(sharpness(n, v, l, slant, towardsViewer, uHalfway != 0), m.power);
+        float highlight = wholePower(sharpness(n, v, l, slant, met, uLightModel), m.power);
         float shine = slant > 0.0 ? highlight : 0.0;
         precise vec3 power = uLightColour[i] * received_;
         everywhere = everywhere + power;
@@ -104,10 +101,10 @@ vec3 shadeByLights(vec3 colour, vec3 gradient, vec3 direction, vec3 p, float pla
         mirrored = mirrored + power * shine;
     }
     precise vec3 ambient = received.fromAllSides * m.phong.x;
-#define OF(c) litScale(ambient.c, m.phong.y, everywhere.c, facingIt.c, weight)
+#define OF(c) litScale(met, ambient.c, m.phong.y, everywhere.c, facingIt.c)
     vec3 scale = vec3(OF(x), OF(y), OF(z));
 #undef OF
-#define OF(c) litAdd(m.phong.z, mirrored.c, weight)
+#define OF(c) litAdd(met, m.phong.z, mirrored.c)
     vec3 add = vec3(OF(x), OF(y), OF(z));
 #undef OF
     precise vec3 lit = colour * scale + add;

@@ -4,6 +4,7 @@
 // extinctionAt(place), colourAt(place), opacityOf(depth), shade(...).
 
 #include "leaf_field.h"
+#include "leaf_light_model.h"
 #include "leaf_light.h"
 #include "leaf_opacity.h"
 #include "leaf_table.h"
