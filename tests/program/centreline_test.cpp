@@ -51,9 +51,9 @@ TEST_F(Program, CentrelineRefusesWhatItCannotDo) {
         EXPECT_FALSE(fs::exists(folder_ / "out.json"));
     };
     refused("c.zarr --from=-67,-33,-155 --to=0,38,-199", "mm apart");
-    refused("c.zarr --from=-67,-33 --to=0,38,-199", "--from: expected a place as x,y,z");
-    refused("c.zarr --from=-67,-33,-155 --to=0,38,1e9", "--to: expected a place as x,y,z");
-    refused("c.zarr --from=-67,-33,-155 --to=0,38,999", "--to: expected a place in the volume");
+    refused("c.zarr --from=-67,-33 --to=0,38,-199", "--from: expected a point as x,y,z");
+    refused("c.zarr --from=-67,-33,-155 --to=0,38,1e9", "--to: expected a point as x,y,z");
+    refused("c.zarr --from=-67,-33,-155 --to=0,38,999", "--to: expected a point in the volume");
     refused("c.zarr --from=-67,-33,-155 --through=0,0,0", "--through: expected --to as well");
     refused("c.zarr --from=-67,-33,-155 --to=0,38,-199 --tree", "--tree: expected --from alone");
     refused("c.zarr --from=-67,-33,-155 --ram 200KiB", "--ram");

@@ -306,7 +306,7 @@ TEST(Centreline, SeedsThatAreNowhereAreNamed) {
     EXPECT_THAT(refusal(chunks, between(line[9], {0, 0, 500})),
                 HasSubstr("--to: expected a point in the volume, from (-40.0, -40.0, -9.0) mm"));
     EXPECT_THAT(refusal(chunks, between({std::nan(""), 0, 0}, line[9])),
-                HasSubstr("--from: expected a place in the volume"));
+                HasSubstr("--from: expected a point in the volume"));
     EXPECT_THAT(refusal(chunks, between(line[9], {0, 0, 8})),
                 HasSubstr("--to: expected a point in the lumen of --from"));
     CentrelineRequest given = between(line[9], {0, 0, 8});
@@ -314,7 +314,7 @@ TEST(Centreline, SeedsThatAreNowhereAreNamed) {
     EXPECT_THAT(refusal(chunks, given), HasSubstr("found 40 at (0.0, 0.0, 8.0) mm"));
     const FieldChunks nothing(chunks.info(), [](const glm::dvec3&) { return -1000.0; });
     EXPECT_THAT(refusal(nothing, between({0, 0, 0}, {5, 5, 5})),
-                HasSubstr("--from: expected a place in a lumen, with a wall"));
+                HasSubstr("--from: expected a point in a lumen, with a wall"));
 }
 
 TEST(Centreline, AVolumeOfAnySizeStaysWithinItsBudget) {

@@ -160,7 +160,7 @@ TEST_F(DicomFolder, AVeryCloseSliceDoesNotBlowTheVolumeUp) {
 
 TEST_F(DicomFolder, DuplicatesAreRefusedEvenWhenResampling) {
     writeSeries({0, 2, 4, 4, 6});
-    EXPECT_THAT(refused(), HasSubstr("1 of 5 slices at the place of another"));
+    EXPECT_THAT(refused(), HasSubstr("1 of 5 slices at the position of another"));
     EXPECT_THAT(refused({.resampleZ = true}), HasSubstr("duplicates"));
 }
 

@@ -109,7 +109,7 @@ TEST(ForeignPresets, OpacityByGradient) {
                   .function.gradientOpacity(),
               expected);
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::paraView).leftOut,
-                ::testing::Contains("opacity by gradient"));
+                ::testing::Contains("gradient opacity"));
 
     Preset perMm = preset;
     perMm.function.setGradientOpacity(GradientOpacity::fromPoints({{0, 0}, {30, 1}}));
