@@ -1,10 +1,9 @@
-# tessera_backend(NAME SOURCES ... [USES ...] [PRIVATE ...]): a renderer, or a backend that takes rays, as a room. Its folder,
+# tessera_backend(NAME [USES ...] [PRIVATE ...]): a renderer, or a backend that takes rays, as a room. Its folder,
 # render/backends/NAME, defines `EngineTraits NAMETraits()` (engine_traits.h) and calls this in a CMakeLists.txt: that, and a value
 # in EngineKind, is all that a renderer takes.
 function(tessera_backend name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;USES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "USES;PRIVATE" ${ARGN})
   tessera_room(tessera_${name} FOLDER render/backends/${name}
-    SOURCES ${ARG_SOURCES}
     USES tessera_renderer ${ARG_USES}
     PRIVATE ${ARG_PRIVATE})
   set_property(GLOBAL APPEND PROPERTY TESSERA_BACKENDS ${name})

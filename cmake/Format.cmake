@@ -1,11 +1,10 @@
-# tessera_format(NAME ENDINGS .a .b SOURCES ... [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
+# tessera_format(NAME ENDINGS .a .b [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
 # room. Its folder, bricking/import/files/NAME, defines `FileFormat NAMEFormat()` (file_format.h) and calls this in a
 # CMakeLists.txt: that is all that a format takes.
 #   ENDINGS  of its files' names, in lower case; a name belongs to the format whose ending is the longest
 function(tessera_format name)
-  cmake_parse_arguments(ARG "" "" "ENDINGS;SOURCES;USES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "ENDINGS;USES;PRIVATE" ${ARGN})
   tessera_room(tessera_format_${name} FOLDER bricking/import/files/${name}
-    SOURCES ${ARG_SOURCES}
     USES tessera_files ${ARG_USES}
     PRIVATE ${ARG_PRIVATE})
   set_property(GLOBAL APPEND PROPERTY TESSERA_FORMATS ${name})

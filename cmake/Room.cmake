@@ -1,15 +1,19 @@
-# tessera_room(TARGET FOLDER name [SOURCES ...] [HEADERS ...] [USES ...] [PRIVATE ...]): one room of the house as a
-# target. Only targets that link it can include its headers, by their path from the root
-#   ("core/base/brick.h"): the root is on no include path. Instead every room has a folder of links in the
-#   build folder, to its own headers alone, and that is what its users get. So an #include against the arrows
-#   does not compile. FOLDER from the root SOURCES relative to it; none: a room of headers HEADERS relative to
-#   it; left out: all of the folder, without those of folders in it USES rooms and libraries that its headers
-#   need; PRIVATE: that its sources need alone
+# tessera_room(TARGET FOLDER name [SOURCES ...] [HEADERS ...] [USES ...] [PRIVATE ...]): one room of the house as a target.
+# Only targets that link it can include its headers, by their path from the root ("core/base/brick.h"): the root is on no
+# include path. Instead every room has a folder of links in the build folder, to its own headers alone, and that is what
+# its users get. So an #include against the arrows does not compile.
+#   FOLDER   from the root
+#   SOURCES  relative to it; left out with HEADERS: a room of headers
+#   HEADERS  relative to it; left out: all of the folder, without those of folders in it, and so are SOURCES
+#   USES     rooms and libraries that its headers need; PRIVATE: those that its sources need alone
 function(tessera_room target)
   cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;HEADERS;USES;PRIVATE" ${ARGN})
   set(folder ${PROJECT_SOURCE_DIR}/${ARG_FOLDER})
   if(NOT ARG_HEADERS)
     file(GLOB ARG_HEADERS RELATIVE ${folder} CONFIGURE_DEPENDS ${folder}/*.h)
+    if(NOT ARG_SOURCES)
+      file(GLOB ARG_SOURCES RELATIVE ${folder} CONFIGURE_DEPENDS ${folder}/*.cpp)
+    endif()
   endif()
   set(view ${PROJECT_BINARY_DIR}/rooms/${target})
   file(MAKE_DIRECTORY ${view}/${ARG_FOLDER})
