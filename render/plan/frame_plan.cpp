@@ -3,6 +3,7 @@
 
 #include "render/plan/choose_integrator.h"
 
+#include <algorithm>
 #include <atomic>
 
 namespace tessera {
@@ -16,6 +17,14 @@ constexpr double kAttenuationMatters = 1.0 / 255;
 std::uint64_t PlanRevisions::next() {
     static std::atomic<std::uint64_t> last{0};
     return ++last;
+}
+
+Layers& Layers::operator=(Layers&& other) noexcept {
+    for (std::size_t i = 0; i < std::min(all_.size(), other.all_.size()); ++i)
+        *all_[i] = std::move(*other.all_[i]);
+    for (std::size_t i = all_.size(); i < other.all_.size(); ++i)
+        all_.push_back(std::move(other.all_[i]));
+    return *this;
 }
 
 Strides FramePlan::strides() const {

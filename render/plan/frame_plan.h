@@ -10,6 +10,8 @@
 #include "render/plan/view_state.h"
 
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -25,6 +27,20 @@ struct PlanRevisions {
     static std::uint64_t next();
 };
 
+/// The layers of a plan. They stay where they are when another plan takes this one's place, because light
+/// that renderers keep from frame to frame refers to their statistics and tables.
+class Layers {
+  public:
+    Layers() { all_.push_back(std::make_unique<Layer>()); }
+    Layers(Layers&& other) noexcept : all_(std::move(other.all_)) {}
+    Layers& operator=(Layers&& other) noexcept;
+    Layer& front() { return *all_.front(); }
+    const Layer& front() const { return *all_.front(); }
+
+  private:
+    std::vector<std::unique_ptr<Layer>> all_; // one so far
+};
+
 struct FramePlan {
     ViewState view;
     MemoryPlan memory;
@@ -32,7 +48,7 @@ struct FramePlan {
     PlanRevisions revisions;
     Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
     /// The visible volumes, each with levels of its own; one so far. Last: their caches go first.
-    std::vector<Layer> layers = std::vector<Layer>(1);
+    Layers layers;
 
     const Layer& layer() const { return layers.front(); }
     const VolumeInfo& info() const { return layer().info(); }

@@ -25,9 +25,9 @@ struct Row {
     std::size_t pictures = 6;
 };
 
-class Frames : public ::testing::TestWithParam<Row> {};
+class FramesOf : public ::testing::TestWithParam<Row> {};
 
-TEST_P(Frames, EqualStills) {
+TEST_P(FramesOf, EqualStills) {
     const Row& row = GetParam();
     RenderOptions options;
     options.engine = row.engine;
@@ -71,6 +71,46 @@ TEST_P(Frames, EqualStills) {
     EXPECT_LE(gpu.peakBytes(), gpu.limitBytes());
 }
 
+// Renderers refer to a layer's statistics and tables as long as they keep light.
+TEST(Frames, APlanThatTakesAnothersPlaceKeepsItsLayersPlace) {
+    FramePlan plan, next;
+    const Layer* const place = &plan.layer();
+    next.layers.front().pageEdge = 7;
+    plan = std::move(next);
+    EXPECT_EQ(&plan.layer(), place);
+    EXPECT_EQ(plan.layer().pageEdge, 7);
+    plan = FramePlan();
+    EXPECT_EQ(&plan.layer(), place);
+    EXPECT_EQ(plan.layer().pageEdge, kBrickExtent);
+}
+
+TEST(Frames, KeepLightAndEqualStills) {
+    MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20),
+        gpu("GPU memory", "--gpu-memory", ram.limitBytes());
+    const StoreReader store(storePath("torso"), ram);
+    Scene scene = sceneOn(store.info(), "bone-1", 0, {24, 16});
+    scene.lighting.occlusion = Occlusion();
+    scene.lighting.occlusion->rays = 4;
+    scene.lighting.lights = {{LightKind::directional, LightFrame::camera, {1, 1, 1}}, {}};
+    scene.lighting.lights[0].shadow = true;
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    FrameRenderer frames(store, ram, gpu, options);
+    const Camera first = fitCamera(store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    for (int n = 0; n < 4; ++n) {
+        Camera camera = first;
+        camera.position.x += 4.0 * n;
+        scene.camera = camera;
+        MemoryBudget ownRam("RAM", "--ram", ram.limitBytes()),
+            ownGpu("GPU memory", "--gpu-memory", gpu.limitBytes());
+        const StoreReader own(storePath("torso"), ownRam);
+        EXPECT_TRUE(
+            bitEqual(frames.draw(scene).image, renderScene(scene, own, ownRam, ownGpu, options).image))
+            << n;
+    }
+    EXPECT_GE(frames.kept().goneOn, 2u);
+}
+
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 const Row kRows[] = {
     {"native", EngineKind::native, 512 * kMiB, 5, [](Scene&) {}},
@@ -101,7 +141,7 @@ const Row kRows[] = {
     {"march", EngineKind::gpu, 512 * kMiB, 2, [](Scene&) {}, 3},
 };
 
-INSTANTIATE_TEST_SUITE_P(Rows, Frames, ::testing::ValuesIn(kRows),
+INSTANTIATE_TEST_SUITE_P(Frames, FramesOf, ::testing::ValuesIn(kRows),
                          [](const auto& row) { return std::string(row.param.name); });
 
 } // namespace
