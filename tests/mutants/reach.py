@@ -1,40 +1,44 @@
-"""Which tests may reach a source: those of the programs that hold an object of it, in the order in which they are worth
-running. Not by gcov: a build for it and a run of every test in it cost more than the tests that it would save
-(README.md). What each program's tests take is learnt once and kept beside the build."""
+"""Which tests reach a line: learnt once by running every test alone in a build that counts what runs, and
+kept beside that build until the sources change."""
 import hashlib
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-CHEAP_SECONDS = 1.0  # tests that take less come before all others
+import gcov
+
+CHEAP_SECONDS = 2.0  # tests that take less, with counters, run together and before all others
 
 
-class Reach:
-    def __init__(self, copy):
-        self.copy, self.learnt, self.includers = copy, {}, {}
-        listed = subprocess.run(["ctest", "--test-dir", copy.build, "--show-only=json-v1"], check=True, env=copy.env,
-                                capture_output=True, text=True).stdout
-        programs = {Path(test["command"][0]).name for test in json.loads(listed)["tests"]
-                    if any(word.startswith("--gtest_filter=") for word in test.get("command", ()))}
-        self.objects = {p: {line for line in self.ninja("-t", "inputs", p) if line.endswith(".o")} for p in programs}
+class Build:
+    """A build of the copy: what it is made of, and its tests."""
+
+    def __init__(self, copy, folder):
+        self.copy, self.folder, self.includers, self.made = copy, folder, {}, {}
 
     def ninja(self, *arguments):
-        return subprocess.run(["ninja", "-C", self.copy.build, *arguments], check=True, capture_output=True,
+        return subprocess.run(["ninja", "-C", self.folder, *arguments], check=True, capture_output=True,
                               text=True).stdout.split("\n")
+
+    def place(self, path):
+        """A path as the build has it, from the root of the sources; headers are found by links in the build folder."""
+        if path not in self.made:
+            self.made[path] = os.path.relpath(os.path.realpath(self.folder / path), self.copy.root)
+        return self.made[path]
 
     def objects_with(self, file):
         """Objects that compile a file, or include it."""
         if not self.includers:
-            places, of = {}, ""  # headers are found by links in the build folder
+            of = ""
             for line in self.ninja("-t", "deps"):
-                path = line.strip()
                 if line.startswith("    "):
-                    if path not in places:
-                        places[path] = os.path.relpath(os.path.realpath(self.copy.build / path), self.copy.root)
-                    self.includers.setdefault(places[path], set()).add(of)
+                    self.includers.setdefault(self.place(line.strip()), set()).add(of)
                 elif ":" in line:
                     of = line.split(":")[0]
         return self.includers.get(file, set())
@@ -42,51 +46,124 @@ class Reach:
     def sources(self, program):
         """Files below tests/ that a program is made of."""
         own = f"tests/CMakeFiles/{program}.dir/"
+        self.objects_with("")
         return sorted(file for file, objects in self.includers.items() if file.startswith("tests/") and
                       any(of.startswith(own) for of in objects))
+
+    def tests(self):
+        """Tests by program, {program: {name: command}}: all but pictures of engines, of which those of `.ci/run`."""
+        pictures = subprocess.run(["bash", "-c", "source .ci/tests.sh && echo \"$one_a_feature|$one_store\""], check=True,
+                                  cwd=self.copy.root, capture_output=True, text=True).stdout.strip()
+        listed = subprocess.run(["ctest", "--test-dir", self.folder, "--show-only=json-v1"], check=True, env=self.copy.env,
+                                capture_output=True, text=True).stdout
+        found = {}
+        for test in json.loads(listed)["tests"]:
+            command = test.get("command", [""])
+            names = [word.split("=", 1)[1] for word in command if word.startswith("--gtest_filter=")]
+            picture = any("image" in kind["value"] for kind in test["properties"] if kind["name"] == "LABELS")
+            program = Path(command[0]).name
+            if names and (not (picture and program.startswith("render_")) or re.search(pictures, test["name"])):
+                found.setdefault(program, {})[names[0]] = command
+        return found
+
+
+class Reach:
+    def __init__(self, copy):
+        self.copy, self.release = copy, Build(copy, copy.build)
+        self.counted = Build(copy, copy.root / "build" / "coverage")
+        self.objects = {p: {line for line in self.release.ninja("-t", "inputs", p) if line.endswith(".o")}
+                        for p in self.release.tests()}
+        self.lines, self.places = {}, {}  # functions by a file's lines with code, and by (first, last) line
+        self.seconds, self.ran = {}, {}  # by program and test: seconds, functions
+        self.learn()
+
+    def learn(self):
+        """Builds with counters, runs what is not known yet, and reads all."""
+        configure = ["cmake", "-S", self.copy.root, "-B", self.counted.folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                     "-DTESSERA_WITH_TESTS=ON", "-DCMAKE_CXX_FLAGS=--coverage"]
+        for command in (configure, ["cmake", "--build", self.counted.folder, "-j", str(self.copy.jobs)]):
+            done = subprocess.run(command, env=self.copy.env, capture_output=True, text=True)
+            if done.returncode != 0:
+                sys.exit(f"the sources do not build with counters:\n{(done.stdout + done.stderr)[-3000:]}")
+        stores = self.counted.folder / "test-stores"
+        if not stores.exists():
+            self.copy.call([str(self.counted.folder / "prepare_test_stores"), str(stores)], 40 * self.copy.timeout)
+        identities, self.lines, count = {}, {}, 0  # of functions, by object
+        for notes in sorted(self.counted.folder.rglob("*.gcno")):
+            own = identities[str(notes.relative_to(self.counted.folder))[:-len(".gcno")]] = {}
+            for identity, ((source, first, last), lines) in gcov.lines_of(notes).items():
+                own[identity], count = count, count + 1
+                self.places.setdefault(self.counted.place(source), {}).setdefault((first, last), set()).add(own[identity])
+                for source, line in lines:
+                    self.lines.setdefault(self.counted.place(source), {}).setdefault(line, set()).add(own[identity])
+        product = hashlib.sha256(json.dumps(sorted(
+            (file, (self.copy.root / file).read_text()) for file in self.lines
+            if not file.startswith(("..", "build/", "tests/")) and (self.copy.root / file).is_file())).encode()).hexdigest()
+        for program, tests in self.counted.tests().items():
+            self.learn_program(program, tests, product, identities)
+
+    def learn_program(self, program, tests, product, identities):
+        text = [product, *tests] + [(self.copy.root / file).read_text() for file in self.counted.sources(program)]
+        state = hashlib.sha256("".join(text).encode()).hexdigest()
+        path = self.counted.folder / "learnt" / f"{program}.json"
+        known = json.loads(path.read_text()) if path.exists() else {}
+        if known.get("state") != state:
+            begun = time.time()
+            with ThreadPoolExecutor(self.copy.jobs) as threads:
+                found = dict(zip(tests, threads.map(lambda test: self.count(*test, identities), tests.items())))
+            known = {"state": state, "tests": {name: told for name, told in found.items() if told}}
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(json.dumps(known))
+            print(f"learnt {program}: {len(known['tests'])} of {len(tests)} tests, {time.time() - begun:.0f} s", flush=True)
+        self.seconds[program] = {name: told["seconds"] for name, told in known["tests"].items()}
+        self.ran[program] = {name: set(told["ran"]) for name, told in known["tests"].items()}
+
+    def count(self, name, command, identities):
+        """A test's seconds and the functions that it, and what it starts, runs; None where it does not pass."""
+        folder = self.copy.root / "build" / "counts" / hashlib.sha256(name.encode()).hexdigest()[:16]
+        strip = len(self.counted.folder.parts) - 1
+        env = dict(self.copy.env, GCOV_PREFIX=str(folder), GCOV_PREFIX_STRIP=str(strip))
+        begun = time.time()
+        try:
+            if self.copy.call(command, 10 * self.copy.timeout, env)[0] != 0:
+                return None
+            took, ran = time.time() - begun, set()
+            for counts in folder.rglob("*.gcda"):
+                own = identities.get(str(counts.relative_to(folder))[:-len(".gcda")], {})
+                ran |= {own[identity] for identity in gcov.ran(counts) if identity in own}
+            return {"seconds": round(took, 2), "ran": sorted(ran)}
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def functions(self, file, line):
+        """Functions that hold a line: by their code, and the innermost around it; None where it is in none, such as a
+        constant."""
+        around = [(last - first, of) for (first, last), of in self.places.get(file, {}).items() if first <= line <= last]
+        least = min(around, default=(0, set()), key=lambda function: function[0])[0]
+        found = self.lines.get(file, {}).get(line, set()).union(*(of for size, of in around if size == least))
+        return found or None
 
     def programs(self, file):
         """Test programs that hold a file, the nearest first: those whose tests include its header, then those that
         include most from its folder, then those that hold the fewest objects."""
-        objects, folder = self.objects_with(file), os.path.dirname(file)
+        objects, folder = self.release.objects_with(file), os.path.dirname(file)
 
         def distance(program):
-            names = [name for source in self.sources(program) if source.endswith(".cpp")
+            names = [name for source in self.release.sources(program) if source.endswith(".cpp")
                      for name in re.findall(r'#include "(.+)"', (self.copy.root / source).read_text())]
             near = sum(os.path.dirname(name) == folder for name in names) / max(len(names), 1)
             return os.path.splitext(file)[0] + ".h" not in names, -near, len(self.objects[program]), program
         return sorted((p for p in self.objects if self.objects[p] & objects), key=distance)
 
-    def learn(self, program):
-        """Seconds of a program's tests that pass without a mutant."""
-        if program in self.learnt:
-            return
-        state = hashlib.sha256(b"".join((self.copy.root / file).read_bytes() for file in self.sources(program))).hexdigest()
-        path = self.copy.build / "learnt" / f"{program}.json"
-        known = json.loads(path.read_text()) if path.exists() else {}
-        if known.get("state") != state:
-            if text := self.copy.make([program]):
-                sys.exit(f"the sources do not build without a mutant:\n{text[-3000:]}")
-            _, text = self.copy.call([str(self.copy.build / program), "--gtest_color=no"], 20 * self.copy.timeout)
-            took = re.findall(r"^\[       OK \] (\S+?)(?:, where.*)? \((\d+) ms\)$", text, re.M)
-            known = {"state": state, "seconds": {name: int(ms) / 1000 for name, ms in took}}
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(json.dumps(known))
-            print(f"learnt {program}: {len(took)} tests, {sum(known['seconds'].values()):.0f} s", flush=True)
-        self.learnt[program] = known["seconds"]
-
-    def tests(self, file, most):
-        """Of the `most` nearest programs: (program, its tests, their seconds); the nearest one's first, and cheap ones
-        before dear ones."""
-        own, cheap, dear = [], [], []
-        for program in self.programs(file)[:most]:
-            self.learn(program)
-            known = self.learnt[program]
-            few = [name for name, seconds in known.items() if seconds < CHEAP_SECONDS]
-            together = [(program, few, sum(known[name] for name in few))] if few else []
-            alone = sorted(((program, [name], s) for name, s in known.items() if name not in few), key=lambda t: t[2])
-            if not own:
-                own = together + alone
-            else:
-                cheap, dear = cheap + together, dear + alone
-        return own + cheap + sorted(dear, key=lambda test: test[2])
+    def tests(self, file, line):
+        """Tests that reach a line, (program, names, seconds): cheap ones of the nearest program first, then of others,
+        then dear ones."""
+        functions, cheap, dear = self.functions(file, line), [], []
+        for program in self.programs(file):
+            seconds = {name: s for name, s in self.seconds[program].items()
+                       if functions is None or not functions.isdisjoint(self.ran[program][name])}
+            few = [name for name, s in seconds.items() if s < CHEAP_SECONDS]
+            if few:
+                cheap.append((program, few, sum(seconds[name] for name in few)))
+            dear += [(program, [name], s) for name, s in seconds.items() if name not in few]
+        return cheap + sorted(dear, key=lambda test: test[2])

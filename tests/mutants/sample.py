@@ -8,10 +8,11 @@ import argparse
 import os
 import random
 import re
-import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from pathlib import Path
 
@@ -60,18 +61,19 @@ def draws(texts, seed):
                "after": fault}, Mutant("sample", name, f"{file}:{n + 1}", name, [edit])
 
 
-def judge(copy, reach, mutant, options):
-    """Plants a mutant and runs what may reach it until its time is up; what a result says of that."""
-    file = mutant.edits[0].file
-    tests, ran, built = reach.tests(file, options.programs), [], set()
-    begun = time.time()
+def judge(copy, tests, mutant, limit):
+    """Plants a mutant and runs the tests that reach it until its time is up; what a result says of that."""
+    ran, built, begun = [], set(), time.time()
 
     def found(verdict, by, whole=True):
-        return {"verdict": verdict, "by": by, "tests": ran, "whole": whole, "seconds": round(time.time() - begun, 1)}
+        return {"verdict": verdict, "by": by, "tests": ran, "whole": whole, "reached": sum(len(names) for _, names, _ in tests),
+                "seconds": round(time.time() - begun, 1)}
     try:
         copy.plant(mutant)
+        if not tests and (error := unbuilt(copy.make(["all"]))):
+            return found("no build", error)
         for program, names, seconds in tests:
-            if time.time() - begun > options.limit:
+            if time.time() - begun > limit:
                 return found("survived", "", False)
             if program not in built and (text := copy.make([program])):
                 if error := unbuilt(text):
@@ -81,7 +83,7 @@ def judge(copy, reach, mutant, options):
             ran.append(f"{program} {names[0] if len(names) == 1 else len(names)}")
             if by := copy.run_tests(program, ":".join(names), min(copy.timeout, 60 + 10 * seconds))[0]:
                 return found("killed", by)
-        return found("survived", "", options.programs >= len(reach.programs(file)))
+        return found("survived", "")
     finally:
         copy.restore()
 
@@ -100,25 +102,23 @@ def arguments():
     parser.add_argument("--room", action="append",
                         help="only files below this folder, such as bricking/store/; may be repeated")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin nothing more after so many")
-    parser.add_argument("--programs", type=int, default=8,
-                        help="test programs that a mutant meets, the nearest (default: 8)")
-    parser.add_argument("--limit", type=float, default=180, help="seconds for a mutant that lives (default: 180)")
-    parser.add_argument("--again", action="store_true",
-                        help="judge survivors again: with more --programs, a longer --limit")
+    parser.add_argument("--limit", type=float, default=300, help="seconds for a mutant that lives (default: 300)")
+    parser.add_argument("--again", action="store_true", help="judge survivors again: with a longer --limit")
     parser.add_argument("--new-tests", action="store_true",
                         help="as --again, after tests were written: told as a score of its own")
     parser.add_argument("--report", action="store_true", help="tell what is known and stop")
     parser.add_argument("--list", action="store_true", help="print what is drawn and stop")
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "mutants", help="folder of the copy, as run.py has it")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "mutants",
+                        help="folder of the first copy, as run.py has it; others beside it")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants side by side, each in its copy")
     parser.add_argument("--timeout", type=float, default=120,
                         help="seconds after which tests hang: a kill (default: 120)")
     return parser.parse_args()
 
 
-def prepared(options):
-    """The copy, built and with its stores."""
-    copy = Copy(options.build.resolve(), options.jobs, options.timeout)
+def prepared(folder, options):
+    """A copy, built and with its stores."""
+    copy = Copy(folder.resolve(), options.jobs, options.timeout)
     copy.update()
     if text := copy.make(["all"]):
         sys.exit(f"the sources do not build without a mutant:\n{text[-3000:]}")
@@ -139,18 +139,31 @@ def wanted(options, results, drawn):
         options.count - len(score.judged(results, False))
 
 
-def sampled(options, copy, path, drawn):
-    """Judges and keeps; returns whether all were."""
-    reach, until = Reach(copy), time.time() + 60 * options.minutes
+def sampled(options, copies, path, drawn):
+    """Judges in all copies at once, and keeps; returns whether all were."""
+    reach, until, one = Reach(copies[0]), time.time() + 60 * options.minutes, threading.Lock()
     chosen, left = wanted(options, score.read(path), drawn)
-    for mutant, planted in chosen:
-        if left <= 0 or time.time() > until:
-            break
-        result = {"seed": options.seed, **mutant, **judge(copy, reach, planted, options), "new_tests": options.new_tests}
-        score.append(path, result)
-        left -= result["verdict"] != "no build"
-        print(f"{result['verdict']:9} {result['seconds']:5.0f} s  {planted.place:60} {planted.why:18} {result['by']}",
-              flush=True)
+    chosen = iter(chosen)
+    for copy in copies:
+        copy.jobs = 1
+
+    def work(copy):
+        nonlocal left
+        while True:
+            with one:
+                if left <= 0 or time.time() > until or (mutant := next(chosen, None)) is None:
+                    return
+                left -= 1
+                tests = reach.tests(mutant[0]["file"], mutant[0]["line"])
+            result = {"seed": options.seed, **mutant[0], **judge(copy, tests, mutant[1], options.limit),
+                      "new_tests": options.new_tests}
+            with one:
+                score.append(path, result)
+                left += result["verdict"] == "no build"
+                print(f"{result['verdict']:9} {result['seconds']:5.0f} s  {mutant[1].place:60} {mutant[1].why:18} "
+                      f"{result['by'] or result['reached']}", flush=True)
+    with ThreadPoolExecutor(len(copies)) as threads:
+        list(threads.map(work, copies))
     return left <= 0
 
 
@@ -164,19 +177,11 @@ def main():
             print(f"{planted.place}: {planted.why}\n- {mutant['before'].strip()}\n+ {mutant['after'].strip()}")
         return 0
     if not options.report:
-        copy = prepared(options)
-        try:
-            whole = sampled(options, copy, path, drawn)
-        except KeyboardInterrupt:
-            print("interrupted", file=sys.stderr)
-            whole = False
-        finally:
-            copy.restore()
+        folders = [options.build] + [options.build.with_name(f"{options.build.name}-{n}") for n in range(2, options.jobs + 1)]
+        whole = sampled(options, [prepared(folder, options) for folder in folders], path, drawn)
     print(score.report(score.read(path), score.read(score.EQUIVALENT)))
     return 0 if whole else 1
 
 
 if __name__ == "__main__":
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
     sys.exit(main())

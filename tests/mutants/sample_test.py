@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """What sample.py draws: by the operators, the same for a seed, such as planted() can plant; and what score.py tells."""
+import os
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -7,6 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+import gcov
 import score
 from operators import OPERATORS, faults_of
 from planting import planted
@@ -107,6 +110,43 @@ class Score(unittest.TestCase):
     def test_only_compilers_errors_are_no_mutant(self):
         self.assertIn("no such thing", unbuilt("a.cpp:1:2: error: no such thing\n"))
         self.assertEqual(unbuilt("CMake Error at X: Error running test executable.\n"), "")
+
+PROGRAM = """#include "inlined.h"
+__attribute__((noinline)) int runs(int n)
+{
+    return inlined(n) + 1;
+}
+__attribute__((noinline)) int rests(int n)
+{
+    return n + 2;
+}
+int main(int count, char**)
+{
+    return count > 1 ? rests(count) : runs(count) - 2;
+}
+"""
+
+
+class Counters(unittest.TestCase):
+    def test_tell_lines_and_what_ran(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "inlined.h").write_text("volatile int v;\ninline int inlined(int n)\n{\n    return n + v;\n}\n")
+            (Path(folder) / "a.cpp").write_text(PROGRAM)
+            subprocess.run(["g++", "-O2", "--coverage", "a.cpp", "-o", "a"], cwd=folder, check=True)
+            counts = dict(os.environ, GCOV_PREFIX=folder + "/counts", GCOV_PREFIX_STRIP="0")
+            subprocess.run([folder + "/a"], check=True, env=counts)
+            notes = gcov.lines_of(next(Path(folder).glob("*.gcno")))
+            ran = gcov.ran(next((Path(folder) / "counts").rglob("*.gcda")))
+            self.assertEqual({notes[function][0] for function in ran}, {("a.cpp", 2, 5), ("a.cpp", 10, 13)})
+            self.assertEqual({place for place, _ in notes.values()} - {notes[function][0] for function in ran}, {("a.cpp", 6, 9)})
+            self.assertIn(("inlined.h", 4), set().union(*(notes[function][1] for function in ran)))
+
+    def test_of_another_kind_are_refused(self):
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(b"nothing of the kind")
+            file.flush()
+            self.assertRaises(ValueError, gcov.lines_of, file.name)
+            self.assertRaises(ValueError, gcov.ran, file.name)
 
 
 if __name__ == "__main__":
