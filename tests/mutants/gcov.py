@@ -40,8 +40,9 @@ def header(words, magic, path):
 
 
 def lines_of(path):
-    """By identity of each function of an object's notes: its (source, first line, last line), and the (source, line) of
-    its code, inlined code too. The compiler drops lines: what is computed before they run, or joined with others."""
+    """By identity of each function of an object's notes: its (source, first line, last line), its mangled name, and the
+    (source, line) of its code, inlined code too. The compiler drops lines: what is computed before they run, or joined
+    with others."""
     words, found, own = Words(Path(path).read_bytes()), {}, set()
     header(words, b"oncg", path)
     words.string()  # working directory
@@ -49,10 +50,9 @@ def lines_of(path):
     for tag, length in words.records():
         if tag == FUNCTION:
             identity, _, _ = words.word(), words.word(), words.word()
-            words.string()  # name
-            words.word()  # artificial
+            name, _ = words.string(), words.word()  # and whether the compiler made it
             source, first, _, last = words.string(), words.word(), words.word(), words.word()
-            found[identity] = ((source, first, last), own := set())
+            found[identity] = ((source, first, last), name, own := set())
         elif tag == LINES:
             end, source = words.at + length, ""
             words.word()  # block

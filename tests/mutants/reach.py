@@ -1,5 +1,6 @@
-"""Which tests reach a line: learnt once by running every test alone in a build that counts what runs, and
-kept beside that build until the sources change."""
+"""Which tests reach a line: learnt once by running every test alone in a build that counts what runs, and kept beside
+that build. A program is learnt again when its tests change. What a change of the product makes its tests run besides is
+not seen until then: `rm -r build/mutants/build/coverage/learnt` after a large one."""
 import hashlib
 import json
 import os
@@ -88,22 +89,20 @@ class Reach:
         stores = self.counted.folder / "test-stores"
         if not stores.exists():
             self.copy.call([str(self.counted.folder / "prepare_test_stores"), str(stores)], 40 * self.copy.timeout)
-        identities, self.lines, count = {}, {}, 0  # of functions, by object
+        identities = {}  # by object: functions, which are (source, mangled name)
         for notes in sorted(self.counted.folder.rglob("*.gcno")):
             own = identities[str(notes.relative_to(self.counted.folder))[:-len(".gcno")]] = {}
-            for identity, ((source, first, last), lines) in gcov.lines_of(notes).items():
-                own[identity], count = count, count + 1
-                self.places.setdefault(self.counted.place(source), {}).setdefault((first, last), set()).add(own[identity])
+            for identity, ((source, first, last), name, lines) in gcov.lines_of(notes).items():
+                place = self.counted.place(source)
+                own[identity] = f"{place} {name}"
+                self.places.setdefault(place, {}).setdefault((first, last), set()).add(own[identity])
                 for source, line in lines:
                     self.lines.setdefault(self.counted.place(source), {}).setdefault(line, set()).add(own[identity])
-        product = hashlib.sha256(json.dumps(sorted(
-            (file, (self.copy.root / file).read_text()) for file in self.lines
-            if not file.startswith(("..", "build/", "tests/")) and (self.copy.root / file).is_file())).encode()).hexdigest()
         for program, tests in self.counted.tests().items():
-            self.learn_program(program, tests, product, identities)
+            self.learn_program(program, tests, identities)
 
-    def learn_program(self, program, tests, product, identities):
-        text = [product, *tests] + [(self.copy.root / file).read_text() for file in self.counted.sources(program)]
+    def learn_program(self, program, tests, identities):
+        text = [*tests] + [(self.copy.root / file).read_text() for file in self.counted.sources(program)]
         state = hashlib.sha256("".join(text).encode()).hexdigest()
         path = self.counted.folder / "learnt" / f"{program}.json"
         known = json.loads(path.read_text()) if path.exists() else {}
@@ -111,12 +110,18 @@ class Reach:
             begun = time.time()
             with ThreadPoolExecutor(self.copy.jobs) as threads:
                 found = dict(zip(tests, threads.map(lambda test: self.count(*test, identities), tests.items())))
-            known = {"state": state, "tests": {name: told for name, told in found.items() if told}}
+            found = {name: told for name, told in found.items() if told}
+            functions = sorted(set().union(*(told["ran"] for told in found.values())))
+            number = {function: n for n, function in enumerate(functions)}
+            for told in found.values():
+                told["ran"] = sorted(number[function] for function in told["ran"])
+            known = {"state": state, "functions": functions, "tests": found}
             path.parent.mkdir(exist_ok=True)
             path.write_text(json.dumps(known))
-            print(f"learnt {program}: {len(known['tests'])} of {len(tests)} tests, {time.time() - begun:.0f} s", flush=True)
+            print(f"learnt {program}: {len(found)} of {len(tests)} tests, {time.time() - begun:.0f} s", flush=True)
+        functions = known["functions"]
         self.seconds[program] = {name: told["seconds"] for name, told in known["tests"].items()}
-        self.ran[program] = {name: set(told["ran"]) for name, told in known["tests"].items()}
+        self.ran[program] = {name: {functions[n] for n in told["ran"]} for name, told in known["tests"].items()}
 
     def count(self, name, command, identities):
         """A test's seconds and the functions that it, and what it starts, runs; None where it does not pass."""
@@ -131,7 +136,7 @@ class Reach:
             for counts in folder.rglob("*.gcda"):
                 own = identities.get(str(counts.relative_to(folder))[:-len(".gcda")], {})
                 ran |= {own[identity] for identity in gcov.ran(counts) if identity in own}
-            return {"seconds": round(took, 2), "ran": sorted(ran)}
+            return {"seconds": round(took, 2), "ran": ran}
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 

@@ -138,8 +138,8 @@ class Counters(unittest.TestCase):
             notes = gcov.lines_of(next(Path(folder).glob("*.gcno")))
             ran = gcov.ran(next((Path(folder) / "counts").rglob("*.gcda")))
             self.assertEqual({notes[function][0] for function in ran}, {("a.cpp", 2, 5), ("a.cpp", 10, 13)})
-            self.assertEqual({place for place, _ in notes.values()} - {notes[function][0] for function in ran}, {("a.cpp", 6, 9)})
-            self.assertIn(("inlined.h", 4), set().union(*(notes[function][1] for function in ran)))
+            self.assertEqual({place for place, _, _ in notes.values()} - {notes[function][0] for function in ran}, {("a.cpp", 6, 9)})
+            self.assertIn(("inlined.h", 4), set().union(*(notes[function][2] for function in ran)))
 
     def test_of_another_kind_are_refused(self):
         with tempfile.NamedTemporaryFile() as file:
