@@ -1,6 +1,8 @@
 // core/base/json_fields.cpp: see json_fields.h.
 #include "core/base/json_fields.h"
 
+#include <limits>
+
 namespace tessera {
 namespace {
 template <typename T> nlohmann::json plainJson(const T& value) {
@@ -20,6 +22,12 @@ Kind<double> numberIn(double lowest, double highest) {
             [=](Schema&) {
                 return Schema{{"type", "number"}, {"minimum", lowest}, {"maximum", highest}};
             }};
+}
+
+Kind<double> numberFrom(double lowest) {
+    Kind<double> kind = numberIn(lowest, std::numeric_limits<double>::max());
+    kind.schema = [=](Schema&) { return Schema{{"type", "number"}, {"minimum", lowest}}; };
+    return kind;
 }
 
 Kind<int> wholeIn(int lowest, int highest) {

@@ -52,6 +52,7 @@ template <typename T> struct Kind {
 
 Kind<double> anyNumber(); // finite
 Kind<double> numberIn(double lowest, double highest);
+Kind<double> numberFrom(double lowest); // finite
 Kind<int> wholeIn(int lowest, int highest);
 Kind<bool> trueOrFalse();
 Kind<std::string> anyText();
@@ -138,6 +139,15 @@ template <typename T> Kind<std::vector<T>> listOf(const Kind<T>& kind) {
     return listOf(kind, 0, kMaxJsonBytes, "");
 }
 
+/// The command-line option that sets a key, for programs that take it.
+struct KeyOption {
+    std::string name = {};  // "--step"; "": the key has none
+    std::string about = {}; // for help; "{names}" and "{default}" stand for those of the key
+    std::string range = {}; // of a number, for messages: "voxels from 1/64 to 16"; "": the key's bounds
+};
+/// The key of a schema's property that holds its option. It is not published.
+inline constexpr const char* kOptionKey = "x-option";
+
 /// A row of a table.
 template <typename T> struct Field {
     std::string key, about;
@@ -148,6 +158,7 @@ template <typename T> struct Field {
     bool isRequired = false, onlyUnlikeDefault = false, saysDefault = true;
     std::function<bool(const T&)> isWritten = {};
     std::function<void(const T&, const JsonValue& whole)> isAllowed = {};
+    KeyOption option = {};
 
     /// The key is required.
     Field& required() {
@@ -171,6 +182,12 @@ template <typename T> struct Field {
     /// Throws InputError if the values of earlier rows do not allow the key.
     Field& allowedBy(std::function<void(const T&, const JsonValue& whole)> check) {
         isAllowed = std::move(check);
+        return *this;
+    }
+    /// An option sets the key, too. One of a key that is true or false is a flag for the value that is not
+    /// the default: "--no-shading".
+    Field& setBy(const std::string& name, const std::string& about, const std::string& range = {}) {
+        option = {name, about, range};
         return *this;
     }
 };
@@ -272,6 +289,8 @@ template <typename T> class Fields {
             else if (const nlohmann::json value = written(row, start_);
                      row.saysDefault && !value.empty() && !value.is_object())
                 property["default"] = value;
+            if (!row.option.name.empty())
+                property[kOptionKey] = {row.option.name, row.option.about, row.option.range};
         }
         Schema schema;
         if (!about_.empty())

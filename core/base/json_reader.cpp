@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -178,7 +179,9 @@ double JsonValue::number() const {
 }
 
 double JsonValue::number(double lowest, double highest) const {
-    const std::string expected = "a number from " + plainNumber(lowest) + " to " + plainNumber(highest);
+    const std::string end =
+        highest < std::numeric_limits<double>::max() ? "to " + plainNumber(highest) : "on";
+    const std::string expected = "a number from " + plainNumber(lowest) + " " + end;
     if (!value_->is_number())
         refuse(expected);
     const double got = number();

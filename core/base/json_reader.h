@@ -43,6 +43,7 @@ class JsonValue {
     JsonItems items(std::size_t most, const std::string& what) const;
     /// A list of exactly count numbers, any of them finite.
     std::vector<double> numbers(std::size_t count) const;
+    /// @param highest  the largest double: no bound
     double number(double lowest, double highest) const;
     double number() const;
     int integer(int lowest, int highest) const;

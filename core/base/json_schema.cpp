@@ -99,6 +99,27 @@ std::string valueText(const Schema& given, const Schema& document) {
     return "list of " + valueText(items, document) + (most > 0 ? ", at most " + std::to_string(most) : "");
 }
 
+/// The names that a value may be, beside other values or alone.
+std::vector<std::string> namesIn(const Schema& given, const Schema& document) {
+    const Schema& schema = resolved(given, document);
+    if (schema.contains("enum") && schema["enum"][0].is_string())
+        return schema["enum"].get<std::vector<std::string>>();
+    if (schema.contains("oneOf"))
+        for (const Schema& one : schema["oneOf"])
+            if (std::vector<std::string> names = namesIn(one, document); !names.empty())
+                return names;
+    return {};
+}
+
+/// Removes the options of a schema and of all that it holds.
+void removeOptions(Schema& schema) {
+    if (schema.is_object())
+        schema.erase(kOptionKey);
+    for (Schema& part : schema)
+        if (part.is_structured())
+            removeOptions(part);
+}
+
 void collectKeys(const Schema& given, const Schema& document, const std::string& path,
                  std::vector<KeyRow>& rows);
 
@@ -131,10 +152,11 @@ void collectKeys(const Schema& schema, const Schema& document, const std::string
                    said,
                    value.contains("default") ? lineOf(value["default"]) : "",
                    value.value("description", ""),
+                   namesIn(value, document),
+                   resolved(value, document),
                    {}};
-        if (const Schema& names = resolved(value, document);
-            names.contains("enum") && names["enum"][0].is_string())
-            row.names = names["enum"].get<std::vector<std::string>>();
+        if (value.contains(kOptionKey))
+            row.option = {value[kOptionKey][0], value[kOptionKey][1], value[kOptionKey][2]};
         rows.insert(rows.begin() + static_cast<std::ptrdiff_t>(before), std::move(row));
     }
 }
@@ -151,8 +173,10 @@ Schema documentSchema(const std::string& title, const std::string& about, Schema
 }
 
 std::string schemaText(const Schema& schema) {
+    Schema published = schema;
+    removeOptions(published);
     std::string text;
-    print(schema, 0, 0, text);
+    print(published, 0, 0, text);
     return text + "\n";
 }
 
@@ -163,12 +187,13 @@ std::vector<KeyRow> keysOf(const Schema& document) {
 }
 
 std::string keyTable(const std::vector<KeyRow>& keys) {
-    std::string text = "| key | value | default | meaning |\n|---|---|---|---|\n";
+    std::string text = "| key | option | value | default | meaning |\n|---|---|---|---|---|\n";
     for (const KeyRow& row : keys) {
         std::string about;
         for (const char c : row.about)
             about += c == '|' || c == '*' ? std::string("\\") + c : std::string(1, c);
-        text += "| `" + row.path + "` | " + row.value + " | " +
+        const std::string option = row.option.name.empty() ? "" : "`" + row.option.name + "`";
+        text += "| `" + row.path + "` | " + option + " | " + row.value + " | " +
                 (row.preset.empty() ? "" : "`" + row.preset + "`") + " | " + about + " |\n";
     }
     return text;

@@ -11,7 +11,7 @@ namespace tessera {
 
 /// The schema of a document whose definitions are `parts`.
 Schema documentSchema(const std::string& title, const std::string& about, Schema root, Schema parts);
-/// As text, the same for the same schema: values that fit a line are on one line.
+/// As text to publish, without options, the same for the same schema: values that fit a line are on one line.
 std::string schemaText(const Schema& schema);
 
 /// A key that holds a value, and its allowed values.
@@ -19,6 +19,8 @@ struct KeyRow {
     std::string path; // "volumes[].transferFunction.materials[].from"
     std::string value, preset, about;
     std::vector<std::string> names; // of a key that takes one of them
+    Schema schema;                  // of the value
+    KeyOption option;
 };
 /// All keys of a document that hold values, not only further keys, in the order of the tables.
 std::vector<KeyRow> keysOf(const Schema& document);

@@ -145,16 +145,18 @@ const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
 const Fields<Shading>& shadingFields() {
     static const Fields<Shading> fields = [] {
         Fields<Shading> f("shading", "Material response to light, and the gradient operator.");
-        f.add("shade", &Shading::on, trueOrFalse(), "false: colours of the transfer function, unlit.");
+        f.add("shade", &Shading::on, trueOrFalse(), "false: colours of the transfer function, unlit.")
+            .setBy("--no-shading", "draw the transfer function's colours, unlit");
         f.add("ambient", &Shading::ambient, numberIn(0, 1), "Share of ambient light.");
         f.add("diffuse", &Shading::diffuse, numberIn(0, 1), "Share of diffuse light.");
         f.add("specular", &Shading::specular, numberIn(0, 1), "Share of specular light.");
         f.add("specularPower", &Shading::specularPower, numberIn(0, 1024),
               "Exponent of the highlights: the higher, the smaller they are.");
         f.add(
-            "gradient", &Shading::gradient, named<Gradient>(),
-            "Gradient operator: differences forward, central over a pitch or half a pitch to both sides, or "
-            "of Sobel; or the derivative of trilinear interpolation (analytic) or of the cubic B-spline.");
+             "gradient", &Shading::gradient, named<Gradient>(),
+             "Gradient operator: differences forward, central over a pitch or half a pitch to both sides, or "
+             "of Sobel; or the derivative of trilinear interpolation (analytic) or of the cubic B-spline.")
+            .setBy("--gradient", "gradient operator of shading: {names} (default: {default})");
         f.add("model", &Shading::model, named<ShadingModel>(),
               "Highlights by the mirrored light direction, or by the direction halfway between light and "
               "viewer (wider at the same power).")

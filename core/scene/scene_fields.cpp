@@ -26,8 +26,9 @@ const Fields<SceneVolume>& volumeFields() {
               "Path of a store or of source files, relative to the scene's file.")
             .required();
         f.add(
-            "unit", &SceneVolume::unit, oneOf({"", "HU"}),
-            "Unit of the values where the volume does not state it (NIfTI cannot); empty: the volume's own.");
+             "unit", &SceneVolume::unit, unitKind(),
+             "Unit of the values where the volume does not state it (NIfTI cannot); empty: the volume's own.")
+            .setBy("--unit", "HU: the values are in HU, though the file cannot say so (NIfTI)");
         // Written only where something was chosen: a store has nothing to choose.
         const auto source = [&](const char* key, int SourceChoice::*member, const char* about) {
             f.add(
@@ -129,34 +130,55 @@ const Fields<Quality>& qualityFields() {
                                      "Distance between samples along a ray at the finest level, voxels. "
                                      "Without it: the longest of 2, 1, 1/2, ... 1/16 whose estimated error "
                                      "is within 1/255. With maxError the step is chosen for that error.")
-                                   .writtenIf([](const Quality& q) { return !q.automaticStep; });
+                                   .writtenIf([](const Quality& q) { return !q.automaticStep; })
+                                   .setBy("--step",
+                                          "distance of samples at the finest level, voxels (default: the "
+                                          "longest with an estimated error within 1/255)",
+                                          "voxels from 1/64 to 16");
         step.read = [read = step.read](const JsonValue& value, Quality& quality) {
             read(value, quality);
             quality.automaticStep = false;
         };
         f.add("integrator", &Quality::integrator, named<Integrator>(),
-              "Integration of a ray's segment; auto: by the sharpness of the transfer function.");
+              "Integration of a ray's segment; auto: by the sharpness of the transfer function.")
+            .setBy("--integrator",
+                   "integration of a ray's segment: {names} (default: {default}, by the transfer function)");
         f.add("fetch", &Quality::fetch, named<Fetch>(),
-              "hardware: filtered texture fetches; exact: float arithmetic.");
+              "hardware: filtered texture fetches; exact: float arithmetic.")
+            .setBy("--fetch", "{names}");
         f.add("edgeFunction", &Quality::edgeFunction, named<EdgeFunction>(),
               "Blending between bricks of different levels: none, over the smaller half sample, over each "
-              "side's own, over the larger.");
+              "side's own, over the larger.")
+            .setBy("--edge-function",
+                   "blending between bricks of different levels: {names} (default: {default})");
         f.add("sampling", &Quality::sampling, named<Sampling>(),
               "Sampling in coarse bricks. full: at the finest step; limited: as fine as the finest brick "
-              "with weight there needs; naive: as fine as the current brick needs.");
-        f.add("maxError", &Quality::maxError, numberIn(0, 1000),
+              "with weight there needs; naive: as fine as the current brick needs.")
+            .setBy("--sampling", "step in coarse bricks: {names} (default: {default})");
+        f.add("maxError", &Quality::maxError, numberFrom(0),
               "Bound of the predicted error (CIE L*u*v*, 99th percentile over pixels), met in as many passes "
               "as the budget needs. 0: the finest level that a pixel can show. Without it: the best picture "
-              "within one pass.");
+              "within one pass.")
+            .setBy("--max-error",
+                   "error bound (L*u*v*, 99th percentile; measured, or with --verify none predicted), met at "
+                   "least cost in as many passes as the budget needs; 0: the finest levels that a pixel can "
+                   "show (default: the best picture of one pass)",
+                   "a number from 0 on");
         f.add("terminationTransmittance", &Quality::terminationTransmittance, numberIn(0, 0.5),
               "Transmittance below which a ray stops; 0: never.");
         f.add("skipping", &Quality::skipping, trueOrFalse(),
-              "Empty-space skipping; it never changes the picture.");
+              "Empty-space skipping; it never changes the picture.")
+            .setBy("--no-skipping", "disable empty-space skipping; slower, and may change --samples auto, "
+                                    "else the same picture");
         Field<Quality>& samples =
             f.add(
                  "samples", [](auto& q) -> auto& { return q.pixels.samples; }, samplesKind(),
                  "Rays per pixel, whose mean the pixel shows. 1: one through its centre; auto: more where "
                  "the pixel needs them, up to 64 (default: 1).")
+                .setBy("--samples",
+                       "rays per pixel, 1 to " + std::to_string(PixelSampling::kMost) +
+                           ", whose mean it shows, or auto: more where they are needed; 1: one through its "
+                           "centre (default: auto; 1 with --engine {single-ray engines})")
                 .writtenIf([](const Quality& q) {
                     return q.pixels.named || q.pixels.samples != PixelSampling{}.samples;
                 });
@@ -168,11 +190,14 @@ const Fields<Quality>& qualityFields() {
              "pixelFilter", [](auto& q) -> auto& { return q.pixels.filter; }, named<PixelFilter>(),
              "Filter of a pixel with several samples: its own area, or a Gaussian with a standard deviation "
              "of half a pixel.")
-            .unlessDefault();
+            .unlessDefault()
+            .setBy("--pixel-filter", "filter of a pixel with several samples, its area or a wider Gaussian: "
+                                     "{names} (default: {default})");
         f.add(
              "seed", [](auto& q) -> auto& { return q.pixels.seed; }, wholeIn(0, kMostInt),
              "Seed of the positions of samples in a pixel.")
-            .unlessDefault();
+            .unlessDefault()
+            .setBy("--seed", "seed of the positions of samples in a pixel (default: {default})");
         return f;
     }();
     return fields;
@@ -181,9 +206,11 @@ const Fields<Quality>& qualityFields() {
 const Fields<Scene>& imageFields() {
     static const Fields<Scene> fields = [] {
         Fields<Scene> f("image");
-        f.add("size", &Scene::imageSize, sizeKind(), "[width, height] in pixels.");
+        f.add("size", &Scene::imageSize, sizeKind(), "[width, height] in pixels.")
+            .setBy("--size", "size in pixels, WIDTHxHEIGHT (default: 512x512)");
         f.add("background", &Scene::background, backgroundKind(),
-              "transparent, a CSS colour name (red, grey), an sRGB colour, or linear [r, g, b].");
+              "transparent, a CSS colour name (red, grey), an sRGB colour, or linear [r, g, b].")
+            .setBy("--background", "a colour (black, red, #rrggbb), or transparent (default: black)");
         return f;
     }();
     return fields;
@@ -234,16 +261,23 @@ const Fields<Scene>& sceneFields() {
         f.add("mode", &Scene::mode, named<Mode>(),
               "Kind of picture: compositing by the transfer function; the maximum, minimum or mean value "
               "along rays; the isosurfaces alone; or the values of a plane.")
-            .unlessDefault();
+            .unlessDefault()
+            .setBy("--mode", "what a ray shows: {names} (default: {default})");
         f.add("window", &Scene::window, windowKind(),
               "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
               "centre - width/2, white at centre + width/2. auto: abdomen where values are in HU, else all "
               "values.")
-            .unlessDefault();
+            .unlessDefault()
+            .setBy("--window",
+                   "grey of single values, CENTRE,WIDTH or {names} (default: {default}: abdomen for "
+                   "HU, else all values but few outliers)");
         f.add("valueColour", &Scene::valueColour, named<ValueColour>(),
               "Colour of a single value: the window's grey, the transfer function's colour, or a grey from "
               "white to black over the window.")
-            .unlessDefault();
+            .unlessDefault()
+            .setBy("--value-colour",
+                   "colour of a single value: the window's grey, the preset's colour or grey "
+                   "from white to black: {names} (default: {default})");
         f.add("slice", &Scene::slice, objectOf(sliceFields())).writtenIf([](const Scene& scene) {
             return scene.mode == Mode::slice || !(scene.slice == SlicePlane{});
         });

@@ -9,6 +9,8 @@
 namespace tessera {
 
 const Fields<Scene>& sceneFields();
+/// The keys that hold values, in the order of the tables, with their options.
+const std::vector<KeyRow>& sceneKeys();
 /// docs/scene.schema.json
 const Schema& sceneSchema();
 /// Sets one key: "shading.ambient", "isosurfaces[0].opacity". Other keys stay; missing objects, and an item
@@ -29,10 +31,13 @@ Kind<Projection> projectionKind();
 Kind<glm::dvec3> vectorKind();
 /// Linear light, [0,1].
 Kind<glm::dvec3> colourKind();
-/// A name, or [centre, width].
+/// Empty, or HU.
+Kind<std::string> unitKind();
+/// These take what a user types, too: a name, or [centre, width]; typed "CENTRE,WIDTH".
 Kind<WindowChoice> windowKind();
-/// A number, or auto.
+/// A number, or auto; both may be typed as text.
 Kind<int> samplesKind();
+/// [width, height]; typed "WIDTHxHEIGHT".
 Kind<glm::ivec2> sizeKind();
 /// A colour's name, sRGB, linear light, or transparent.
 Kind<std::optional<glm::vec3>> backgroundKind();

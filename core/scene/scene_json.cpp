@@ -46,7 +46,7 @@ std::string nearestKey(const std::string& key) {
         const std::string name = row.path.substr(row.path.rfind('.') + 1);
         return std::pair(std::min(editDistance(key, row.path), editDistance(key, name)), row.path.size());
     };
-    const std::vector<KeyRow> keys = keysOf(sceneSchema());
+    const std::vector<KeyRow>& keys = sceneKeys();
     return std::min_element(keys.begin(), keys.end(),
                             [&](const KeyRow& a, const KeyRow& b) { return away(a) < away(b); })
         ->path;
@@ -97,6 +97,11 @@ Scene loadScene(const std::filesystem::path& file) {
 
 std::string sceneJson(const Scene& scene) {
     return sceneFields().write(scene).dump(-1, ' ', true, json::error_handler_t::replace);
+}
+
+const std::vector<KeyRow>& sceneKeys() {
+    static const std::vector<KeyRow> keys = keysOf(sceneSchema());
+    return keys;
 }
 
 const Schema& sceneSchema() {

@@ -1,11 +1,14 @@
 // core/scene/scene_kinds.cpp: values of scenes that are more than one number or name, as files have them: see
 // scene_fields.h.
+#include "core/base/error.h"
+#include "core/base/size_text.h"
 #include "core/image/colour.h"
 #include "core/scene/scene_fields.h"
 
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace tessera {
 namespace {
@@ -18,6 +21,26 @@ std::string hexColour(const glm::vec3& linear) {
     };
     std::snprintf(hex.data(), hex.size(), "#%02x%02x%02x", byte(0) & 255, byte(1) & 255, byte(2) & 255);
     return hex.data();
+}
+
+bool isTypedText(const JsonValue& value) {
+    return value.isTyped() && value.isText();
+}
+std::string quoted(const std::string& text) {
+    return "\"" + text.substr(0, 40) + "\"";
+}
+
+/// Samples of a pixel: a whole number, or auto.
+int parseSamples(const std::string& text, const std::string& where) {
+    if (text == "auto")
+        return PixelSampling::kAutomatic;
+    char* end = nullptr;
+    const long samples = std::strtol(text.c_str(), &end, 10);
+    if (text.find_first_not_of("0123456789") != std::string::npos || *end != '\0' || samples < 1 ||
+        samples > PixelSampling::kMost)
+        throw badFile(where, "auto or a whole number from 1 to " + std::to_string(PixelSampling::kMost),
+                      quoted(text));
+    return static_cast<int>(samples);
 }
 
 } // namespace
@@ -44,9 +67,21 @@ Kind<Projection> projectionKind() {
             trueOrFalse().schema};
 }
 
+Kind<std::string> unitKind() {
+    Kind<std::string> kind = oneOf({"", "HU"});
+    kind.read = [read = kind.read](const JsonValue& value) {
+        if (isTypedText(value) && !value.text().empty() && value.text() != "HU")
+            throw badFile(value.place(), "HU; SUVbw is for tessera import", quoted(value.text()));
+        return read(value);
+    };
+    return kind;
+}
+
 Kind<WindowChoice> windowKind() {
     const Kind<GreyWindow> numbers = numbersAt<GreyWindow>(&GreyWindow::centre, &GreyWindow::width);
     return {[=](const JsonValue& value) -> WindowChoice {
+                if (isTypedText(value))
+                    return parseWindow(value.text(), value.place());
                 if (value.isText())
                     return value.oneOf(windowNames());
                 const GreyWindow window = numbers.read(value);
@@ -65,6 +100,8 @@ Kind<int> samplesKind() {
     const Kind<int> number = wholeIn(1, PixelSampling::kMost);
     return {
         [=](const JsonValue& value) {
+            if (isTypedText(value))
+                return parseSamples(value.text(), value.place());
             return value.isText() ? (value.oneOf({"auto"}), PixelSampling::kAutomatic) : number.read(value);
         },
         [](int samples) {
@@ -78,6 +115,8 @@ Kind<int> samplesKind() {
 Kind<glm::ivec2> sizeKind() {
     const Kind<std::vector<int>> list = listOf(wholeIn(1, Scene::kMaxImageExtent), 2, 2, "[width, height]");
     return {[=](const JsonValue& value) {
+                if (isTypedText(value))
+                    return parseImageSize(value.text(), value.place(), Scene::kMaxImageExtent);
                 const std::vector<int> size = list.read(value);
                 return glm::ivec2(size[0], size[1]);
             },

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/nearest_name.h"
 #include "core/base/scratch_folder.h"
+#include "core/base/size_text.h"
 #include "core/scene/preset.h"
 #include "render/backends/engine_maker.h"
 #include "render/backends/gpu/gl/context.h"

@@ -373,6 +373,14 @@ TEST_F(Films, APathOfALumenShowsItsWallWhereNothingIsNamed) {
     EXPECT_EQ(kept.exitCode, 0);
     EXPECT_THAT(kept.problems, HasSubstr("may have left the lumen at 3.5 mm"));
     expectRefused("render s.zarr -o w.png --may-leak", {"--may-leak", "--unfold"});
+    // Its height follows from the line, unless a size is given, by whatever option.
+    const std::string unsized =
+        "render s.zarr --path leaks.json --unfold --may-leak --engine native -q -o w.png ";
+    for (const char* given : {"--size 8x7", "--set image.size=[8,7]"}) {
+        ASSERT_EQ(run(unsized + given).exitCode, 0) << given;
+        EXPECT_EQ(json::parse(readManifest(folder_ / "w.png"))["scene"]["image"]["size"], json({8, 7}))
+            << given;
+    }
 }
 
 // A film without a path; its subject is never cut off, and its middle stays.

@@ -1,8 +1,10 @@
 // tests/program/options_test.cpp: values that mean nothing are refused, by every option that a command's help
 // lists.
+#include "tests/support/folders.h"
 #include "tests/support/program_fixture.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <map>
 #include <regex>
@@ -60,6 +62,47 @@ std::vector<std::string> optionsIn(const std::string& help) {
         if (std::regex_match(line, found, valued))
             options.push_back(found[2].str());
     return options;
+}
+
+/// The names of all options of a command's help, short ones left out.
+std::vector<std::string> namesIn(const std::string& help) {
+    const std::regex named("^ +(?:-[a-z],)?(--[a-z-]+).*");
+    std::vector<std::string> names;
+    std::istringstream lines(help);
+    std::smatch found;
+    for (std::string line; std::getline(lines, line);)
+        if (std::regex_match(line, found, named) && found[1] != "--help")
+            names.push_back(found[1].str());
+    return names;
+}
+
+/// The first cells of the tables of options in a part of the guide, one after another.
+std::string optionCells(const std::string& guide, const std::string& from, const std::string& to) {
+    const std::size_t begin = guide.find("\n## " + from + "\n"), end = guide.find("\n## " + to + "\n");
+    std::istringstream lines(guide.substr(begin, end - begin));
+    std::string cells;
+    for (std::string line; std::getline(lines, line);)
+        if (line.starts_with("| `-"))
+            cells += line.substr(0, line.find(" | ")) + " ";
+    return cells;
+}
+
+TEST_F(Program, TheGuidesTablesHaveEveryOptionOnce) {
+    const std::string guide = readAll(sourceFolder() / "docs/user-guide.md");
+    for (const auto& [command, from, to] :
+         std::vector<std::array<std::string, 3>>{{"centreline", "Centreline", "Coverage"},
+                                                 {"coverage", "Coverage", "Render"},
+                                                 {"render", "Render", "The window"},
+                                                 {"view", "The window", "Presets"}}) {
+        const std::string cells = optionCells(guide, from, to);
+        const std::vector<std::string> names = namesIn(run(command + " --help").out);
+        EXPECT_GT(names.size(), 10u) << command;
+        for (const std::string& name : names) {
+            const std::regex alone(name + "(?![a-z-])");
+            EXPECT_EQ(std::distance(std::sregex_iterator(cells.begin(), cells.end(), alone), {}), 1)
+                << "tessera " << command << " " << name;
+        }
+    }
 }
 
 TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
@@ -132,12 +175,24 @@ TEST_F(Program, AnOptionIsAKeyOfTheScene) {
              {"--mode mip --window 0,3", "--set mode=maximum --set window=[0,3]"},
              {"--view left --fit volume", "--set camera={\"view\":\"left\",\"fit\":\"volume\"}"},
              {"--isosurface 1:red", "--set isosurfaces[0]={\"value\":1,\"rgb\":[1,0,0]}"},
-             {"--view right", "--view left --set camera.view=right"}}) {
+             {"--view right", "--view left --set camera.view=right"},
+             {"--set image.size=9x8", "--set image.size=[9,8]"},
+             {"--mode mip --window 0,3", "--mode mip --set window=0,3"},
+             {"--mode mip --value-colour preset", "--mode mip --set valueColour=transferFunction"},
+             {"--unit HU", "--set volumes[0].unit=HU"}}) {
         ASSERT_EQ(run(render + "-o a.png " + option).exitCode, 0) << option;
         const Outcome other = run(render + "-o b.png " + set);
         ASSERT_EQ(other.exitCode, 0) << set << other.problems;
         EXPECT_EQ(readAll(folder_ / "a.png"), readAll(folder_ / "b.png")) << option << " is not " << set;
     }
+    const std::string ofAnySize = "render s.zarr -q --preset auto --engine mirror --verify none ";
+    EXPECT_EQ(run(ofAnySize + "-o b.png --size 9x8").exitCode, 0);
+    EXPECT_EQ(run(render + "-o a.png --set image.size=9x8").exitCode, 0);
+    EXPECT_EQ(readAll(folder_ / "a.png"), readAll(folder_ / "b.png"));
+    expectRefused(render + "-o a.png --set image.size=9x0",
+                  {"--set image.size: expected WIDTHxHEIGHT with numbers from 1 to 16384, found \"9x0\""});
+    expectRefused(render + "-o a.png --set quality.samples=many",
+                  {"--set quality.samples: expected auto or a whole number from 1 to 256, found \"many\""});
     expectRefused(render + "-o a.png --set shading.ambient=2",
                   {"--set shading.ambient: expected a number from 0 to 1, found 2"});
     expectRefused(render + "-o a.png --set shading.ambeint=1",

@@ -21,7 +21,7 @@ struct ImportArguments {
 void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     ImportOptions options;
     if (!arguments.unit.empty())
-        options.unit = parseUnit(arguments.unit, true);
+        options.unit = parseUnit(arguments.unit);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
     requireStorePath(out, arguments.force);

@@ -3,6 +3,7 @@
 #include "bricking/import/importer.h"
 #include "core/base/nearest_name.h"
 #include "core/base/output_file.h"
+#include "core/base/size_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/volume_input.h"
 

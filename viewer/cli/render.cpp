@@ -12,7 +12,6 @@
 #include "viewer/cli/render/run_render.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -66,7 +65,8 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--seconds", a->seconds, "duration of the flight, in place of a speed")
         .inUnit("s")
         .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
-    command.option("--size", a->size, "size in pixels, WIDTHxHEIGHT (default: 512x512)");
+    a->keys.word("{single-ray engines}", singleRayEngines());
+    a->keys.add(command, {"image.size"});
     command.option("--light", a->light,
                    joinNames(lookNames()) +
                        ": lights, shadows and occlusion (default: plain, or the scene's)");
@@ -77,6 +77,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                    joinNames(viewNames()) +
                        "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "
                        "anterior, 90: left), and up (default: anterior)");
+    a->keys.add(command, {"mode", "window", "valueColour"});
     addModeOptions(command, a->mode);
     command.option("--fit", a->fit,
                    "what the camera is fitted to, such as all that is shown, or the volume's box: " +
@@ -86,56 +87,21 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
         .option("--mm-per-pixel", a->mmPerPixel,
                 "edge of a pixel of a parallel picture, for one scale of several pictures (default: fitted)")
         .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
-    a->keys.word(command, "--background", "image.background",
-                 "a colour (black, red, #rrggbb), or transparent (default: black)");
+    a->keys.add(command, {"image.background"});
     command.flag(
         "--scale-bar", a->scaleBar,
         "draw a bar of a round length; it holds everywhere in a parallel picture, else at the centre");
     command
         .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")
         .showsDefault();
-    a->keys
-        .number(command, "--step", "quality.stepVoxels",
-                "distance of samples at the finest level, voxels (default: the longest with an estimated "
-                "error within 1/255)")
-        .takes("FLOAT")
-        .check(numberWithin(1.0 / 64, 16, "voxels from 1/64 to 16"));
-    command
-        .option("--max-error", a->maxError,
-                "error bound (L*u*v*, 99th percentile; measured, or with --verify none predicted), met at "
-                "least cost in as many passes as the budget needs; 0: the finest levels that a pixel can "
-                "show (default: the best picture of one pass)")
-        .check(numberWithin(0, std::numeric_limits<double>::max(), "a number from 0 on"));
+    a->keys.add(command, {"quality.stepVoxels", "quality.maxError"});
     command.option("--first", a->first, "file for a first, coarse picture, written as soon as it is ready");
-    a->keys.word(command, "--edge-function", "quality.edgeFunction",
-                 "blending between bricks of different levels: {names} (default: {default})");
-    a->keys.word(command, "--sampling", "quality.sampling",
-                 "step in coarse bricks: {names} (default: {default})");
+    a->keys.add(command, {"quality.edgeFunction", "quality.sampling"});
     command.option(
         "--isosurface", a->surfaces,
         "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); may be repeated");
-    a->keys.word(command, "--integrator", "quality.integrator",
-                 "integration of a ray's segment: {names} (default: {default}, by the transfer function)");
-    command.option("--samples", a->samples,
-                   "rays per pixel, 1 to " + std::to_string(PixelSampling::kMost) +
-                       ", whose mean it shows, or auto: more where they are needed; 1: one through its "
-                       "centre (default: auto; 1 with --engine " +
-                       singleRayEngines() + ")");
-    a->keys.word(
-        command, "--pixel-filter", "quality.pixelFilter",
-        "filter of a pixel with several samples, its area or a wider Gaussian: {names} (default: {default})");
-    a->keys
-        .number(command, "--seed", "quality.seed",
-                "seed of the positions of samples in a pixel (default: {default})")
-        .takes("INT")
-        .check(wholeNumberFrom(0));
-    a->keys.word(command, "--fetch", "quality.fetch", "{names}");
-    a->keys.word(command, "--gradient", "shading.gradient",
-                 "gradient operator of shading: {names} (default: {default})");
-    a->keys.noFlag(command, "--no-shading", "shading.shade", "draw the transfer function's colours, unlit");
-    a->keys.noFlag(
-        command, "--no-skipping", "quality.skipping",
-        "disable empty-space skipping; slower, and may change --samples auto, else the same picture");
+    a->keys.add(command, {"quality.integrator", "quality.samples", "quality.pixelFilter", "quality.seed",
+                          "quality.fetch", "shading.gradient", "shading", "quality"});
     command.option("--verify", a->verify,
                    "draw some pixels again at full accuracy and report the picture's error: " +
                        joinNames(verifyNames()) + " (default: quick)");
@@ -147,7 +113,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.flag("--json", a->json, "print the picture's manifest and timings");
     addSelectionOptions(command, a->input);
     a->keys.set(command);
-    command.option("--unit", a->unit, "HU: the values are in HU, though the file cannot say so (NIfTI)");
+    a->keys.addOthers(command);
     command.footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
 }

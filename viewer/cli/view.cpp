@@ -1,6 +1,7 @@
 // viewer/cli/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
 #include "core/base/budget.h"
 #include "core/base/nearest_name.h"
+#include "core/base/size_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
 #include "viewer/presets/preset_library.h"

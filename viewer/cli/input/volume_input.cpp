@@ -160,10 +160,9 @@ void requireStorePath(const fs::path& given, bool force) {
         throw badFile(out.string(), "a new name, or --force to replace", "a store of that name");
 }
 
-std::string parseUnit(const std::string& text, bool atImport) {
-    if (text != "HU" && (!atImport || text != kSuvUnit))
-        throw badFile("--unit", atImport ? "HU or SUVbw" : "HU; SUVbw is for tessera import",
-                      "\"" + text.substr(0, 40) + "\"");
+std::string parseUnit(const std::string& text) {
+    if (text != "HU" && text != kSuvUnit)
+        throw badFile("--unit", "HU or SUVbw", "\"" + text.substr(0, 40) + "\"");
     return text;
 }
 

@@ -73,9 +73,8 @@ std::filesystem::path storeFor(const SceneVolume& volume, const InputOptions& na
 /// Early check for importToStore(): refuses an output that does not end in .zarr, that exists without force,
 /// or that is no store. Throws InputError naming it.
 void requireStorePath(const std::filesystem::path& out, bool force);
-/// "HU", the only unit that presets need, or at import "SUVbw". Throws InputError naming --unit for anything
-/// else.
-std::string parseUnit(const std::string& text, bool atImport = false);
+/// The unit of an import: "HU" or "SUVbw". Throws InputError naming --unit for anything else.
+std::string parseUnit(const std::string& text);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,
                 const MemoryBudget& ram, const CommonOptions& common);

@@ -5,8 +5,10 @@
 #include "core/base/nearest_name.h"
 #include "core/scene/scene_fields.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 namespace tessera {
 namespace {
@@ -30,48 +32,91 @@ json valueOf(const std::string& text) {
     return json::accept(text) ? parseStrictJson(text, "--set") : numberOrWord(text);
 }
 
-std::string aboutWith(const std::string& about, const std::string& key) {
-    std::string text = about;
-    const auto replace = [&text](const std::string& mark, const std::string& by) {
-        if (const std::size_t at = text.find(mark); at != std::string::npos)
-            text.replace(at, mark.size(), by);
-    };
-    for (const KeyRow& row : keysOf(sceneSchema()))
-        if (row.path == key) {
-            replace("{names}", joinNames(row.names));
-            replace("{default}", json::accept(row.preset) && json::parse(row.preset).is_string()
-                                     ? json::parse(row.preset).get<std::string>()
-                                     : row.preset);
-        }
+bool isOf(const KeyRow& row, const char* type) {
+    return row.schema.value("type", "") == type;
+}
+
+std::string withWord(std::string text, const std::string& mark, const std::string& word) {
+    if (const std::size_t at = text.find(mark); at != std::string::npos)
+        text.replace(at, mark.size(), word);
     return text;
+}
+
+std::string aboutOf(const KeyRow& row, const std::map<std::string, std::string>& words) {
+    const bool isName = json::accept(row.preset) && json::parse(row.preset).is_string();
+    std::string text = withWord(row.option.about, "{names}", joinNames(row.names));
+    text = withWord(text, "{default}", isName ? json::parse(row.preset).get<std::string>() : row.preset);
+    for (const auto& [mark, word] : words)
+        text = withWord(text, mark, word);
+    return text;
+}
+
+/// The bounds of a key's number. Whether it is whole is left to the table, unless it has no upper bound.
+ValueCheck checkOf(const KeyRow& row) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    const double lowest = row.schema.value("minimum", -kMost), highest = row.schema.value("maximum", kMost);
+    if (isOf(row, "integer") && highest == std::numeric_limits<int>::max())
+        return wholeNumberFrom(static_cast<int>(lowest));
+    return numberWithin(lowest, highest, row.option.range.empty() ? "a " + row.value : row.option.range);
+}
+
+/// "volumes[].unit": a scene has one volume.
+std::string keyOf(const KeyRow& row) {
+    return withWord(row.path, "[]", "[0]");
 }
 
 } // namespace
 
-Option KeyOptions::word(Command& command, const std::string& option, const std::string& key,
-                        const std::string& about) {
-    rows_.push_back({option, key});
-    return command.option(option, rows_.back().text, aboutWith(about, key));
-}
-
-Option KeyOptions::number(Command& command, const std::string& option, const std::string& key,
-                          const std::string& about) {
-    rows_.push_back({option, key, true});
-    return command.option(option, rows_.back().text, aboutWith(about, key));
-}
-
-Option KeyOptions::noFlag(Command& command, const std::string& option, const std::string& key,
-                          const std::string& about) {
-    rows_.push_back({option, key});
-    return command.flag(option, rows_.back().flag, aboutWith(about, key));
-}
-
-Option KeyOptions::set(Command& command) {
+Option addSetOption(Command& command, std::vector<std::string>& sets, const std::string& of,
+                    const std::string& more) {
     return command
-        .option("--set", sets_,
-                "KEY=VALUE: a key of the scene, such as shading.ambient=0.4, window=[40,400] or "
-                "isosurfaces[0].opacity=0.5; overrides other options; may be repeated")
+        .option("--set", sets,
+                "KEY=VALUE: a key of " + of +
+                    ", such as shading.ambient=0.4, window=[40,400] or isosurfaces[0].opacity=0.5" + more +
+                    "; may be repeated")
         .oneValueEach();
+}
+
+void applySets(const std::vector<std::string>& sets, Scene& scene) {
+    for (const std::string& said : sets) {
+        const std::size_t equals = said.find('=');
+        if (equals == std::string::npos || equals == 0 || equals + 1 == said.size())
+            throw badFile("--set", "KEY=VALUE, a key of scenes and its value in JSON, or a word",
+                          "\"" + said.substr(0, 60) + "\"");
+        const std::string key = said.substr(0, equals);
+        setSceneKey(scene, key, valueOf(said.substr(equals + 1)), "--set " + key);
+    }
+}
+
+void KeyOptions::add(Command& command, const std::vector<std::string>& keys) {
+    for (const std::string& key : keys)
+        addOf(command, key);
+}
+
+void KeyOptions::addOf(Command& command, const std::string& key) {
+    const auto isThere = [&](const KeyRow& row) {
+        return std::any_of(rows_.begin(), rows_.end(),
+                           [&](const Row& added) { return added.option == row.option.name; });
+    };
+    bool known = key.empty();
+    for (const KeyRow& row : sceneKeys()) {
+        const bool isMeant = key.empty() || row.path == key || row.path.starts_with(key + ".");
+        known = known || isMeant;
+        if (!isMeant || row.option.name.empty() || isThere(row))
+            continue;
+        const std::string about = aboutOf(row, words_);
+        Row& added = rows_.emplace_back(Row{row.option.name, keyOf(row)});
+        if (isOf(row, "boolean")) {
+            added.flagMeans = row.preset != "true";
+            command.flag(added.option, added.flag, about);
+            continue;
+        }
+        Option option = command.option(added.option, added.text, about);
+        added.isNumber = isOf(row, "number") || isOf(row, "integer");
+        if (added.isNumber)
+            option.takes(isOf(row, "integer") ? "INT" : "FLOAT").check(checkOf(row));
+    }
+    TESSERA_CHECK(known);
 }
 
 std::string KeyOptions::textOf(const std::string& option) const {
@@ -96,20 +141,9 @@ bool KeyOptions::says(const std::string& key) const {
 void KeyOptions::apply(Scene& scene) const {
     for (const Row& row : rows_)
         if (row.flag)
-            setSceneKey(scene, row.key, false, row.option);
+            setSceneKey(scene, row.key, row.flagMeans, row.option);
         else if (!row.text.empty())
             setSceneKey(scene, row.key, row.isNumber ? numberOrWord(row.text) : json(row.text), row.option);
-}
-
-void KeyOptions::applySets(Scene& scene) const {
-    for (const std::string& said : sets_) {
-        const std::size_t equals = said.find('=');
-        if (equals == std::string::npos || equals == 0 || equals + 1 == said.size())
-            throw badFile("--set", "KEY=VALUE, a key of scenes and its value in JSON, or a word",
-                          "\"" + said.substr(0, 60) + "\"");
-        const std::string key = said.substr(0, equals);
-        setSceneKey(scene, key, valueOf(said.substr(equals + 1)), "--set " + key);
-    }
 }
 
 } // namespace tessera

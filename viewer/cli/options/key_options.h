@@ -1,48 +1,61 @@
 // viewer/cli/options/key_options.h: options that each set a key of the scene, and `--set`, which sets any.
-// Allowed values, meaning and refusals come from the table of keys (core/scene/scene_fields.h).
+// Names, help, allowed values and refusals come from the table of keys (core/scene/*_fields.cpp).
 #pragma once
 
 #include "core/scene/scene.h"
 #include "viewer/cli/options/command.h"
 
 #include <list>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace tessera {
 
+/// Adds `--set KEY=VALUE`, which may be repeated.
+/// @param of  "the scene", for help
+/// @param more  further words of help: "; overrides other options"
+Option addSetOption(Command& command, std::vector<std::string>& sets, const std::string& of,
+                    const std::string& more = {});
+/// Sets the keys in the order given. Throws InputError naming `--set` and the key.
+void applySets(const std::vector<std::string>& sets, Scene& scene);
+
 class KeyOptions {
   public:
-    /// Adds an option with a word, such as one of the key's names.
-    /// @param about  "{names}" and "{default}" are replaced by those of the table
-    Option word(Command& command, const std::string& option, const std::string& key,
-                const std::string& about);
-    /// Adds one with a number.
-    Option number(Command& command, const std::string& option, const std::string& key,
-                  const std::string& about);
-    /// Adds a flag that sets the key to false.
-    Option noFlag(Command& command, const std::string& option, const std::string& key,
-                  const std::string& about);
-    /// Adds `--set KEY=VALUE`, which may be repeated.
-    Option set(Command& command);
+    /// A word in the help of options that the table of keys cannot know: "{single-ray engines}". Give it
+    /// before the options.
+    void word(const std::string& mark, const std::string& text) { words_[mark] = text; }
+    /// Adds the options of keys in this order: of "quality.seed", or of all keys of "quality". Those that
+    /// were added before are left out.
+    void add(Command& command, const std::vector<std::string>& keys);
+    /// Adds those of all keys that were not added before.
+    void addOthers(Command& command) { addOf(command, {}); }
+    /// Adds `--set`.
+    Option set(Command& command) {
+        return addSetOption(command, sets_, "the scene", "; overrides other options");
+    }
 
-    /// The value of an option; "" if it was not given.
+    /// The value of an option as given; "" if it was not.
     std::string textOf(const std::string& option) const;
     /// True if an option or `--set` sets the key, or an object that holds it.
     bool says(const std::string& key) const;
     /// Applies the options. Throws InputError naming the option.
     void apply(Scene& scene) const;
-    /// Applies `--set` in the order given. Throws InputError naming it and the key.
-    void applySets(Scene& scene) const;
+    /// Applies `--set`.
+    void applySets(Scene& scene) const { tessera::applySets(sets_, scene); }
 
   private:
     struct Row {
         std::string option, key;
         bool isNumber = false;
-        std::string text = {}; // as given; "": not given
+        bool flagMeans = false; // the key's value where the flag is given
+        std::string text = {};  // as given; "": not given
         bool flag = false;
     };
+    void addOf(Command& command, const std::string& key);
+
     std::list<Row> rows_; // a list, because the parser keeps pointers to its items
+    std::map<std::string, std::string> words_;
     std::vector<std::string> sets_;
 };
 

@@ -2,7 +2,6 @@
 #include "viewer/cli/options/mode_options.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -97,15 +96,6 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
 } // namespace
 
 void addModeOptions(Command& command, ModeOptions& options) {
-    command.option("--mode", options.mode,
-                   "what a ray shows: " + joinNames(modeNames()) + " (default: composite)");
-    command.option("--window", options.window,
-                   "grey of single values, CENTRE,WIDTH or " + joinNames(windowNames()) +
-                       " (default: auto: abdomen for HU, else all values but few outliers)");
-    command.option(
-        "--value-colour", options.valueColour,
-        "colour of a single value: the window's grey, the preset's colour or grey from white to black: " +
-            joinNames(valueColourNames()) + " (default: window)");
     command.option("--slice", options.slice,
                    std::string("a plane: ") + kSliceForm +
                        " (default: the volume's middle); implies --mode slice");
@@ -125,34 +115,25 @@ void addModeOptions(Command& command, ModeOptions& options) {
         "side of --crop, --crop-voxels and --cut-plane that is drawn: inside or outside (default: inside)");
 }
 
-void applyModeOptions(const ModeOptions& options, Scene& scene) {
+void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene) {
+    const auto mode = [&] { return "mode " + nameOf(scene.mode); };
     if (!options.slice.empty()) {
         parseSlice(options.slice, scene.slice);
+        if (const std::string text = keys.textOf("--mode"); !text.empty() && scene.mode != Mode::slice)
+            throw badFile("--slice", "--mode slice", "--mode " + text);
         scene.mode = Mode::slice;
-    }
-    if (!options.mode.empty()) {
-        const Mode mode = parseName<Mode>(options.mode, "--mode");
-        if (!options.slice.empty() && mode != Mode::slice)
-            throw badFile("--slice", "--mode slice", "--mode " + options.mode);
-        scene.mode = mode;
     }
     if (!options.slab.empty()) {
         if (scene.mode != Mode::slice)
-            throw badFile("--slab", "a slice (--slice)",
-                          "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
+            throw badFile("--slab", "a slice (--slice)", mode());
         parseSlab(options.slab, scene.slice);
     }
     applyCuts(options, scene.cuts);
-    if (!options.window.empty())
-        scene.window = parseWindow(options.window, "--window");
-    if (!options.valueColour.empty())
-        scene.valueColour = parseName<ValueColour>(options.valueColour, "--value-colour");
-    for (const auto& [text, option] :
-         {std::pair{options.window, "--window"}, {options.valueColour, "--value-colour"}})
-        if (!text.empty() && reductionOf(scene) == Reduction::composite)
+    for (const char* option : {"--window", "--value-colour"})
+        if (!keys.textOf(option).empty() && reductionOf(scene) == Reduction::composite)
             throw badFile(option,
                           "a mode that shows single values (--mode maximum, minimum, average or slice)",
-                          "mode " + modeNames()[static_cast<std::size_t>(scene.mode)]);
+                          mode());
 }
 
 } // namespace tessera

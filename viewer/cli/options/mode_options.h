@@ -1,9 +1,10 @@
-// viewer/cli/options/mode_options.h: the options of a picture's mode: the values that rays keep, windows,
-// slices, and cuts.
+// viewer/cli/options/mode_options.h: options of slices and cuts, and which options have an effect in which
+// mode.
 #pragma once
 
 #include "core/scene/scene.h"
 #include "viewer/cli/options/command.h"
+#include "viewer/cli/options/key_options.h"
 
 #include <algorithm>
 #include <string>
@@ -12,7 +13,7 @@
 namespace tessera {
 
 struct ModeOptions {
-    std::string mode, window, valueColour, slice, slab; // "": the scene's
+    std::string slice, slab; // "": the scene's
     std::vector<std::string> boxes, boxesInVoxels, planes;
     std::string keep;
 
@@ -22,6 +23,7 @@ struct ModeOptions {
 void addModeOptions(Command& command, ModeOptions& options);
 /// Options override the scene; `--crop body` is left to cropToBody() (viewer/cli/render/body_crop.h). Throws
 /// InputError naming the option, also for one without effect in its mode.
-void applyModeOptions(const ModeOptions& options, Scene& scene);
+/// @param keys  applied to the scene before
+void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene);
 
 } // namespace tessera

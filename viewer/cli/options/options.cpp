@@ -31,27 +31,6 @@ std::size_t availableBytes() {
     return 0;
 }
 
-/// "AxBxC" as `count` whole numbers in [1, largest]; nothing else.
-std::vector<int> parseExtents(const std::string& text, std::size_t count, const std::string& option,
-                              int largest) {
-    constexpr std::size_t kMaxDigits = 6;
-    std::vector<int> numbers;
-    std::istringstream parts(text);
-    for (std::string part; std::getline(parts, part, 'x');) {
-        const bool digits = !part.empty() && part.size() <= kMaxDigits &&
-                            part.find_first_not_of("0123456789") == std::string::npos;
-        numbers.push_back(digits ? std::stoi(part) : 0);
-    }
-    const bool inRange =
-        std::all_of(numbers.begin(), numbers.end(), [&](int n) { return n >= 1 && n <= largest; });
-    if (numbers.size() != count || !inRange || text.back() == 'x')
-        throw badFile(option,
-                      std::string(count == 2 ? "WIDTHxHEIGHT" : "XxYxZ") + " with numbers from 1 to " +
-                          std::to_string(largest),
-                      "\"" + text + "\"");
-    return numbers;
-}
-
 } // namespace
 
 void CommonOptions::note(const std::string& line) const {
@@ -78,15 +57,6 @@ std::size_t budgetBytes(const std::string& text, const std::string& option, cons
     common.detail("budget " + option + " " + formatBytes(bytes) + " by default (" + formatBytes(available) +
                   " of memory available)");
     return bytes;
-}
-
-glm::ivec2 parseImageSize(const std::string& text, const std::string& option, int largest) {
-    const std::vector<int> n = parseExtents(text, 2, option, largest);
-    return {n[0], n[1]};
-}
-glm::ivec3 parseVolumeSize(const std::string& text, const std::string& option, int largest) {
-    const std::vector<int> n = parseExtents(text, 3, option, largest);
-    return {n[0], n[1], n[2]};
 }
 
 std::string formatExtent(const glm::ivec3& extent) {

@@ -1,11 +1,10 @@
-// viewer/cli/options/options.h: options and output that all commands share: verbosity, budgets, sizes, notes
-// to stderr.
+// viewer/cli/options/options.h: options and output that all commands share: verbosity, budgets, notes to
+// stderr.
 #pragma once
 
 #include "core/base/budget.h"
 #include "core/base/progress.h"
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
@@ -38,11 +37,6 @@ void printProblem(const std::string& message);
 /// Bytes of an option's text; empty text: 1 GiB, or half of the available memory if that is less. Throws
 /// InputError naming the option.
 std::size_t budgetBytes(const std::string& text, const std::string& option, const CommonOptions& common);
-
-/// "640x480". Throws InputError naming option for anything but whole numbers from 1 to `largest`.
-glm::ivec2 parseImageSize(const std::string& text, const std::string& option, int largest);
-/// "256x192x300". The same for three axes.
-glm::ivec3 parseVolumeSize(const std::string& text, const std::string& option, int largest);
 
 /// "512 x 512 x 134"
 std::string formatExtent(const glm::ivec3& extent);

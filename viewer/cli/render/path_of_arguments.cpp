@@ -67,7 +67,7 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.framesPerSecond > 0, "--fps"},
                                        {a.speed > 0, "--speed"},
                                        {a.seconds > 0, "--seconds"},
-                                       {a.maxError >= 0, "--max-error"},
+                                       {!a.keys.textOf("--max-error").empty(), "--max-error"},
                                        {!a.verify.empty(), "--verify"}})
         if (said && a.unfold)
             throw badFile(option, std::string("no ") + option + " with --unfold, which is one picture",

@@ -15,13 +15,11 @@ namespace tessera {
 /// Empty texts, and numbers that no option takes, were not said: then the scene decides, or the path
 /// of a film.
 struct RenderArguments {
-    std::string in, out, engine = "auto", ram, gpuMemory, size, preset, view, fit, projection;
+    std::string in, out, engine = "auto", ram, gpuMemory, preset, view, fit, projection;
     std::string device = "auto";
     double mmPerPixel = 0; // 0: as the scene says
-    double maxError = -1;  // negative: as the scene says
-    std::string samples;   // "": as the scene says
     KeyOptions keys;       // those that set one key of the scene
-    std::string unit, first, light;
+    std::string first, light;
     std::vector<std::string> surfaces;
     std::string verify;
     std::string path, frames;                           // of films

@@ -68,8 +68,7 @@ void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& p
                                  const CommonOptions& common) {
     const auto* function = std::get_if<std::string>(&scene.volumes.front().transferFunction);
     const bool named = !function || !function->empty() || !scene.surfaces.empty() ||
-                       scene.mode != Mode::composite || !arguments.mode.mode.empty() ||
-                       arguments.keys.says("mode");
+                       scene.mode != Mode::composite || arguments.keys.says("mode");
     if (!named && showsWallByDefault(path) && showLumenWall(*path.lumen, scene))
         common.note("the lumen's wall, at " + formatNumber(path.lumen->shownAt()) +
                     "; --preset, --isosurface and --mode show other things");
@@ -100,8 +99,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         checkPictureOutput(arguments.out);
     const EngineKind engine = engineOf(arguments);
     Scene scene = sceneOf(arguments.in);
-    const bool samplesNamed =
-        scene.quality.pixels.named || !arguments.samples.empty() || arguments.keys.says("quality.samples");
+    const bool samplesNamed = scene.quality.pixels.named || arguments.keys.says("quality.samples");
     applyArguments(arguments, scene, common);
     if (path)
         showWallWhereNothingIsNamed(arguments, *path, scene, common);

@@ -82,19 +82,6 @@ void applyScale(const RenderArguments& arguments, Scene& scene) {
         std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(arguments.mmPerPixel, scene.imageSize);
 }
 
-/// Samples a pixel: a whole number, or auto.
-int parseSamples(const std::string& text) {
-    if (text == "auto")
-        return PixelSampling::kAutomatic;
-    char* end = nullptr;
-    const long samples = std::strtol(text.c_str(), &end, 10);
-    if (text.find_first_not_of("0123456789") != std::string::npos || *end != '\0' || samples < 1 ||
-        samples > PixelSampling::kMost)
-        throw badFile("--samples", "auto or a whole number from 1 to " + std::to_string(PixelSampling::kMost),
-                      "\"" + text.substr(0, 40) + "\"");
-    return static_cast<int>(samples);
-}
-
 /// Applies a preset from a file or the library: its function and its settings of light, mode and cuts.
 void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
     try {
@@ -129,8 +116,6 @@ Verify verifyOf(const RenderArguments& arguments) {
 }
 
 void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
-    if (!arguments.unit.empty())
-        scene.volumes.front().unit = parseUnit(arguments.unit);
     if (!arguments.preset.empty()) {
         if (isOwnOrFile(arguments.preset))
             applyFoundPreset(arguments.preset, scene, common);
@@ -141,8 +126,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         indexOfName(arguments.light, lookNames(), "--light");
         applyLook(arguments.light, scene);
     }
-    if (!arguments.size.empty())
-        scene.imageSize = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
+    arguments.keys.apply(scene);
     if (!arguments.view.empty()) {
         FittedView view;
         if (const auto* before = std::get_if<FittedView>(&scene.camera))
@@ -151,7 +135,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         view.named = true;
         scene.camera = view;
     }
-    applyModeOptions(arguments.mode, scene);
+    applyModeOptions(arguments.mode, arguments.keys, scene);
     if (const auto* fitted = std::get_if<FittedView>(&scene.camera);
         scene.mode == Mode::slice && fitted && !fitted->named)
         for (const auto& [text, option] :
@@ -173,16 +157,12 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     }
     if (arguments.mmPerPixel > 0)
         applyScale(arguments, scene);
-    arguments.keys.apply(scene);
-    if (!arguments.keys.textOf("--step").empty() && arguments.maxError > 0)
+    if (!arguments.keys.textOf("--step").empty() && !arguments.keys.textOf("--max-error").empty() &&
+        scene.quality.maxError > 0)
         throw badFile("--step", "--step or --max-error, which chooses a step", "both");
-    if (arguments.maxError >= 0)
-        scene.quality.maxError = arguments.maxError;
     PixelSampling& pixels = scene.quality.pixels;
-    if (!arguments.samples.empty())
-        pixels.samples = parseSamples(arguments.samples);
-    else if (const EngineKind engine = engineOf(arguments);
-             !pixels.named && (engine == EngineKind::automatic || !traitsOf(engine).singleRays))
+    if (const EngineKind engine = engineOf(arguments);
+        !pixels.named && (engine == EngineKind::automatic || !traitsOf(engine).singleRays))
         pixels.samples = PixelSampling::kAutomatic;
     pixels.named = true; // so that the manifest's scene is the picture's
     for (const std::string& text : arguments.surfaces)

@@ -49,7 +49,8 @@ void renderWall(const RenderTask& task) {
     const RenderArguments& arguments = task.arguments;
     Scene scene = task.scene; // its height follows from the line unless it is given
     const Path path = pathOf(task);
-    const std::vector<UnfoldedRow> rows = rowsOf(path, arguments.path, !arguments.size.empty(), scene);
+    const std::vector<UnfoldedRow> rows =
+        rowsOf(path, arguments.path, arguments.keys.says("image.size"), scene);
     const RenderResult result = renderUnfolded(scene, rows, task.store, task.ram, task.gpu, task.options);
     const Charge pictures =
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
