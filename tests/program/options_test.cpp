@@ -210,6 +210,27 @@ TEST_F(Program, AnOptionIsAKeyOfTheScene) {
                   {"--fetch: expected one of hardware, exact, found \"exakt\"; nearest: \"exact\""});
 }
 
+// Before a window opens, and so also where none can.
+TEST_F(Program, AWindowsKeysAreRefusedAsThoseOfAPicture) {
+    makeSphere();
+    write("scene.json", R"({"tesseraScene":1,"volumes":[{"path":"s.zarr"}],"isosurfaces":[{"value":1}]})");
+    for (const std::string x : {"s.zarr", "scene.json", ""})
+        for (const auto& [set, words] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+                 {"shading.ambient=2", {"--set shading.ambient: expected a number from 0 to 1, found 2"}},
+                 {"shading.ambeint=1", {"--set shading.ambeint", "nearest: \"ambient\""}},
+                 {"ambeint=1", {"--set ambeint", "nearest: \"shading.ambient\""}},
+                 {"mode", {"--set", "KEY=VALUE"}},
+                 {"mode=maxmum", {"--set mode", "nearest: \"maximum\""}}}) {
+            expectRefused("view " + x + " --set mode=maximum --set " + set, words);
+            if (!x.empty())
+                expectRefused("render " + x + " -o a.png --set " + set, words);
+        }
+    // What a scene has decides what may follow it.
+    expectRefused("view s.zarr --set isosurfaces[1].value=2", {"expected an item from 0 to 0, found [1]"});
+    expectRefused("view scene.json --set isosurfaces[2].value=2",
+                  {"expected an item from 0 to 1, found [2]"});
+}
+
 TEST_F(Program, EmptyArgumentsAreRefused) {
     makeSphere();
     expectRefused("info ''", {"X", "found \"\""});

@@ -54,6 +54,19 @@ TEST_F(WindowTest, WhatAHandDoesIsWhatTheProgramDraws) {
     EXPECT_THAT(readAll(folder_ / "config/tessera/window.json"), HasSubstr("torso.zarr"));
 }
 
+TEST_F(WindowTest, KeysThatAreSetAreInItsScene) {
+    start(TESSERA_TORSO, "", {"--set", "mode=mip", "--set", "window=100,900", "--set", "camera.view=left"});
+    ASSERT_TRUE(rests());
+    ASSERT_EQ(std::system("xdotool windowfocus --sync $(xdotool search --name Tessera | tail -1)"), 0);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_FALSE(isBlank(picture_));
+    const Scene now = scene();
+    EXPECT_EQ(now.mode, Mode::maximum);
+    EXPECT_EQ(std::get<GreyWindow>(now.window), (GreyWindow{100, 900}));
+    const Camera& camera = std::get<Camera>(now.camera);
+    EXPECT_GT(camera.position.x - camera.focalPoint.x, 100) << "seen from the patient's left";
+}
+
 TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
     start(TESSERA_TORSO);
     ASSERT_TRUE(rests());

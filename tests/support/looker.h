@@ -12,6 +12,8 @@
 #include <gtest/gtest.h>
 #include <memory>
 #include <mutex>
+#include <string>
+#include <vector>
 
 namespace tessera::test {
 
@@ -21,8 +23,10 @@ inline const glm::ivec2 kPicture(96, 72);
 /// A session and what a window does with it.
 class Looker {
   public:
-    explicit Looker(bool stills = true, std::size_t ramBytes = kRamBytes) {
+    explicit Looker(bool stills = true, std::size_t ramBytes = kRamBytes,
+                    const std::vector<std::string>& sets = {}) {
         ViewSessionOptions options;
+        options.sets = sets;
         options.stills = stills;
         options.engine = EngineKind::native;
         options.ramBytes = ramBytes;

@@ -168,7 +168,9 @@ class WindowTest : public ::testing::Test {
         display_.reset();
     }
 
-    void start(const std::string& path, const std::string& more = "") {
+    /// @param script  of input; "": none
+    void start(const std::string& path, const std::string& script = "",
+               const std::vector<std::string>& more = {}) {
         std::vector<std::string> words = {TESSERA_PROGRAM, "view",   path,           "--size", "900x600",
                                           "--ram",         "512MiB", "--gpu-memory", "256MiB"};
         words[4] = size_;
@@ -176,8 +178,9 @@ class WindowTest : public ::testing::Test {
             words.erase(words.begin() + 3, words.begin() + 5);
         if (path.empty())
             words.erase(words.begin() + 2);
-        if (!more.empty())
-            words.insert(words.end(), {"--script", more});
+        if (!script.empty())
+            words.insert(words.end(), {"--script", script});
+        words.insert(words.end(), more.begin(), more.end());
         window_.emplace(words, folder_.path(), folder_ / "window.txt");
     }
     /// What a command prints.

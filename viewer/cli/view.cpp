@@ -1,14 +1,19 @@
 // viewer/cli/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
 #include "core/base/budget.h"
+#include "core/base/error.h"
 #include "core/base/nearest_name.h"
 #include "core/base/size_text.h"
 #include "viewer/cli/commands.h"
+#include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/selection_options.h"
+#include "viewer/cli/options/key_options.h"
 #include "viewer/presets/preset_library.h"
 #include "viewer/session/view_session.h"
 #include "viewer/window/run_window.h"
 
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -18,18 +23,34 @@ struct ViewArguments {
     double frameMs = 60;
     bool noStills = false, noPanels = false;
     InputOptions input;
+    std::vector<std::string> sets;
 };
+
+/// Refuses keys that the scene cannot have, before a window opens. A scene that cannot be read is left to the
+/// window, which says so.
+void checkSets(const ViewArguments& arguments) {
+    Scene scene = sceneOf("volume");
+    try {
+        if (!arguments.in.empty())
+            scene = sceneOf(arguments.in);
+    } catch (const InputError&) {
+        return;
+    }
+    applySets(arguments.sets, scene);
+}
 
 void runView(const ViewArguments& arguments, const CommonOptions& common) {
     if (!arguments.in.empty() && looksLikeStore(arguments.in))
         requireNoChoice(arguments.in, arguments.input, common);
     ViewSessionOptions session;
+    checkSets(arguments);
     session.engine = engineNamed(arguments.engine, "--engine", true);
     session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     session.frameMs = arguments.frameMs;
     session.stills = !arguments.noStills;
     session.input = arguments.input;
+    session.sets = arguments.sets;
     session.common = common;
     WindowOptions window;
     window.path = arguments.in;
@@ -78,6 +99,7 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
     command.flag("--no-panels", a->noPanels, "start without panels");
     command.option("--script", a->script, "file of input for the window (user guide, \"The window\")");
     addSelectionOptions(command, a->input);
+    addSetOption(command, a->sets, "every scene that is opened");
     command.footer("Example:\n  tessera view ct-abdomen/");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });
 }

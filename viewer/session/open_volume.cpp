@@ -7,6 +7,7 @@
 #include "render/plan/memory_plan.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/thin_volume.h"
+#include "viewer/cli/options/key_options.h"
 #include "viewer/session/camera_moves.h" // heldBy
 #include "viewer/session/volume_histogram.h"
 
@@ -63,6 +64,7 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
                                              const std::shared_ptr<Progress>& progress) {
     std::unique_ptr<OpenVolume> next(new OpenVolume(options, path, true));
     Scene scene = sceneOf(path);
+    applySets(options.sets, scene);
     if (const auto* const view = std::get_if<FittedView>(&scene.camera))
         next->fitted = *view;
     else

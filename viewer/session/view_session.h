@@ -15,6 +15,8 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -26,6 +28,7 @@ struct ViewSessionOptions {
     double frameMs = 60;                    // time of a picture while something moves
     bool stills = true;                     // at rest draw the picture of `tessera render`
     InputOptions input;
+    std::vector<std::string> sets = {}; // KEY=VALUE (applySets()): keys of every scene that is opened
     CommonOptions common;
     /// Called from another thread when picture(), volume(), state() or picked() has changed.
     std::function<void()> news = [] {};

@@ -239,6 +239,37 @@ TEST(ViewSession, SaysWhatCannotBeOpenedAndKeepsWhatIs) {
     EXPECT_TRUE(sameBits(looker.stillOf(looker.viewing->show(scene, false))->image, rendered(scene)));
 }
 
+// A store, and a scene that says otherwise: the keys of `--set` hold for whatever is opened, and nothing else
+// of the scene changes.
+TEST(ViewSession, KeysThatAreSetHoldForEverySceneThatIsOpened) {
+    const ScratchFolder folder;
+    const std::string path = storePath("torso");
+    std::ofstream(folder / "scene.json") << R"({"tesseraScene":1,"volumes":[{"path":")" << path
+                                         << R"(","transferFunction":"soft-tissue"}],"mode":"minimum",
+        "camera":{"view":"left"},"shading":{"ambient":0.5,"diffuse":0.25},"quality":{"samples":3}})";
+    Looker looker(true, kRamBytes,
+                  {"mode=mip", "window=-20,400", "shading.ambient=0.75", "quality.samples=2"}),
+        plain;
+    for (const fs::path& opened : {fs::path(path), fs::path(folder / "scene.json")}) {
+        const Scene scene = looker.opened(opened);
+        EXPECT_EQ(scene.mode, Mode::maximum) << opened;
+        EXPECT_EQ(scene.quality.pixels.samples, 2) << opened;
+        Scene otherwise = plain.opened(opened);
+        otherwise.mode = Mode::maximum;
+        otherwise.window = GreyWindow{-20, 400};
+        otherwise.shading.ambient = 0.75;
+        otherwise.quality.pixels.samples = 2;
+        otherwise.camera = scene.camera; // fitted to what the mode shows
+        EXPECT_EQ(sceneJson(scene), sceneJson(otherwise)) << opened;
+    }
+    EXPECT_TRUE(sameBits(looker.stillOf(0)->image, rendered(looker.viewing->volume()->scene)));
+
+    Looker refused(false, kRamBytes, {"isosurfaces[1].value=3"});
+    refused.viewing->open(path, kPicture);
+    ASSERT_TRUE(refused.comesTo([&] { return refused.viewing->state().kind == ViewingState::Kind::failed; }));
+    EXPECT_THAT(refused.viewing->state().what, HasSubstr("--set isosurfaces[1].value: expected an item"));
+}
+
 TEST(ViewSession, WhatIsDamagedIsDrawnCoarserAndSaid) {
     const ScratchFolder folder;
     fs::copy(storePath("torso"), folder / "torso.zarr", fs::copy_options::recursive);
