@@ -1,45 +1,132 @@
-// tests/support/every_scene_key.h: scenes that have every key.
+// tests/support/every_scene_key.h: scenes that have every key, made from the table of keys. A new key is in
+// them at once, unless it is only read beside another.
 #pragma once
+
+#include "core/base/error.h"
+#include "core/scene/scene_fields.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace tessera::test {
 
-/// Every key there is, in two documents because a camera is either fitted or free.
-inline constexpr const char* kFittedScene = R"({"tesseraScene":1,
-  "volumes":[{"path":"a/x.zarr","unit":"HU","transferFunction":{"scalarOpacityUnitDistance":2.5,
-    "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]],
-    "materials":[{"from":-100,"to":0,"ambient":0.3,"diffuse":0.5,"specular":0,"specularPower":1},
-      {"from":0,"to":40.5,"ambient":0.125,"diffuse":0.25,"specular":0.5,"specularPower":64,
-       "emission":[1,0.5,0.25]}],
-    "gradientOpacity":[[0,0],[12.5,0.25],[12.5,0.5],[60,1]],"gradientOpacityUnit":"voxel"}}],
-  "camera":{"view":"left","fit":"volume","parallelProjection":true,"mmPerPixel":0.75},
-  "shading":{"shade":false,"ambient":0.1,"diffuse":0.7,"specular":0.3,"specularPower":40,
-    "gradient":"sobel","model":"blinn-phong","gradientWeight":[2,8.5]},
-  "lighting":{"lights":[
-      {"kind":"head","intensity":0.5,"colour":[1,1,1],"shadow":false,"softness":0},
-      {"kind":"directional","frame":"patient","direction":[0,-1,2],"intensity":1.5,"colour":[1,0.5,0.25],
-       "shadow":true,"softness":2.5},
-      {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
-       "colour":[0,0,1],"shadow":false,"softness":0}],
-    "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
-    "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},"finestLevel":2},
-  "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
-  "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
-  "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1],"thickness":5,"reduction":"maximum"},
-  "cuts":{"boxes":[{"low":[1,2,3],"high":[10,20,30.5],"space":"voxels","keep":"outside"}],
-    "planes":[{"point":[4,5,6],"normal":[0,0,-1],"keep":"inside"}],
-    "scissors":[{"camera":{"position":[1,2,3],"focalPoint":[4,5,6],"viewUp":[0,0,1],"viewAngle":40,
-      "parallelProjection":true,"parallelScale":80.5},"aspect":1.5,"outline":[[0,0],[1,0.25],[0.5,1]],"keep":"outside"}]},
-  "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]},
-    {"kind":"circle","points":[[1,0,0],[0,1,0],[-1,0,0.5]]}],
-  "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
-    "edgeFunction":"split","sampling":"naive","maxError":2.5,
-    "samples":16,"pixelFilter":"gaussian","seed":3},
-  "image":{"size":[640,480],"background":"#336699"}})";
-inline constexpr const char* kFreeScene =
-    R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung",
-      "series":3,"phase":2,"largest":true,"resampleZ":true,"allowMissing":true}],
-  "camera":{"position":[1,2,3.25],"focalPoint":[4,5,6],"viewUp":[0,0.1,1],"viewAngle":110.5,
-    "parallelProjection":false,"parallelScale":77.7},"slice":{"plane":"coronal","position":12.5},
-  "image":{"background":[0.1,0.2,0.3]}})";
+using nlohmann::json;
+
+inline const json& resolvedIn(const json& root, const json& schema) {
+    return schema.contains("$ref") ? root.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1)))
+                                   : schema;
+}
+
+/// Adds to a document all keys that are missing, each with a value unlike its default.
+class KeyFiller {
+  public:
+    /// @param schema  must outlive it
+    /// @param last  where a value may be of several kinds, the last one is taken rather than the first
+    KeyFiller(json document, const json& schema, bool last)
+        : document_(std::move(document)), root_(schema), last_(last) {}
+
+    json filled() {
+        for (int pass = 0; pass < 2; ++pass) // a key may need one that is added behind it
+            fill(json::json_pointer(), root_);
+        return document_;
+    }
+
+  private:
+    const json& kindOf(const json& given) const {
+        const json& schema = resolvedIn(root_, given);
+        for (const char* choice : {"oneOf", "anyOf"})
+            if (schema.contains(choice) && !schema.contains("properties"))
+                return kindOf(last_ ? schema[choice].back() : schema[choice].front());
+        return schema;
+    }
+
+    bool isRead() const {
+        try {
+            parseScene(document_.dump(), "/", "s.json");
+            return true;
+        } catch (const InputError&) {
+            return false;
+        }
+    }
+
+    void fill(const json::json_pointer& place, const json& given) {
+        const json& schema = kindOf(given);
+        if (schema.contains("items") && kindOf(schema["items"]).contains("properties"))
+            for (std::size_t i = 0; i < document_[place].size(); ++i)
+                fill(place / i, schema["items"]);
+        if (!schema.contains("properties"))
+            return;
+        for (const auto& [key, property] : schema["properties"].items()) {
+            if (const json before = document_; !document_.contains(place / key)) {
+                document_[place / key] = valueOf(property);
+                if (!isRead()) {
+                    document_ = before;
+                    continue;
+                }
+            }
+            fill(place / key, property);
+        }
+    }
+
+    /// A value that the schema accepts: of an object the least. Numbers ascend, and stay within [0,1] where
+    /// they may, because some are clamped to it.
+    json valueOf(const json& property) {
+        const json& schema = kindOf(property);
+        const json preset = property.value("default", json());
+        const std::string type = schema.value("type", "");
+        if (schema.contains("const"))
+            return schema["const"];
+        if (schema.contains("enum"))
+            return schema["enum"].back() != preset ? schema["enum"].back() : schema["enum"].front();
+        if (type == "boolean")
+            return preset != true;
+        if (type == "integer")
+            return wholeIn(schema.value("minimum", 0), schema.value("maximum", kFar));
+        if (type == "number")
+            return std::max(schema.value("minimum", 0.0), 0.0) + ++count_ / 1024.0;
+        if (type == "array")
+            return listOf(schema["items"], std::max(schema.value("minItems", 0), 1));
+        if (type == "object")
+            return leastOf(schema);
+        return "red";
+    }
+    int wholeIn(int lowest, int highest) { return lowest + 1 + count_++ % std::min(5, highest - lowest); }
+    json listOf(const json& items, int size) {
+        json list = json::array();
+        while (size-- > 0)
+            list.push_back(valueOf(items));
+        return list;
+    }
+    json leastOf(const json& schema) {
+        json object = json::object(), needed = schema.value("required", json::array());
+        if (schema.contains("anyOf")) // of sets of keys
+            needed = schema["anyOf"].front()["required"];
+        for (const json& key : needed)
+            object[key.get<std::string>()] = valueOf(schema["properties"][key.get<std::string>()]);
+        return object;
+    }
+
+    static constexpr int kFar = 1 << 20;
+
+    json document_;
+    const json& root_;
+    bool last_;
+    int count_ = 0;
+};
+
+/// Documents that have every key between them; paths are absolute.
+/// @param schema  sceneSchema()
+inline std::vector<json> everySceneKey(const json& schema) {
+    const char* const fitted =
+        R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr"}],"image":{"background":"#336699"},
+        "lighting":{"lights":[{"kind":"head"},{"kind":"directional"},{"kind":"point"}]},
+        "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]}]})";
+    const char* const free = R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr"}],
+        "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1]}})";
+    return {KeyFiller(json::parse(fitted), schema, false).filled(),
+            KeyFiller(json::parse(free), schema, true).filled()};
+}
 
 } // namespace tessera::test

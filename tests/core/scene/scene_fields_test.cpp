@@ -33,8 +33,7 @@ std::string placeOf(const std::string& pointer) {
 }
 
 const json& resolved(const json& schema, const json& root) {
-    return schema.contains("$ref") ? root.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1)))
-                                   : schema;
+    return test::resolvedIn(root, schema);
 }
 
 /// True if the part of JSON Schema that ours uses accepts a value.
@@ -109,13 +108,15 @@ const json& published() {
     static const json schema = sceneSchema();
     return schema;
 }
+const std::vector<json>& documents() {
+    static const std::vector<json> all = test::everySceneKey(published());
+    return all;
+}
 const std::vector<Place>& everyPlace() {
     static const std::vector<Place> places = [] {
         std::vector<Place> all;
-        for (const char* text : {test::kFittedScene, test::kFreeScene}) {
-            const json document = json::parse(text);
+        for (const json& document : documents())
             collect(document, document, "", published(), published(), all);
-        }
         return all;
     }();
     return places;
@@ -139,8 +140,20 @@ TEST(SceneFields, BothDocumentsHaveEveryKeyAndTheSchemaAcceptsThem) {
         EXPECT_FALSE(row.about.empty()) << row.path << " says nothing of itself";
     }
     EXPECT_GT(known.size(), 100u);
-    for (const char* text : {test::kFittedScene, test::kFreeScene})
-        EXPECT_TRUE(accepts(published(), published(), json::parse(text))) << text;
+    for (const json& document : documents())
+        EXPECT_TRUE(accepts(published(), published(), document)) << document;
+}
+
+// What is written has every key that was read, with its value.
+TEST(SceneFields, WhatIsReadIsWritten) {
+    for (const Place& place : everyPlace()) {
+        const json written = json::parse(sceneJson(parseScene(place.document.dump(), "/", "s.json")));
+        const json::json_pointer pointer(place.pointer);
+        ASSERT_TRUE(written.contains(pointer)) << place.pointer;
+        if (!valueOf(place).is_structured()) {
+            EXPECT_EQ(written[pointer], valueOf(place)) << place.pointer;
+        }
+    }
 }
 
 TEST(SceneFields, AValueOfAnotherTypeIsRefusedByItsPlace) {
