@@ -143,7 +143,7 @@ template <typename T> Kind<std::vector<T>> listOf(const Kind<T>& kind) {
 struct KeyOption {
     std::string name = {};  // "--step"; "": the key has none
     std::string about = {}; // for help; "{names}" and "{default}" stand for those of the key
-    std::string range = {}; // of a number, for messages: "voxels from 1/64 to 16"; "": the key's bounds
+    std::string range = {}; // of a number, for messages: "voxels from 1/64 to 16"; "": in the key's words
 };
 /// The key of a schema's property that holds its option. It is not published.
 inline constexpr const char* kOptionKey = "x-option";

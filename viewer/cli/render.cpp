@@ -65,6 +65,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--seconds", a->seconds, "duration of the flight, in place of a speed")
         .inUnit("s")
         .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
+    // Options of keys are named here only for their place in the help.
     a->keys.word("{single-ray engines}", singleRayEngines());
     a->keys.add(command, {"image.size"});
     command.option("--light", a->light,

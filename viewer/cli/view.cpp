@@ -29,7 +29,7 @@ struct ViewArguments {
 /// Refuses keys that the scene cannot have, before a window opens. A scene that cannot be read is left to the
 /// window, which says so.
 void checkSets(const ViewArguments& arguments) {
-    Scene scene = sceneOf("volume");
+    Scene scene = sceneOf("volume"); // any, where none is named
     try {
         if (!arguments.in.empty())
             scene = sceneOf(arguments.in);

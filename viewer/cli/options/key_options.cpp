@@ -51,13 +51,14 @@ std::string aboutOf(const KeyRow& row, const std::map<std::string, std::string>&
     return text;
 }
 
-/// The bounds of a key's number. Whether it is whole is left to the table, unless it has no upper bound.
-ValueCheck checkOf(const KeyRow& row) {
+/// Checks a number where the option has words of its own for its range; else its key does when it is set.
+void checkNumber(const KeyRow& row, Option& option) {
     constexpr double kMost = std::numeric_limits<double>::max();
     const double lowest = row.schema.value("minimum", -kMost), highest = row.schema.value("maximum", kMost);
     if (isOf(row, "integer") && highest == std::numeric_limits<int>::max())
-        return wholeNumberFrom(static_cast<int>(lowest));
-    return numberWithin(lowest, highest, row.option.range.empty() ? "a " + row.value : row.option.range);
+        option.check(wholeNumberFrom(static_cast<int>(lowest))); // without naming that end
+    else if (!row.option.range.empty())
+        option.check(numberWithin(lowest, highest, row.option.range));
 }
 
 /// "volumes[].unit": a scene has one volume.
@@ -113,8 +114,10 @@ void KeyOptions::addOf(Command& command, const std::string& key) {
         }
         Option option = command.option(added.option, added.text, about);
         added.isNumber = isOf(row, "number") || isOf(row, "integer");
-        if (added.isNumber)
-            option.takes(isOf(row, "integer") ? "INT" : "FLOAT").check(checkOf(row));
+        if (!added.isNumber)
+            continue;
+        option.takes(isOf(row, "integer") ? "INT" : "FLOAT");
+        checkNumber(row, option);
     }
     TESSERA_CHECK(known);
 }
