@@ -208,6 +208,7 @@ TEST_F(Program, AnOptionIsAKeyOfTheScene) {
                   {"--set: expected at most 16 nested levels"});
     expectRefused(render + "-o a.png --fetch exakt",
                   {"--fetch: expected one of hardware, exact, found \"exakt\"; nearest: \"exact\""});
+    expectRefused(render + "-o a.png --step 1 --step 2", {"--step: expected once, found 2 times"});
 }
 
 // Before a window opens, and so also where none can.

@@ -67,6 +67,10 @@ std::string explainParseError(const CLI::App& program, const CLI::ParseError& er
         collect(*chosen);
         command = " " + chosen->get_name();
     }
+    const std::string more = ": At Most 1 required but received "; // as the parser has it
+    if (const std::size_t at = message.find(more); at != std::string::npos)
+        message =
+            message.substr(0, at) + ": expected once, found " + message.substr(at + more.size()) + " times";
     const std::vector<std::string> extras = program.remaining(true);
     const auto unknown = std::find_if(extras.begin(), extras.end(),
                                       [](const std::string& extra) { return extra.rfind("--", 0) == 0; });
