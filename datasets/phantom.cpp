@@ -3,7 +3,7 @@
 #include "datasets/phantom.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/base/threads.h"
 #include "datasets/slice_generator.h"
 

@@ -6,7 +6,7 @@
 #include "bricking/store/store_writer.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 
 #include <algorithm>
 #include <chrono>

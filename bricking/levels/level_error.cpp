@@ -7,8 +7,8 @@
 #include "bricking/levels/narrow_function.h"
 #include "bricking/levels/segment_tables.h"
 #include "core/base/error.h"
-#include "core/base/mean_spacing.h"
 #include "core/base/threads.h"
+#include "core/base/volume.h"
 
 #include <algorithm>
 #include <bit>

@@ -3,7 +3,7 @@
 // cannot point elsewhere.
 #pragma once
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 
 #include <cstddef>
 #include <cstdint>

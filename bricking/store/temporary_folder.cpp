@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/output_file.h" // outputTarget
 #include "core/base/ownership.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <cerrno>
 #include <cstdio> // renameat2

@@ -1,7 +1,7 @@
 // bricking/store/temporary_folder.h: a folder that gets its final name only when it is complete.
 #pragma once
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 #include "core/base/interrupt.h" // TemporaryPath
 
 #include <filesystem>

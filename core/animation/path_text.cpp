@@ -1,7 +1,7 @@
 // core/animation/path_text.cpp: see path_text.h.
 #include "core/animation/path_text.h"
 
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 

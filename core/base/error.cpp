@@ -1,7 +1,7 @@
 // core/base/error.cpp: see error.h.
 #include "core/base/error.h"
 
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <cstdio>
 #include <cstdlib>

@@ -2,8 +2,8 @@
 #include "core/base/json_reader.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
-#include "core/base/regular_file.h"
+#include "core/base/files.h"
+#include "core/base/names.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,8 @@
-// core/base/magnitude.h: limits of numbers from files and options. Beyond them, arithmetic in float or double
-// overflows. Such numbers are refused on input.
+// core/base/magnitude.h: numbers from files and options: their limits, and sizes as people type them. Beyond
+// the limits, arithmetic in float or double overflows, so such numbers are refused on input.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <string>
@@ -26,5 +27,10 @@ void checkLength(double mm, const std::string& what, const std::string& where);
 
 /// A number for a message: "1e+308", "-0.25".
 std::string shownNumber(double number);
+
+/// "640x480". Throws InputError naming `where` for anything but whole numbers from 1 to `largest`.
+glm::ivec2 parseImageSize(const std::string& text, const std::string& where, int largest);
+/// "256x192x300". The same for three axes.
+glm::ivec3 parseVolumeSize(const std::string& text, const std::string& where, int largest);
 
 } // namespace tessera

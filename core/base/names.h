@@ -1,15 +1,26 @@
-// core/base/names.h: an enum's values and their names in files, options and messages, in one table.
+// core/base/names.h: names that users type: the known name that is nearest to a mistyped one, for "did you
+// mean", and an enum's values and their names in files, options and messages, in one table.
 #pragma once
-
-#include "core/base/nearest_name.h"
 
 #include <cstddef>
 #include <initializer_list>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace tessera {
+
+/// Insertions, deletions and replacements of single characters that turn a into b; ASCII case is ignored.
+/// Both are cut at 64 characters first, so that a hostile word costs nothing.
+std::size_t editDistance(std::string_view a, std::string_view b);
+/// The known name with the smallest editDistance (the first of equals); "" when known is empty.
+std::string nearestName(std::string_view word, const std::vector<std::string>& known);
+/// The index of text in names. Throws InputError naming where, and the nearest name, if it is missing.
+std::size_t indexOfName(const std::string& text, const std::vector<std::string>& names,
+                        const std::string& where);
+/// "a, b, c": for messages that list what is known.
+std::string joinNames(const std::vector<std::string>& names);
 
 template <typename Enum> class NameTable {
   public:

@@ -3,7 +3,7 @@
 // complete.
 #pragma once
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 #include "core/base/interrupt.h" // TemporaryPath
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "core/base/ownership.h"
 
 #include "core/base/error.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 // containers that share a folder have their own.
 #pragma once
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 
 #include <filesystem>
 #include <functional>

@@ -1,7 +1,7 @@
 // core/base/progress.cpp: see progress.h.
 #include "core/base/progress.h"
 
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <cmath>

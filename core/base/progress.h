@@ -62,4 +62,9 @@ class Progress {
     Clock::time_point began_, shown_;
 };
 
+/// Elapsed time by the clock.
+inline double secondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 } // namespace tessera

@@ -1,6 +1,7 @@
 // core/base/volume.h: a volume apart from its voxels: extent, type, physical units, position in the patient.
 // Spaces are those of docs/sampling.md. Voxel space has the centre of voxel (i,j,k) at (i,j,k)+1/2, and the
-// volume is [0,extent]. Patient space is DICOM LPS in millimetres. Transforms are named dstFromSrc.
+// volume is [0,extent]. Patient space is DICOM LPS in millimetres. Transforms are named dstFromSrc. The
+// affine gives the mean spacing of voxels and the tilt of slices as well.
 #pragma once
 
 #include <array>
@@ -111,5 +112,22 @@ PatientBox patientBoxOf(const VolumeInfo& info);
 
 /// Writes the fill value once, as stored: bytesPerValue() bytes.
 void storeFill(const VolumeInfo& info, std::byte* out);
+
+/// Millimetres: the mean of the three spacings.
+inline double meanSpacingMm(const VolumeInfo& info) {
+    const glm::dvec3 spacing = info.spacingMm();
+    return (spacing.x + spacing.y + spacing.z) / 3;
+}
+
+// The tilt of a volume's slices against their stacking direction, from its affine. A CT's tilted gantry
+// appears there as a shear.
+
+/// Degrees between the slices' normal and the direction in which slices follow each other; 0 for a box.
+/// Positive where the slices' anterior edge lies nearer to the head than their posterior edge, negative the
+/// other way. Positive is a gantry whose top leans away from the table (patient on the back, head first).
+/// @param stackAxis  the axis along which slices follow each other
+double gantryTiltDegrees(const glm::dmat4& patientFromVoxel, int stackAxis = 2);
+/// Of a volume; its originalOrder gives the slice axis of its source.
+double gantryTiltDegrees(const VolumeInfo& info);
 
 } // namespace tessera

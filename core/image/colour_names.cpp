@@ -1,6 +1,6 @@
 // core/image/colour_names.cpp: colours by name, the part of colour.h that knows words: those of CSS (CSS
 // Color Module Level 4, 6.1), sRGB.
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/image/colour.h"
 
 #include <algorithm>

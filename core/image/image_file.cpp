@@ -3,9 +3,9 @@
 #include "core/image/image_file.h"
 
 #include "core/base/error.h"
+#include "core/base/files.h"
 #include "core/base/output_file.h"
-#include "core/base/printable_text.h"
-#include "core/base/regular_file.h"
+#include "core/base/shown_text.h"
 #include "core/image/colour.h"
 #include "core/image/picture_codecs.h"
 #include "core/image/picture_format.h"

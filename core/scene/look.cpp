@@ -4,7 +4,7 @@
 #include "core/base/embedded.h"
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/scene_fields.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 
 #include <algorithm>
 #include <cmath>

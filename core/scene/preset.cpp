@@ -4,7 +4,7 @@
 
 #include "core/base/embedded.h"
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/preset_file.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // core/scene/scale_bar.cpp: see scale_bar.h.
 #include "core/scene/scale_bar.h"
 
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // (scene_fields.h). Strict: what is not understood is refused, because a scene that is read halfway draws a
 // wrong picture.
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/scene_fields.h"
 
 #include <algorithm>

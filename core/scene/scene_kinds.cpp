@@ -1,7 +1,7 @@
 // core/scene/scene_kinds.cpp: values of scenes that are more than one number or name, as files have them: see
 // scene_fields.h.
 #include "core/base/error.h"
-#include "core/base/size_text.h"
+#include "core/base/magnitude.h"
 #include "core/image/colour.h"
 #include "core/scene/scene_fields.h"
 

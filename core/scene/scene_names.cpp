@@ -1,7 +1,7 @@
 // core/scene/scene_names.cpp: words of scenes and options: the part of scene.h that spells and understands
 // them.
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/image/colour.h"
 #include "core/scene/scene.h"
 

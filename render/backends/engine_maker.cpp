@@ -2,7 +2,7 @@
 #include "render/backends/engine_maker.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 
 #include <algorithm>
 

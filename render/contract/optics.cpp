@@ -2,7 +2,7 @@
 #include "render/contract/optics.h"
 
 #include "core/base/error.h"
-#include "core/base/mean_spacing.h"
+#include "core/base/volume.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "render/light/light_plane.h"
 
 #include "core/base/error.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 
 #include <algorithm>
 #include <bit>

@@ -2,7 +2,7 @@
 #include "render/light/surface_light.h"
 
 #include "core/base/error.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "core/base/threads.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray_cuts.h"

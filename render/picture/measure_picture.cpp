@@ -2,7 +2,7 @@
 #include "render/picture/measure_picture.h"
 
 #include "core/base/error.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 // render/picture/ray_renderer.cpp: see ray_renderer.h.
 #include "render/picture/ray_renderer.h"
 
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "render/backends/mirror/mirror_tracer.h"
 #include "render/picture/picture.h"
 #include "render/picture/ray_pixels.h"

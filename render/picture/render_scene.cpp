@@ -1,7 +1,7 @@
 // render/picture/render_scene.cpp: see render_scene.h.
 #include "render/picture/render_scene.h"
 
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/draw_scene.h"
 #include "render/plan/planner.h"

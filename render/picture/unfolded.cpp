@@ -2,7 +2,7 @@
 #include "render/picture/unfolded.h"
 
 #include "core/base/error.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"

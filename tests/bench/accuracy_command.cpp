@@ -2,9 +2,9 @@
 // less error costs, and what breaks; and with --all the scenes of docs/measurements/accuracy.md.
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
-#include "core/base/scratch_folder.h"
-#include "core/base/size_text.h"
+#include "core/base/magnitude.h"
+#include "core/base/names.h"
+#include "core/base/program_folders.h"
 #include "core/scene/preset.h"
 #include "render/backends/engine_maker.h"
 #include "render/backends/gpu/gl/context.h"

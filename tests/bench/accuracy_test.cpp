@@ -9,7 +9,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "datasets/phantom.h"
 #include "render/plan/frame_plan.h"
 #include "tests/bench/report/page.h"

@@ -2,8 +2,8 @@
 // picture`: the measurements behind docs/measurements/level-of-detail.md and
 // docs/measurements/first-picture.md, made again by one command each.
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/names.h"
+#include "core/base/program_folders.h"
 #include "render/backends/engine_maker.h"
 #include "tests/bench/lod/edge_functions.h"
 #include "tests/bench/lod/experiments.h"

@@ -8,7 +8,7 @@
 #include "bricking/import/importer.h"
 #include "bricking/levels/selection.h"
 #include "bricking/statistics/ray_statistics.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"
 #include "datasets/phantom.h"

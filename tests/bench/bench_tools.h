@@ -8,7 +8,7 @@
 
 #include "bricking/import/source/slab_source.h"
 #include "core/base/budget.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/base/work.h"
 #include "core/image/image.h"
 #include "core/scene/scene.h"

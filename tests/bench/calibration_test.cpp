@@ -2,7 +2,7 @@
 #include "tests/bench/lod/calibration.h"
 
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "datasets/phantom.h"
 #include "render/picture/render_scene.h"
 #include "tests/bench/report/page.h"

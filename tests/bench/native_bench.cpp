@@ -6,7 +6,7 @@
 #include "tests/bench/bench_tools.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "render/backends/native/native_caster.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"

@@ -4,7 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "datasets/phantom.h"
 #include "render/plan/planner.h"
 #include "tests/bench/accuracy/area_sweep.h"

@@ -2,7 +2,7 @@
 // resident memory of import, phantom and render stays within a limit. It is the budgets, plus the memory of
 // the same command with almost no work (libraries, driver, compiled shaders), plus 32 MiB. On a software
 // device GPU memory is resident memory too.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/folders.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/image_file.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/catalogue.h"

@@ -1,6 +1,6 @@
 // tests/program/start_test.cpp: libraries and memory at the program's start: no library of GL, pictures or
 // importers, and little memory. Each library is loaded only where it is needed.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 
 #include <cstdlib>
 #include <fcntl.h>

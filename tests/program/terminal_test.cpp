@@ -1,7 +1,7 @@
 // The output on a terminal: the line that shows the progress of a job, and the files that Ctrl-C leaves.
 #include "tests/support/program_fixture.h"
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 
 #include <chrono>
 #include <csignal>

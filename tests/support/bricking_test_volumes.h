@@ -5,7 +5,7 @@
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 
 #include <cmath>
 #include <cstring>

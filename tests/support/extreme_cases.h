@@ -6,7 +6,7 @@
 #pragma once
 
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/bricking_test_volumes.h" // HashSource
 #include "tests/support/covering_array.h"
 #include "tests/support/scene_fixture.h"

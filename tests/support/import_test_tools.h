@@ -4,7 +4,7 @@
 
 #include "bricking/import/open_source.h"
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/folders.h"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // tests/support/program_fixture.h: runs the program inside a temporary folder and keeps what it said.
 #pragma once
 
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "viewer/program.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "render/plan/planner.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/image_file.h"
 #include "core/image/image_metrics.h"
 #include "core/scene/scene.h"

@@ -1,7 +1,7 @@
 // viewer/cli/cache.cpp: `tessera cache list|clear|path`: the imports that `tessera render` keeps.
 #include "bricking/store/temporary_folder.h" // recoverFolders
 #include "core/base/budget.h"                // formatBytes
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/import_cache.h"
 

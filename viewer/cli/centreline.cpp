@@ -3,8 +3,8 @@
 #include "bricking/analysis/lumen/centreline.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
-#include "core/base/number_text.h"
 #include "core/base/output_file.h"
+#include "core/base/shown_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
 

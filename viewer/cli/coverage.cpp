@@ -3,8 +3,8 @@
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
+#include "core/base/magnitude.h"
 #include "core/base/output_file.h"
-#include "core/base/size_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
 

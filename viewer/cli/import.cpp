@@ -1,7 +1,7 @@
 // viewer/cli/import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
 #include "bricking/import/importer.h"
 #include "bricking/import/source/format_endings.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/selection_options.h"
 #include "viewer/cli/input/volume_input.h"

@@ -3,7 +3,7 @@
 #include "viewer/cli/info_picture.h"
 
 #include "core/base/error.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 #include "core/image/image_file.h"
 
 #include <algorithm>

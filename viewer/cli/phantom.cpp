@@ -1,9 +1,9 @@
 // viewer/cli/phantom.cpp: `tessera phantom NAME --size XxYxZ -o OUT.zarr`: a generated volume, streamed.
 #include "datasets/phantom.h"
 #include "bricking/import/importer.h"
-#include "core/base/nearest_name.h"
+#include "core/base/magnitude.h"
+#include "core/base/names.h"
 #include "core/base/output_file.h"
-#include "core/base/size_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/volume_input.h"
 

@@ -2,7 +2,7 @@
 // to another's.
 #include "core/scene/preset.h"
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "viewer/cli/commands.h"
 #include "viewer/presets/preset_library.h"
 

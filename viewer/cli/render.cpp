@@ -1,6 +1,6 @@
 // viewer/cli/render.cpp: `tessera render X -o OUT`: one converged picture of a scene, a store or source
 // files, a film or an unfolded wall. Its options; what is done is in viewer/cli/render/.
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "core/scene/scene.h"

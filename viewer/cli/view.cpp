@@ -1,8 +1,8 @@
 // viewer/cli/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
 #include "core/base/budget.h"
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
-#include "core/base/size_text.h"
+#include "core/base/magnitude.h"
+#include "core/base/names.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/selection_options.h"

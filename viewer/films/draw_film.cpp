@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/frame_renderer.h"
 #include "viewer/cli/manifest/manifest.h"

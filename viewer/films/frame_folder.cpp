@@ -2,9 +2,9 @@
 #include "viewer/films/frame_folder.h"
 
 #include "core/base/error.h"
+#include "core/base/files.h"
 #include "core/base/output_file.h"
-#include "core/base/printable_text.h"
-#include "core/base/regular_file.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <atomic>

@@ -4,7 +4,7 @@
 // frame. Lock files only save work: frames do not depend on the process, and get their names when complete.
 #pragma once
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 #include "core/base/ownership.h"
 
 #include <cstddef>

@@ -2,11 +2,11 @@
 #include "viewer/films/movie_file.h"
 
 #include "core/base/error.h"
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
 #include "core/base/ownership.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,9 @@
 
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/base/output_file.h"
-#include "core/base/user_folder.h"
+#include "core/base/program_folders.h"
 #include "core/scene/preset.h"
 #if TESSERA_WITH_FOREIGN_PRESETS
 #include "viewer/presets/foreign_preset.h"

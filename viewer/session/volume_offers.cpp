@@ -3,8 +3,8 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/number_text.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <cmath>

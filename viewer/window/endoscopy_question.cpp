@@ -3,7 +3,7 @@
 #include "viewer/window/endoscopy.h"
 
 #include "core/animation/path_text.h"
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 
 #include <imgui.h>
 #include <utility>

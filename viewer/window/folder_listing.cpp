@@ -2,7 +2,7 @@
 #include "viewer/window/folder_listing.h"
 
 #include "bricking/import/source/format_endings.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,7 +1,7 @@
 // viewer/window/function_editor.cpp: see function_editor.h.
 #include "viewer/window/function_editor.h"
 
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 #include "core/image/colour.h"
 #include "core/scene/preset.h"
 #include "viewer/window/boxes.h"

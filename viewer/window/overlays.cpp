@@ -2,7 +2,7 @@
 #include "viewer/window/overlays.h"
 
 #include "core/base/brick.h"
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 #include "viewer/session/camera_moves.h"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #include "viewer/window/script.h"
 
 #include "core/base/error.h"
+#include "core/base/files.h"
 #include "core/base/output_file.h"
-#include "core/base/regular_file.h"
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "viewer/session/camera_moves.h"

@@ -2,9 +2,9 @@
 #include "viewer/window/settings.h"
 
 #include "core/base/error.h"
+#include "core/base/files.h"
 #include "core/base/output_file.h"
-#include "core/base/regular_file.h"
-#include "core/base/user_folder.h"
+#include "core/base/program_folders.h"
 
 #include <algorithm>
 #include <fstream>

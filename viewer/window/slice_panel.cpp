@@ -1,7 +1,7 @@
 // viewer/window/slice_panel.cpp: see slice_panel.h.
 #include "viewer/window/slice_panel.h"
 
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/overlays.h" // drawScaleBar
 

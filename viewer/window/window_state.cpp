@@ -1,9 +1,9 @@
 // viewer/window/window_state.cpp: see desk.h.
 #include "viewer/window/window_state.h"
 
-#include "core/base/nearest_name.h"
-#include "core/base/number_text.h"
+#include "core/base/names.h"
 #include "core/base/output_file.h"
+#include "core/base/shown_text.h"
 #include "viewer/session/camera_moves.h"
 #include "viewer/window/function_edits.h"
 

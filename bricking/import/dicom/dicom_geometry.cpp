@@ -4,7 +4,7 @@
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/printable_name.h"
 #include "core/base/error.h"
-#include "core/base/gantry_tilt.h"
+#include "core/base/volume.h"
 
 #include <algorithm>
 #include <array>

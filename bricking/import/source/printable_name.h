@@ -1,7 +1,7 @@
 // bricking/import/source/printable_name.h: a file name made printable, for one line of text.
 #pragma once
 
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <filesystem>
 #include <string>

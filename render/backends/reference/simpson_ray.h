@@ -6,7 +6,7 @@
 // halving.
 #pragma once
 
-#include "core/base/mean_spacing.h"
+#include "core/base/volume.h"
 #include "render/backends/reference/reference.h"
 #include "render/contract/lattice.h"
 #include "render/contract/optics.h"

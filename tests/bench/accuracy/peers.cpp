@@ -2,7 +2,7 @@
 #include "tests/bench/accuracy/peers.h"
 
 #include "core/base/error.h"
-#include "core/base/regular_file.h"
+#include "core/base/files.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "bricking/import/importer.h"
 #include "bricking/statistics/statistics.h"
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"
 #include "datasets/phantom.h"

@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "core/base/threads.h"
 #include "render/backends/engine_maker.h"
 #include "render/backends/reference/reference.h"

@@ -3,7 +3,7 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/base/interrupt.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 #include "core/image/colour.h"
 #include "core/image/image_metrics.h"
 #include "render/backends/native/native_engine.h"

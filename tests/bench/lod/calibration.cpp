@@ -1,6 +1,6 @@
 // tests/bench/lod/calibration.cpp: see calibration.h: draws the cases and finds the truth.
 #include "tests/bench/lod/calibration.h"
-#include "core/base/stopwatch.h"
+#include "core/base/progress.h"
 
 #include "render/picture/render_scene.h"
 

@@ -4,7 +4,7 @@
 #include "bricking/import/importer.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "datasets/phantom.h"
 #include "render/picture/picture.h"
 #include "viewer/cli/input/volume_input.h"

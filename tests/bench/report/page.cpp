@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #if TESSERA_WITH_IMAGE_FILES
-#include "core/base/regular_file.h"
+#include "core/base/files.h"
 #include "core/image/image_file.h"
 #endif
 

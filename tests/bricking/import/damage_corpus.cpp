@@ -10,7 +10,7 @@
 #include "bricking/import/dicom/encapsulated_frames.h"
 #include "bricking/import/open_source.h"
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/stream_writer.h"
 

@@ -1,6 +1,6 @@
 // tests/bricking/import/geometry_test.cpp: headers that lie about geometry or values are refused with the
 // field that lies, in every format; and what the gantry's tilt is called.
-#include "core/base/gantry_tilt.h"
+#include "core/base/volume.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 

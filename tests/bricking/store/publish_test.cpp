@@ -3,7 +3,7 @@
 #include "bricking/store/temporary_folder.h"
 #include "core/base/error.h"
 #include "core/base/ownership.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 
 #include <csignal>
 #include <fstream>

@@ -1,5 +1,5 @@
 // tests/core/base/nearest_name_test.cpp: the name that was meant.
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Numbers as people read them: every digit before the point, no padding, powers of ten only where they help.
-#include "core/base/number_text.h"
+#include "core/base/shown_text.h"
 
 #include <cmath>
 #include <cstdlib>

@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/ownership.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 
 #include <csignal>
 #include <cstdlib>

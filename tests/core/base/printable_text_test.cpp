@@ -1,5 +1,5 @@
 // tests/core/base/printable_text_test.cpp: text from outside cannot drive a terminal.
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include "core/base/error.h"
 

@@ -1,5 +1,5 @@
 // tests/core/base/scratch_folder_test.cpp: a scratch folder is private, and leaves nothing behind.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 
 #include "core/base/error.h"
 

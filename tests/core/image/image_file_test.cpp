@@ -3,7 +3,7 @@
 #include "core/image/image_file.h"
 
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/colour.h"
 
 #include <OpenImageIO/imageio.h>

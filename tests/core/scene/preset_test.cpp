@@ -2,7 +2,7 @@
 #include "core/scene/preset.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/look.h"
 #include "core/scene/preset_file.h"
 #include "core/scene/scene.h"

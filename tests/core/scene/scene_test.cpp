@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "core/scene/preset_file.h"

@@ -4,7 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "bricking/statistics/statistics.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/scene/preset.h"
 #include "datasets/phantom.h"
 #include "tests/support/graded.h"

@@ -1,7 +1,7 @@
 // The reference through store and sampler against closed forms, on anisotropic and sheared volumes. The
 // mirror against the reference: the error falls at the rule's order as the step is halved.
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "render/backends/reference/reference.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"

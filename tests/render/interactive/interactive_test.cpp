@@ -1,6 +1,6 @@
 // Successive pictures converge to the still's picture, whatever moved before and in whatever order bricks
 // arrived. Budgets hold after every step, no requested brick is evicted, and refinement always ends.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/image_metrics.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/interactive_fixture.h"

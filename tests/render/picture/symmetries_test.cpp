@@ -1,7 +1,7 @@
 // tests/render/picture/symmetries_test.cpp: the same body, stored, placed or measured in another way, gives
 // the same picture; its mirror image gives the picture's.
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/image_metrics.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/bricking_test_volumes.h"

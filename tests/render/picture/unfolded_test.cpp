@@ -3,7 +3,7 @@
 // the wall at a known place.
 #include "bricking/import/importer.h"
 #include "core/animation/flight.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "render/picture/unfolded.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/scene_fixture.h"

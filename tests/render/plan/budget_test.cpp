@@ -5,7 +5,7 @@
 #include "tests/support/scene_fixture.h"
 
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "datasets/phantom.h"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // The content of the picture: all that is shown, nothing of it cut off, and nothing else.
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/framing.h"
 #include "tests/bench/lod/framing.h"

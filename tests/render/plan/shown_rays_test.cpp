@@ -3,7 +3,7 @@
 #include "render/plan/shown_rays.h"
 
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Errors of pictures for which finest bricks must be read: measured from a quarter of the picture's bytes, or
 // not.
 #include "bricking/import/importer.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/image/image_metrics.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/formula_source.h"

@@ -1,6 +1,6 @@
 // tests/viewer/session/offers_test.cpp: a folder with several volumes: they are offered, each with a small
 // picture, and the one that is chosen is opened.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/folders.h"
 #include "tests/support/looker.h"

@@ -5,7 +5,7 @@
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "core/scene/preset.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/memory_plan.h"

@@ -4,7 +4,7 @@
 #include "tests/support/looker.h"
 #include "tests/support/scene_fixture.h"
 
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "viewer/session/session_board.h"
 
 #include <atomic>

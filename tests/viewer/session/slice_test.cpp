@@ -4,7 +4,7 @@
 #include "bricking/cache/brick_cache.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
 #include "viewer/session/slice_thread.h"
 #include "viewer/session/slice_views.h"

@@ -1,6 +1,6 @@
 // tests/viewer/window/window_parts_test.cpp: the window's parts without a window: folders as a browser lists
 // them, remembered settings, the isosurface that is offered.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "viewer/window/folder_listing.h"
 #include "viewer/window/function_edits.h"
 #include "viewer/window/settings.h"

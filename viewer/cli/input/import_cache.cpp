@@ -9,7 +9,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
 #include "core/base/ownership.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 
 #include <algorithm>
 #include <chrono>

@@ -2,7 +2,7 @@
 #include "viewer/cli/modules/load_module.h"
 
 #include "core/base/error.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <dlfcn.h>
 #include <filesystem>

@@ -2,7 +2,7 @@
 #include "viewer/cli/options/command.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/base/output_file.h" // finishStandardOutput
 #include "viewer/cli/options/option_names.h"
 

@@ -2,7 +2,7 @@
 #include "viewer/cli/options/key_options.h"
 
 #include "core/base/error.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/scene_fields.h"
 
 #include <algorithm>

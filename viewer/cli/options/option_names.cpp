@@ -1,7 +1,7 @@
 // viewer/cli/options/option_names.cpp: see option_names.h.
 #include "viewer/cli/options/option_names.h"
 
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 
 #include <algorithm>
 #include <cctype>

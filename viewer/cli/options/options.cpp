@@ -2,8 +2,7 @@
 #include "viewer/cli/options/options.h"
 
 #include "core/base/error.h"
-#include "core/base/number_text.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <cstdint>

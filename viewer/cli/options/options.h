@@ -40,7 +40,7 @@ std::size_t budgetBytes(const std::string& text, const std::string& option, cons
 
 /// "512 x 512 x 134"
 std::string formatExtent(const glm::ivec3& extent);
-/// As numberText() (core/base/number_text.h).
+/// As numberText() (core/base/shown_text.h).
 std::string formatNumber(double number, int digits = 4);
 
 } // namespace tessera

@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h" // TemporaryPath
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "render/plan/memory_plan.h"
 #include "viewer/cli/render/picture_files.h"
 

@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
-#include "core/base/nearest_name.h"
+#include "core/base/names.h"
 #include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "viewer/presets/preset_library.h"

@@ -1,10 +1,11 @@
-// core/base/scratch_folder.cpp: see scratch_folder.h.
-#include "core/base/scratch_folder.h"
+// core/base/program_folders.cpp: see program_folders.h.
+#include "core/base/program_folders.h"
 
 #include "core/base/error.h"
 #include "core/base/ownership.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
+#include <cstdlib>
 #include <random>
 
 namespace tessera {
@@ -51,6 +52,16 @@ ScratchFolder::ScratchFolder() {
 ScratchFolder::~ScratchFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
+}
+
+std::filesystem::path userConfigFolder() {
+    const char* const config = std::getenv("XDG_CONFIG_HOME");
+    const char* const home = std::getenv("HOME");
+    if (config && *config == '/')
+        return std::filesystem::path(config) / "tessera";
+    if (home && *home == '/')
+        return std::filesystem::path(home) / ".config" / "tessera";
+    return {};
 }
 
 } // namespace tessera

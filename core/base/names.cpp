@@ -1,5 +1,5 @@
-// core/base/nearest_name.cpp: see nearest_name.h.
-#include "core/base/nearest_name.h"
+// core/base/names.cpp: see names.h.
+#include "core/base/names.h"
 
 #include "core/base/error.h"
 

@@ -1,7 +1,8 @@
-// core/base/scratch_folder.h: a folder for temporary data: generated volumes of the benches and of the tests.
+// core/base/program_folders.h: folders that the program itself has: one for temporary data (generated volumes
+// of the benches and of the tests), and that of a user's own files (presets, the window's settings).
 #pragma once
 
-#include "core/base/file_handle.h"
+#include "core/base/files.h"
 #include "core/base/interrupt.h" // TemporaryPath
 
 #include <filesystem>
@@ -27,5 +28,9 @@ class ScratchFolder {
     FileHandle owned_;
     std::optional<TemporaryPath> unfinished_;
 };
+
+/// ${XDG_CONFIG_HOME}/tessera, or ~/.config/tessera; empty if neither variable names a folder. It need not
+/// exist.
+std::filesystem::path userConfigFolder();
 
 } // namespace tessera

@@ -1,13 +1,31 @@
-// core/base/regular_file.h: refuses pipes and devices before they are opened: reading one may block or never
-// end.
+// core/base/files.h: an owned file descriptor, and the refusal of pipes and devices before they are opened:
+// reading one may block or never end.
 #pragma once
 
 #include "core/base/error.h"
 
 #include <filesystem>
+#include <string>
 #include <system_error>
 
 namespace tessera {
+
+/// An owned file descriptor; move-only.
+class FileHandle {
+  public:
+    FileHandle() = default;
+    explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
+    FileHandle(FileHandle&& other) noexcept;
+    FileHandle& operator=(FileHandle&& other) noexcept;
+    ~FileHandle();
+    int descriptor() const { return descriptor_; }
+    /// Closes a file that was written: some file systems report a failed write only here. Throws Error naming
+    /// shown.
+    void close(const std::string& shown);
+
+  private:
+    int descriptor_ = -1;
+};
 
 /// True if path is a pipe, a socket or a device. Links are followed.
 inline bool isPipeOrDevice(const std::filesystem::path& path) {

@@ -1,8 +1,8 @@
-// core/base/file_handle.cpp: see file_handle.h.
-#include "core/base/file_handle.h"
+// core/base/files.cpp: see files.h.
+#include "core/base/files.h"
 
 #include "core/base/error.h"
-#include "core/base/printable_text.h"
+#include "core/base/shown_text.h"
 
 #include <cerrno>
 #include <cstring>
