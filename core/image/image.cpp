@@ -1,7 +1,10 @@
 // core/image/image.cpp: see image.h.
 #include "core/image/image.h"
 
+#include "core/base/error.h"
+
 #include <algorithm>
+#include <cctype>
 #include <glm/common.hpp>
 
 namespace tessera {
@@ -35,6 +38,20 @@ Image thinned(const Image& image, int stride) {
 bool isBlank(const Image& image) {
     return std::all_of(image.pixels.begin(), image.pixels.end(),
                        [](const glm::vec4& p) { return !(p.a > 1.0f / 510); });
+}
+
+PictureFormat pictureFormat(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".png")
+        return PictureFormat::png;
+    if (extension == ".exr")
+        return PictureFormat::exr;
+    if (extension == ".tif" || extension == ".tiff")
+        return PictureFormat::tiff;
+    throw badFile(path.string(), "a picture's name ending in .png, .exr, .tif or .tiff",
+                  extension.empty() ? "no extension" : "\"" + extension + "\"");
 }
 
 } // namespace tessera

@@ -1,8 +1,9 @@
-// core/image/image.h: a picture in memory: linear light, Rec. 709 primaries, premultiplied alpha, float,
-// top row first.
+// core/image/image.h: a picture in memory: linear light, Rec. 709 primaries, premultiplied alpha, float, top
+// row first. The format of its file follows from the file's name, without a picture library.
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -38,5 +39,10 @@ glm::ivec2 thinnedPixel(const glm::ivec2& at, const glm::ivec2& size, int stride
 Image thinned(const Image& image, int stride);
 /// True when no pixel has alpha above 1/510: nothing an 8-bit picture could show.
 bool isBlank(const Image& image);
+
+enum class PictureFormat { png, exr, tiff };
+
+/// By extension. Throws InputError naming path when it is another.
+PictureFormat pictureFormat(const std::filesystem::path& path);
 
 } // namespace tessera

@@ -7,8 +7,8 @@
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
 #include "core/image/colour.h"
+#include "core/image/image.h"
 #include "core/image/picture_codecs.h"
-#include "core/image/picture_format.h"
 
 #include <algorithm>
 #include <cmath>

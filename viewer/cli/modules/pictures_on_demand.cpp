@@ -1,6 +1,6 @@
 // viewer/cli/modules/pictures_on_demand.cpp: core/image/image_file.h for programs: the first picture that is
 // read or written loads what does that.
-#include "core/image/picture_format.h"
+#include "core/image/image.h"
 #include "viewer/cli/modules/picture_module.h"
 
 namespace tessera {
