@@ -3,7 +3,7 @@
 // directions. So predicted errors include gradients that coarser levels lose.
 #pragma once
 
-#include "core/scene/gradient_opacity.h"
+#include "core/scene/transfer_function.h"
 
 #include <cstdint>
 #include <span>

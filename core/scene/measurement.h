@@ -1,8 +1,9 @@
-// core/scene/measurement.h: measurements of a scene: lengths, angles and circles between points in the
-// patient. They use geometry alone and read no voxel.
+// core/scene/measurement.h: lengths in pictures: measurements of a scene, and the scale bar.
 #pragma once
 
 #include "core/base/names.h"
+#include "core/image/image.h"
+#include "core/scene/camera.h"
 
 #include <cstddef>
 #include <glm/vec3.hpp>
@@ -10,6 +11,9 @@
 #include <vector>
 
 namespace tessera {
+
+// Measurements of a scene: lengths, angles and circles between points in the patient. They use geometry alone
+// and read no voxel.
 
 enum class MeasurementKind { distance, angle, circle };
 
@@ -32,5 +36,29 @@ double valueOf(const Measurement& measurement);
 glm::dvec3 circleCentre(const Measurement& circle);
 /// For people: "12.3 mm", "45.0 deg", "radius 12.3 mm, area 475 mm2".
 std::string describe(const Measurement& measurement);
+
+// A scale bar: a round length for a picture, and the bar drawn into one. Windows draw their own.
+
+/// The largest length of 1, 2 or 5 times a power of ten that is at most `mm`; 1 if `mm` is no length.
+double roundLength(double mm);
+
+struct ScaleBar {
+    double mm = 1, pixels = 1;
+    bool everywhere = true; ///< else only at the depth of the picture's centre: nearer objects are larger
+
+    /// "50 mm", "50 mm at the centre".
+    std::string text() const;
+};
+
+/// At most a quarter of the picture's width. Exact across the direction of view: everywhere in parallel
+/// projection, else at the depth of the camera's focal point, which is the picture's centre.
+ScaleBar scaleBarOf(const Camera& camera, const glm::ivec2& imageSize);
+/// For a plane that the picture shows at one scale.
+/// @param width  of the picture, pixels
+ScaleBar scaleBarOf(double mmPerPixel, double width);
+
+/// At the lower right, with its text above it: white with a black edge, visible on any picture. The outer
+/// edges of its ends are bar.pixels apart, rounded to whole pixels.
+void drawScaleBar(Image& image, const ScaleBar& bar);
 
 } // namespace tessera

@@ -1,9 +1,12 @@
 // core/scene/mode.h: the modes of a picture: compositing, one value or the mean of a ray, the isosurfaces
-// alone, or the values of a plane. The window turns one value into grey (docs/sampling.md, "Modes").
+// alone, or the values of a plane. The window turns one value into grey (docs/sampling.md, "Modes"). The
+// appearance of one value in modes that show single values, exactly and as the table of floats that engines
+// read (docs/sampling.md, "Modes").
 #pragma once
 
 #include "core/base/names.h"
 #include "core/scene/preset.h" // ValueSummary
+#include "core/scene/transfer_function.h"
 
 #include <glm/vec3.hpp>
 #include <optional>
@@ -89,5 +92,20 @@ GreyWindow checkedWindow(double centre, double width, const std::string& where);
 /// Checks that the thickness is at least 0, the normal not 0, and numbers within bounds
 /// (core/base/magnitude.h).
 void checkSlice(const SlicePlane& slice, const std::string& where);
+
+struct ValueLook {
+    ValueColour colour = ValueColour::window;
+    GreyWindow window;
+};
+
+/// Linear light: the window's grey, rising or falling, is a display value (sRGB), as in radiology viewers.
+/// @param value  physical units
+glm::dvec3 colourOfValue(const ValueLook& look, const TransferFunction& function, double value);
+
+/// Colours by value. An entry's extinction says only whether values there can change what a ray of this
+/// reduction shows, so that bricks are culled by it. The lowest entry cannot change a maximum, nor the
+/// highest a minimum.
+/// @param reduction  not composite
+TransferTable valueTable(const ValueLook& look, const TransferFunction& function, Reduction reduction);
 
 } // namespace tessera

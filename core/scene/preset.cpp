@@ -5,7 +5,7 @@
 #include "core/base/embedded.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
-#include "core/scene/preset_file.h"
+#include "core/scene/scene_presets.h"
 
 #include <algorithm>
 #include <cmath>

@@ -15,7 +15,7 @@ std::vector<std::string> presetNames();
 /// A description of one of them.
 std::string presetDescription(const std::string& name);
 
-struct Preset; // core/scene/preset_file.h
+struct Preset; // core/scene/scene_presets.h
 /// One of them with its light, mode and window. "auto" has no function here, because it depends on values.
 /// Throws InputError, listing the names and the nearest one, for an unknown name.
 Preset builtInPreset(const std::string& name);

@@ -8,7 +8,6 @@
 #include "core/scene/lighting.h"
 #include "core/scene/measurement.h"
 #include "core/scene/mode.h"
-#include "core/scene/source_choice.h"
 #include "core/scene/transfer_function.h"
 
 #include <filesystem>
@@ -20,6 +19,16 @@
 #include <vector>
 
 namespace tessera {
+
+/// The choice of one volume among source files, and the options to open it.
+struct SourceChoice {
+    int series = 0;            // DICOM: number in the table of series; 0: none chosen
+    bool resampleZ = false;    // uneven slices are interpolated
+    bool largest = false;      // a folder's largest CT, or its largest volume if there is no CT
+    int phase = 0;             // of a series with several images at each position; 0: none chosen
+    bool allowMissing = false; // files that could be slices and cannot be read are left out
+    bool operator==(const SourceChoice&) const = default;
+};
 
 /// The gradient operator (docs/sampling.md, "Value"). In order: differences to one side, over a pitch to both
 /// sides, and of Sobel. Then the derivative of trilinear interpolation, differences over half a pitch to both

@@ -45,9 +45,8 @@ struct Optics {
     leaf::GradientNumbers<double> gradientOpacity;
     glm::mat3 voxelFromPatientTransposed{1}; // linear parts
     glm::mat3 patientFromVoxel{1};
-    Reduction reduction =
-        Reduction::composite; // else the table is of single values (core/scene/value_look.h)
-    float termination = 0;    // transmittance below which a ray ends; 0: never
+    Reduction reduction = Reduction::composite;   // else the table is of single values (core/scene/mode.h)
+    float termination = 0;                        // transmittance below which a ray ends; 0: never
     Integrator integrator = Integrator::midpoint; // never automatic
     std::vector<glm::vec4> bins;                  // of the pre-integrated ones: extinctionBins()
     std::vector<glm::vec4> sums;                  // of preintegrated: colourSums()

@@ -7,9 +7,9 @@
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
+#include "core/scene/mode.h"
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/transfer_function.h"
-#include "core/scene/value_look.h"
 #include "render/contract/level_map.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/occupancy.h"

@@ -9,8 +9,8 @@
 // Times are to a first picture of few pixels, to one of all pixels, to one with all bricks at their levels,
 // and to the last, whose light is complete too. Each has the program's CPU time until then. --light gives the
 // scene a lighting preset, --relight another one that follows the edits; --engine native draws on the CPU.
-#include "core/scene/look.h"
 #include "core/scene/preset.h"
+#include "core/scene/scene_presets.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/native/native_engine.h"

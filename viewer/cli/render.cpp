@@ -1,9 +1,9 @@
 // viewer/cli/render.cpp: `tessera render X -o OUT`: one converged picture of a scene, a store or source
 // files, a film or an unfolded wall. Its options; what is done is in viewer/cli/render/.
 #include "core/base/names.h"
-#include "core/scene/look.h"
 #include "core/scene/preset.h"
 #include "core/scene/scene.h"
+#include "core/scene/scene_presets.h"
 #include "render/engine_traits.h"
 #include "render/verify/verify_plan.h" // verifyNames
 #include "viewer/cli/commands.h"

@@ -4,7 +4,7 @@
 // kOpacityError.
 #pragma once
 
-#include "core/scene/preset_file.h"
+#include "core/scene/scene_presets.h"
 
 #include <string>
 #include <vector>

@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image/image_file.h"
-#include "core/scene/scale_bar.h"
+#include "core/scene/measurement.h"
 #include "viewer/cli/manifest/manifest.h"
 
 #include <nlohmann/json.hpp>

@@ -201,7 +201,7 @@ class Viewing {
     virtual void lookAhead(std::vector<Camera> next) = 0;
 
     /// Writes the newest picture with its manifest. Throws Error or InputError.
-    /// @param scaleBar  drawn into it (core/scene/scale_bar.h); the manifest says so
+    /// @param scaleBar  drawn into it (core/scene/measurement.h); the manifest says so
     virtual void saveScreenshot(const std::filesystem::path& path, bool scaleBar) const = 0;
     /// Draws the still of a scene, of any picture size, in the background, and writes it with its manifest.
     /// Of several requests before it is written the last counts. takeNotice() or state() report the outcome.

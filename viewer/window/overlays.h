@@ -2,7 +2,7 @@
 // pointer, and the picture's quality.
 #pragma once
 
-#include "core/scene/scale_bar.h"
+#include "core/scene/measurement.h"
 #include "viewer/window/picture_view.h"
 #include "viewer/window/window_state.h"
 

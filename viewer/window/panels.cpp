@@ -2,7 +2,7 @@
 #include "viewer/window/panels.h"
 
 #include "core/base/budget.h" // formatBytes
-#include "core/scene/look.h"
+#include "core/scene/scene_presets.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/mode_panel.h"
 

@@ -2,7 +2,7 @@
 // and writes no files.
 #pragma once
 
-#include "core/scene/preset_file.h"
+#include "core/scene/scene_presets.h"
 
 #include <filesystem>
 #include <functional>

@@ -4,8 +4,8 @@
 #include "core/base/error.h"
 #include "core/base/files.h"
 #include "core/base/output_file.h"
-#include "core/scene/look.h"
 #include "core/scene/preset.h"
+#include "core/scene/scene_presets.h"
 #include "viewer/session/camera_moves.h"
 #include "viewer/window/function_edits.h"
 

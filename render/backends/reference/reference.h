@@ -9,9 +9,9 @@
 #include "core/base/progress.h" // ShareDone
 #include "core/base/volume.h"
 #include "core/scene/camera.h"
+#include "core/scene/mode.h"
 #include "core/scene/scene.h"
 #include "core/scene/transfer_function.h"
-#include "core/scene/value_look.h"
 #include "render/contract/ray_cuts.h"
 
 #include <glm/vec2.hpp>

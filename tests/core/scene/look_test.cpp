@@ -1,5 +1,5 @@
 // tests/core/scene/look_test.cpp: lighting presets, built in by name.
-#include "core/scene/look.h"
+#include "core/scene/scene_presets.h"
 
 #include "core/base/error.h"
 #include "core/scene/scene.h"

@@ -3,9 +3,8 @@
 
 #include "core/base/error.h"
 #include "core/base/names.h"
-#include "core/scene/look.h"
-#include "core/scene/preset_file.h"
 #include "core/scene/scene.h"
+#include "core/scene/scene_presets.h"
 
 #include <cmath>
 #include <functional>

@@ -1,6 +1,6 @@
 // tests/core/scene/scale_bar_test.cpp: a bar is as long as it says, whatever the camera: of a round length,
 // and not longer than a quarter of the picture.
-#include "core/scene/scale_bar.h"
+#include "core/scene/measurement.h"
 
 #include <algorithm>
 #include <cmath>

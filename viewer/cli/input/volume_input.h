@@ -6,7 +6,6 @@
 #include "bricking/import/source/slab_source.h"
 #include "core/base/budget.h"
 #include "core/scene/scene.h"
-#include "core/scene/source_choice.h"
 #include "viewer/cli/options/options.h"
 
 #include <filesystem>

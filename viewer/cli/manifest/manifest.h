@@ -5,7 +5,7 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
-#include "core/scene/scale_bar.h"
+#include "core/scene/measurement.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
 

@@ -4,8 +4,8 @@
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
-#include "core/scene/look.h"
 #include "core/scene/preset.h"
+#include "core/scene/scene_presets.h"
 #include "viewer/presets/preset_library.h"
 
 #include <algorithm>

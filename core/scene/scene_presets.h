@@ -1,8 +1,5 @@
-// core/scene/preset_file.h: a preset as one JSON file: a transfer function and the other keys of a picture's
-// appearance. "Save as mine" writes it and `--preset FILE` reads it.
-//
-//     {"tesseraPreset": 1, "description": "...", "unit": "HU",
-//      "scalarOpacity": ..., "rgbTransferFunction": ..., and any of lookKeys(), as a scene has them}
+// core/scene/scene_presets.h: what gives a scene another appearance: presets, each one JSON file, and
+// lighting presets.
 #pragma once
 
 #include "core/scene/scene.h"
@@ -12,6 +9,12 @@
 #include <vector>
 
 namespace tessera {
+
+// A preset as one JSON file: a transfer function and the other keys of a picture's appearance. "Save as mine"
+// writes it and `--preset FILE` reads it.
+//
+//     {"tesseraPreset": 1, "description": "...", "unit": "HU",
+//      "scalarOpacity": ..., "rgbTransferFunction": ..., and any of lookKeys(), as a scene has them}
 
 /// The domain of a preset's function.
 enum class PresetUnit {
@@ -58,5 +61,14 @@ bool overShares(const Preset& preset);
 /// Converts a preset over shares of a range to one over [lowest, highest]; others are unchanged. Throws
 /// InputError for a range that is empty or not finite.
 Preset overRange(Preset preset, double lowest, double highest);
+
+// Lighting presets, in core/scene/looks/*.json: lights, occlusion and material response by name. In code and
+// files a lighting preset is called a look.
+
+/// "plain", "studio", "soft", "dramatic", "endoscope", "soft-1". NAME-1 is an earlier version of NAME.
+const std::vector<std::string>& lookNames();
+/// Applies a lighting preset's light and the shading that it names; the gradient operator and `shade` stay
+/// the scene's. Throws InputError, listing the names and the nearest one, for an unknown name.
+void applyLook(const std::string& name, Scene& scene);
 
 } // namespace tessera
