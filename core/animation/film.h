@@ -7,6 +7,7 @@
 #include "core/animation/path.h"
 #include "core/scene/scene.h"
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -61,5 +62,14 @@ class Film {
     double seconds_ = 0;
     std::size_t frames_ = 1;
 };
+
+// A turntable film: a camera's circle about its focal point, as a path of keyframes.
+
+/// One keyframe a frame, at equal angles about the patient's axis (from feet to head) through the camera's
+/// focal point. With degrees above 0 the viewer moves towards the patient's left. Full turns leave out the
+/// last frame, which would equal the first; others end at `degrees`. Throws InputError naming --turn and
+/// --frames for an angle of 0 or more than 3600 degrees, and for fewer than 2 frames or more than a path may
+/// have.
+Path turntable(const Camera& first, double degrees, std::size_t frames, double framesPerSecond);
 
 } // namespace tessera

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/animation/path.h"
+#include "core/scene/scene.h"
 
 #include <cstddef>
 #include <glm/vec3.hpp>
@@ -53,5 +54,15 @@ class FlightCurve {
 Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight);
 /// The direction for cameraOf() that looks from the pose at another point, mm.
 LookAround lookTowards(const Pose& pose, const glm::dvec3& place);
+
+// The wall of a hollow organ as an isosurface, for flights.
+
+/// Adds the wall to the scene's isosurfaces, unless one has that value, and sets mode isosurface. Returns
+/// false, with the scene unchanged, if the scene has the largest number of isosurfaces.
+bool showLumenWall(const Lumen& lumen, Scene& scene);
+
+/// True if a film along the path shows the wall by default: the lumen is known, and no keyframe has a
+/// function.
+bool showsWallByDefault(const Path& path);
 
 } // namespace tessera

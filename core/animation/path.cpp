@@ -1,14 +1,17 @@
-// core/animation/path.cpp: see path.h: what a path must be, whoever made it. Reading and writing is
-// path_json.cpp.
+// core/animation/path.cpp: see path.h.
 #include "core/animation/path.h"
 
 #include "core/base/error.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 namespace tessera {
+
+// What a path must be, whoever made it. Reading and writing is path_json.cpp.
+
 namespace {
 
 std::string number(double value) {
@@ -172,6 +175,35 @@ void checkPath(const Path& path, const std::string& where) {
     if (path.flight)
         checkFlight(path, where);
     checkKeyframes(path, where);
+}
+
+LinesExtent extentOf(const std::vector<CentreLine>& lines) {
+    LinesExtent extent;
+    for (const CentreLine& line : lines) {
+        extent.lengthMm += line.lengthMm();
+        for (const double radius : line.radiusMm) {
+            if (radius > 0 && (extent.narrowestMm == 0 || radius < extent.narrowestMm))
+                extent.narrowestMm = radius;
+            extent.widestMm = std::max(extent.widestMm, radius);
+        }
+    }
+    return extent;
+}
+
+std::string linesText(const std::vector<CentreLine>& lines) {
+    const LinesExtent extent = extentOf(lines);
+    return (lines.size() == 1 ? "a line" : std::to_string(lines.size()) + " branches") + " of " +
+           mmText(extent.lengthMm) + ", " + mmText(extent.narrowestMm) + " to " + mmText(extent.widestMm) +
+           " from the wall";
+}
+
+std::string doubtText(const Lumen& lumen) {
+    if (lumen.leaks)
+        return "this line may have left the lumen" +
+               (lumen.leavesAtMm ? " at " + mmText(*lumen.leavesAtMm) : "") + ": it leaks at its threshold";
+    if (lumen.unsure)
+        return "this line may lie outside of the lumen: its threshold hardly differs from the noise in it";
+    return {};
 }
 
 } // namespace tessera

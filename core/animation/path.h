@@ -1,6 +1,6 @@
 // core/animation/path.h: paths through a volume, as a value and as a JSON file (docs/path.schema.json). A
 // path has centre-lines of hollow organs, keyframes, and the parameters of a flight; core/animation/flight.h
-// makes its curve.
+// makes its curve. Texts about its centre-lines are for commands and windows.
 #pragma once
 
 #include "core/scene/camera.h"
@@ -130,5 +130,17 @@ Path parsePath(const std::string& text, const std::string& where);
 std::string pathJson(const Path& path);
 
 template <> const NameTable<Easing>& namesOf<Easing>();
+
+/// Total length of lines, and their least and largest distance to the wall, bridges apart.
+struct LinesExtent {
+    double lengthMm = 0, narrowestMm = 0, widestMm = 0;
+};
+LinesExtent extentOf(const std::vector<CentreLine>& lines);
+
+/// "a line of 120.4 mm, 3.1 to 8 mm from the wall", "21 branches of ...".
+std::string linesText(const std::vector<CentreLine>& lines);
+
+/// The reason why lines of a lumen may lie outside of it, and from where on. Empty if there is none.
+std::string doubtText(const Lumen& lumen);
 
 } // namespace tessera

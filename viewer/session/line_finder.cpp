@@ -3,7 +3,7 @@
 
 #include "bricking/analysis/lumen/centreline.h"
 #include "bricking/analysis/lumen/wall_coverage.h"
-#include "core/animation/path_text.h"
+#include "core/animation/path.h"
 
 namespace tessera {
 namespace {

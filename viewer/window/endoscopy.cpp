@@ -2,8 +2,8 @@
 // is drawn of it: endoscopy_panel.cpp.
 #include "viewer/window/endoscopy.h"
 
-#include "core/animation/lumen_wall.h"
-#include "core/animation/path_text.h"
+#include "core/animation/flight.h"
+#include "core/animation/path.h"
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"

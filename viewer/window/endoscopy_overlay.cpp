@@ -4,7 +4,7 @@
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
-#include "core/animation/path_text.h"
+#include "core/animation/path.h"
 
 #include <algorithm>
 #include <cmath>

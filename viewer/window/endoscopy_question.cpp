@@ -2,7 +2,7 @@
 // lumen.
 #include "viewer/window/endoscopy.h"
 
-#include "core/animation/path_text.h"
+#include "core/animation/path.h"
 #include "core/base/shown_text.h"
 
 #include <imgui.h>

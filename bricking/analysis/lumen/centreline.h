@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bricking/cache/chunk_source.h"
-#include "core/animation/path_text.h"
+#include "core/animation/path.h"
 #include "core/base/budget.h"
 #include "core/base/progress.h"
 

@@ -2,7 +2,6 @@
 // what lies between them by hand, and films whose frames follow from their numbers.
 #include "core/animation/film.h"
 
-#include "core/animation/turntable.h"
 #include "core/base/error.h"
 
 #include <algorithm>

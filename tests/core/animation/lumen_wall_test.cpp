@@ -1,5 +1,5 @@
 // tests/core/animation/lumen_wall_test.cpp: the wall of a lumen among a scene's isosurfaces.
-#include "core/animation/lumen_wall.h"
+#include "core/animation/flight.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // tests/core/animation/path_test.cpp: paths read strictly and written back without loss, the published
 // schema, and routes over branches.
-#include "core/animation/path_text.h"
+#include "core/animation/path.h"
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
 #include "tests/support/folders.h"

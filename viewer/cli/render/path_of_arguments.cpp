@@ -1,8 +1,8 @@
 // viewer/cli/render/path_of_arguments.cpp: see path_of_arguments.h.
 #include "viewer/cli/render/path_of_arguments.h"
 
+#include "core/animation/film.h"
 #include "core/animation/flight.h"
-#include "core/animation/turntable.h"
 #include "core/base/error.h"
 #include "render/plan/framing.h"
 #include "render/plan/planner.h"

@@ -2,8 +2,8 @@
 #include "viewer/cli/render/run_render.h"
 
 #include "bricking/store/store_reader.h"
-#include "core/animation/lumen_wall.h"
-#include "core/animation/path_text.h"
+#include "core/animation/flight.h"
+#include "core/animation/path.h"
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/memory_plan.h" // renderFloorBytes
