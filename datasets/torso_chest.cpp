@@ -8,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr float kLungHu = -860, kMediastinalFatHu = -85, kMyocardiumHu = 100, kBloodHu = 180;
-constexpr float kLungVesselHu = 230, kAirwayWallHu = -50, kAirHu = -1000;
+constexpr float kLungVesselHu = 230, kAirwayWallHu = -50, kAirwayHu = -1000;
 constexpr float kLungFloorMm = -52;
 // the recesses beside the diaphragm end at this plane: deep at the back, shallow in front
 const HalfSpace kRecesses(glm::normalize(glm::vec3(0, -0.35F, -1)), 28);
@@ -114,7 +114,7 @@ void addLungTrees(TorsoBuilder& torso) {
              {{22, 8, 22}, 8},
              {{36, 2, 8}, 8}},
             voxelMm);
-    Tissue& airways = torso.add({{1.3F, kAirwayWallHu}, {0, kAirHu}}, 1);
+    Tissue& airways = torso.add({{1.3F, kAirwayWallHu}, {0, kAirwayHu}}, 1);
     for (const AirwayTube& tube : torsoAirwayTubes(*torso.innerWall))
         if (tube.knots.size() > 2)
             addTube(airways.shapes, tube.knots, voxelMm);
