@@ -1,7 +1,7 @@
 // bricking/store/checked_json.cpp: see checked_json.h.
 #include "bricking/store/checked_json.h"
 
-#include "bricking/store/crc32c.h"
+#include "bricking/store/codec.h"
 #include "core/base/error.h"
 
 #include <cmath>

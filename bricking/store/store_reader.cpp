@@ -3,10 +3,8 @@
 
 #include "bricking/store/buffer_pool.h"
 #include "bricking/store/codec.h"
-#include "bricking/store/crc32c.h"
-#include "bricking/store/file_io.h"
 #include "bricking/store/shard.h"
-#include "bricking/store/shard_table.h"
+#include "bricking/store/store_files.h"
 #include "bricking/store/zarr_metadata.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"

@@ -4,12 +4,10 @@
 #include "bricking/store/store_writer.h"
 
 #include "bricking/store/codec.h"
-#include "bricking/store/crc32c.h"
-#include "bricking/store/file_io.h"
 #include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
+#include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h"
-#include "bricking/store/temporary_folder.h"
 #include "bricking/store/zarr_metadata.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"

@@ -3,7 +3,7 @@
 // the levels. Every chunk is written, so a missing one is an error.
 #pragma once
 
-#include "bricking/store/file_io.h"
+#include "bricking/store/store_files.h"
 
 #include <cstddef>
 #include <cstdint>

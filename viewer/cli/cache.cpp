@@ -1,6 +1,6 @@
 // viewer/cli/cache.cpp: `tessera cache list|clear|path`: the imports that `tessera render` keeps.
-#include "bricking/store/temporary_folder.h" // recoverFolders
-#include "core/base/budget.h"                // formatBytes
+#include "bricking/store/store_files.h" // recoverFolders
+#include "core/base/budget.h"           // formatBytes
 #include "core/base/shown_text.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/import_cache.h"

@@ -1,6 +1,6 @@
 // tests/bricking/store/publish_test.cpp: giving a store its final name: nothing is replaced unasked, and a
 // process that is killed leaves the old store or the new one.
-#include "bricking/store/temporary_folder.h"
+#include "bricking/store/store_files.h"
 #include "core/base/error.h"
 #include "core/base/ownership.h"
 #include "core/base/program_folders.h"

@@ -1,6 +1,6 @@
 // tests/bricking/store/shard_table_test.cpp: a shard with readers stays open, and threads that wait for its
 // room are woken when the last reader is done.
-#include "bricking/store/shard_table.h"
+#include "bricking/store/shard.h"
 
 #include <atomic>
 #include <chrono>

@@ -1,6 +1,6 @@
 // tests/bricking/store/short_io_test.cpp: the system may read or write less than requested, as on network
 // file systems and in calls of two gigabytes. The rest is requested again from where it stopped.
-#include "bricking/store/file_io.h"
+#include "bricking/store/store_files.h"
 #include "core/base/output_file.h"
 #include "tests/support/bricking_test_volumes.h"
 

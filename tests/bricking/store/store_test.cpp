@@ -1,7 +1,7 @@
 // tests/bricking/store/store_test.cpp: written data are read back bit for bit, every level and every field.
 #include "tests/support/bricking_store_tools.h"
 
-#include "bricking/store/crc32c.h"
+#include "bricking/store/codec.h"
 
 #include <cstdlib>
 #include <gtest/gtest.h>

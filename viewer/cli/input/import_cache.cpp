@@ -2,9 +2,8 @@
 #include "viewer/cli/input/import_cache.h"
 
 #include "bricking/import/import_version.h"
-#include "bricking/store/file_io.h"
+#include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
-#include "bricking/store/temporary_folder.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"

@@ -1,8 +1,8 @@
 // viewer/cli/input/volume_input.cpp: see volume_input.h.
 #include "viewer/cli/input/volume_input.h"
 
+#include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
-#include "bricking/store/temporary_folder.h"
 #include "core/base/error.h"
 #include "viewer/cli/input/import_cache.h"
 #include "viewer/cli/input/volume_notes.h"
