@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/levels/level_selection.h"
-#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/scene/camera.h"

@@ -15,6 +15,7 @@
 // For equal bytes, more samples per ray give better predictions than more rays.
 #pragma once
 
+#include "bricking/store/store_reader.h"
 #include "core/base/brick.h"
 #include "core/base/budget.h"
 
@@ -93,5 +94,21 @@ struct BrickRays {
     std::span<const std::uint8_t, kBrickRayBytes> part(std::uint32_t row, int part) const;
     std::span<std::uint8_t> row(std::uint32_t row);
 };
+
+// The sampled rays of bricks, read from a store's statistics for visible bricks. They take 1176 bytes per
+// brick, half of that with one part.
+
+/// Initially of no brick.
+/// @param parts  1 or kBrickRayParts; one takes half the memory, for a less accurate prediction
+/// Throws InputError when ram cannot hold four bytes a brick.
+BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram);
+
+/// Adds the missing bricks with wanted[brick] != 0; present ones do not move. Missing or damaged statistics,
+/// or those of another version, are no error: rays are then sampled from the voxels, which takes as long as
+/// at import.
+/// @param wanted  [z][y][x] over bricks
+/// Throws InputError when ram cannot hold them, or when voxels cannot be read.
+void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
+                  MemoryBudget& ram, int threads = 0);
 
 } // namespace tessera

@@ -1,4 +1,4 @@
-// bricking/statistics/statistics.cpp: see statistics.h and ray_statistics.h. On disk: STORE/stats/cell_min,
+// bricking/statistics/statistics.cpp: see statistics.h and brick_rays.h. On disk: STORE/stats/cell_min,
 // cell_max (float32 [z][y][x] over cells), brick_min, brick_max (the same over bricks, two layers around
 // included; not in version 4). STORE/stats/rays/0 and 1 are uint8 [z][y][x][byte] over bricks: the parts of
 // brick_rays.h. The group's attributes.tessera hold the version, the range, the whole histogram and the
@@ -6,7 +6,7 @@
 // rays.
 #include "bricking/statistics/statistics.h"
 
-#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/statistics_pass.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
@@ -302,7 +302,7 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
     return statistics;
 }
 
-// -- rays of bricks (ray_statistics.h)
+// -- rays of bricks (brick_rays.h)
 
 namespace {
 

@@ -1,7 +1,7 @@
 // bricking/statistics/statistics.h: statistics of a volume, so that selection and skipping need no voxels.
 // They are a cache in the store, made at import and rebuilt if missing. A cell has min/max with a ghost layer
 // of one voxel; a brick has its mean, and min/max with two voxels around. The volume has a histogram. Every
-// brick has sampled rays (brick_rays.h), read only for visible bricks (ray_statistics.h).
+// brick has sampled rays, read only for visible bricks (brick_rays.h).
 #pragma once
 
 #include "bricking/store/store_reader.h"

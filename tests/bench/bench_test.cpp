@@ -7,7 +7,7 @@
 
 #include "bricking/import/importer.h"
 #include "bricking/levels/selection.h"
-#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/brick_rays.h"
 #include "core/base/program_folders.h"
 #include "core/image/image_metrics.h"
 #include "core/scene/preset.h"

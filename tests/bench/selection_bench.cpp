@@ -8,7 +8,7 @@
 // Rows are CSV on standard output. Times are only worth as much as the machine is quiet: the load is printed.
 #include "bricking/levels/level_selection.h"
 #include "bricking/levels/visibility.h"
-#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/brick_rays.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "core/image/image_metrics.h"

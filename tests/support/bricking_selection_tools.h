@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/levels/level_selection.h"
-#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/brick_rays.h"
 #include "tests/support/bricking_test_volumes.h"
 
 namespace tessera::test {

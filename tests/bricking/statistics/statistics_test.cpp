@@ -2,7 +2,7 @@
 // against brute force: cells, histogram, means, and the sampled rays of its bricks.
 #include "tests/support/bricking_store_tools.h"
 
-#include "bricking/statistics/ray_statistics.h"
+#include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/checked_json.h"
 
