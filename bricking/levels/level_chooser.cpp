@@ -1,7 +1,7 @@
 // bricking/levels/level_chooser.cpp: see level_chooser.h.
 #include "bricking/levels/level_chooser.h"
 
-#include "bricking/levels/predicted_visibility.h"
+#include "bricking/levels/visibility.h"
 
 #include <algorithm>
 #include <cmath>

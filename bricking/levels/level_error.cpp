@@ -3,9 +3,7 @@
 // compiler extensions (GCC and Clang), because neither vectorises these loops well by itself.
 #include "bricking/levels/level_error.h"
 
-#include "bricking/levels/graded_rays.h"
-#include "bricking/levels/narrow_function.h"
-#include "bricking/levels/segment_tables.h"
+#include "bricking/levels/ray_compositing.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "core/base/volume.h"

@@ -2,7 +2,7 @@
 // levels, where the answer is known without computing it. Rays are made by hand, and budgets have a single
 // choice that uses them up.
 #include "bricking/levels/level_error.h"
-#include "bricking/levels/narrow_function.h"
+#include "bricking/levels/ray_compositing.h"
 #include "tests/support/bricking_selection_tools.h"
 
 #include <cmath>

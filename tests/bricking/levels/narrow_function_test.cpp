@@ -1,7 +1,7 @@
 // tests/bricking/levels/narrow_function_test.cpp: rays composited under functions too narrow for look-ups,
 // against dense integration and against all rays of a brick.
 #include "bricking/levels/level_error.h"
-#include "bricking/levels/narrow_function.h"
+#include "bricking/levels/ray_compositing.h"
 #include "core/image/colour.h"
 #include "tests/support/blobs.h"
 #include "tests/support/bricking_selection_tools.h"

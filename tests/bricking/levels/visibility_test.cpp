@@ -2,7 +2,6 @@
 // where the transmittance is known in closed form, and fed back from frames without flicker.
 #include "bricking/levels/visibility.h"
 
-#include "bricking/levels/predicted_visibility.h"
 #include "tests/support/bricking_selection_tools.h"
 
 #include <algorithm>
