@@ -1,13 +1,14 @@
 // bricking/analysis/body/body_box.cpp: see body_box.h.
 #include "bricking/analysis/body/body_box.h"
 
-#include "bricking/analysis/body/distance_field.h"
-#include "core/base/brick.h"
+#include "core/base/brick.h" // linearIndex
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/lower_envelope.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -15,6 +16,30 @@
 #include <vector>
 
 namespace tessera {
+
+void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const glm::dvec3& spacingMm) {
+    LowerEnvelope envelope;
+    std::vector<double> line;
+    const glm::ivec3 strides(1, extent.x, extent.x * extent.y);
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::ivec3 lines = extent; // one line for each place of the other two axes
+        lines[axis] = 1;
+        line.resize(static_cast<std::size_t>(extent[axis]));
+        for (std::size_t n = 0; n < cellCount(lines); ++n) {
+            float* const at = grid.data() + linearIndex(gridPosition(n, lines), extent);
+            for (std::size_t i = 0; i < line.size(); ++i) {
+                const float value = at[static_cast<std::ptrdiff_t>(i) * strides[axis]];
+                line[i] =
+                    value < kFarAway ? static_cast<double>(value) : std::numeric_limits<double>::infinity();
+            }
+            envelope.transform(line, spacingMm[axis]);
+            for (std::size_t i = 0; i < line.size(); ++i)
+                at[static_cast<std::ptrdiff_t>(i) * strides[axis]] =
+                    line[i] < static_cast<double>(kFarAway) ? static_cast<float>(line[i]) : kFarAway;
+        }
+    }
+}
+
 namespace {
 
 constexpr std::size_t kMostSamples = std::size_t{1} << 21; // 128^3

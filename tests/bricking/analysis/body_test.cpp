@@ -1,7 +1,6 @@
 // tests/bricking/analysis/body_test.cpp: the box of a body: patients that are formulas, on tables that touch
 // them.
 #include "bricking/analysis/body/body_box.h"
-#include "bricking/analysis/body/distance_field.h"
 #include "core/base/error.h"
 #include "tests/support/lumen_tubes.h"
 
