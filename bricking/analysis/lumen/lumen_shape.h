@@ -5,10 +5,16 @@
 #include "bricking/analysis/lumen/lumen_values.h"
 #include "bricking/analysis/lumen/voxel_set.h"
 
+#include <array>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
 namespace tessera {
+
+// Evenly spread directions.
+
+/// 42 unit vectors: the corners of an icosahedron and the middles of its edges. With each its opposite.
+const std::array<glm::dvec3, 42>& directions42();
 
 class LumenShape {
   public:

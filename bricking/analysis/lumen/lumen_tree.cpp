@@ -1,6 +1,8 @@
-// bricking/analysis/lumen/lumen_tree.cpp: the branches of a lumen. See lumen_tree.h.
+// bricking/analysis/lumen/lumen_tree.cpp: the branches of a lumen, and the lines between its forks. See
+// lumen_tree.h.
 #include "bricking/analysis/lumen/lumen_tree.h"
 
+#include "bricking/analysis/lumen/smooth_line.h"
 #include "core/base/interrupt.h"
 
 #include <algorithm>
@@ -120,6 +122,156 @@ class Limbs {
 std::vector<LumenLimb> lumenLimbs(const LumenGraph& graph, LumenNode root, MemoryBudget& ram,
                                   const std::function<void(double)>& shareDone) {
     return Limbs(graph, root, ram).run(shareDone);
+}
+
+namespace {
+
+constexpr double kAtRoot = 1.5; // radii: branches that leave the first one nearer to the seed begin there too
+
+struct Centred {
+    CentredLine line;
+    int parent = -1;
+    double leavesAtMm = 0;           // along the parent
+    std::vector<double> forks;       // positions of forks along it, ascending
+    std::vector<std::size_t> pieces; // numbers of its lines
+};
+
+glm::dvec3 along(const CentredLine& line, double mm) {
+    return pointAt(line.mm, std::clamp(mm / line.spacingMm, 0.0, static_cast<double>(line.mm.size() - 1)),
+                   true);
+}
+
+double numberAt(const std::vector<double>& numbers, double place) {
+    const auto i = std::min(static_cast<std::size_t>(place), numbers.size() - 2);
+    const double t = place - static_cast<double>(i);
+    return (1 - t) * numbers[i] + t * numbers[i + 1];
+}
+
+double radiusAlong(const CentredLine& line, double mm) {
+    return numberAt(line.radiusMm,
+                    std::clamp(mm / line.spacingMm, 0.0, static_cast<double>(line.mm.size() - 1)));
+}
+
+double lengthOf(const CentredLine& line) {
+    return line.spacingMm * static_cast<double>(line.mm.size() - 1);
+}
+
+/// The position on a line nearest to a point, mm along it.
+double nearestAlong(const CentredLine& line, const glm::dvec3& mm) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < line.mm.size(); ++i)
+        if (glm::length(line.mm[i] - mm) < glm::length(line.mm[best] - mm))
+            best = i;
+    return line.spacingMm * static_cast<double>(best);
+}
+
+/// Merges forks within half a radius of one another.
+/// @param mm  along the line; may be changed
+void addFork(Centred& limb, double& mm) {
+    for (const double fork : limb.forks)
+        if (std::abs(fork - mm) < 0.5 * radiusAlong(limb.line, fork)) {
+            mm = fork;
+            return;
+        }
+    const double least = 2 * limb.line.spacingMm, most = lengthOf(limb.line) - least;
+    mm = most > least ? std::clamp(mm, least, most) : 0.5 * lengthOf(limb.line);
+    if (std::find(limb.forks.begin(), limb.forks.end(), mm) == limb.forks.end())
+        limb.forks.push_back(mm);
+}
+
+/// The piece of a line between two positions, evenly spaced.
+/// @param leastMm  closer together points follow no bend
+CentreLine piece(const CentredLine& line, double fromMm, double toMm, double leastMm) {
+    CentreLine out;
+    const double count = std::max(1.0, std::ceil((toMm - fromMm) / line.spacingMm - 1e-6));
+    for (double i = 0; i <= count; ++i) {
+        const double mm = fromMm + (toMm - fromMm) * i / count;
+        out.points.push_back(along(line, mm));
+        out.radiusMm.push_back(radiusAlong(line, mm));
+    }
+    out.spacingMm = (toMm - fromMm) / count;
+    if (stepsHold(out.points, out.spacingMm))
+        return out;
+    // its points lie on other sides of a bend than the line's
+    const std::vector<glm::dvec3> points = std::move(out.points);
+    const std::vector<double> radii = std::move(out.radiusMm);
+    EvenSteps even = evenSteps(points, line.spacingMm, leastMm);
+    out.points = std::move(even.mm);
+    out.spacingMm = even.spacingMm;
+    out.radiusMm.clear();
+    for (const double place : even.places)
+        out.radiusMm.push_back(numberAt(radii, place));
+    return out;
+}
+
+} // namespace
+
+LumenBranches branchLines(const LumenGraph& graph, const std::vector<LumenLimb>& limbs,
+                          const LumenShape& shape, LumenValues& values, const LumenRule& rule,
+                          double spacingMm, int generations, const std::function<void(double)>& shareDone) {
+    std::vector<Centred> centred(limbs.size());
+    LumenBranches out;
+    out.leastTurnMm = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < limbs.size(); ++i) {
+        checkInterrupted();
+        if (shareDone)
+            shareDone(static_cast<double>(i) / static_cast<double>(limbs.size()));
+        const LumenLimb& limb = limbs[i];
+        Centred& own = centred[i];
+        own.parent = limb.parent;
+        const glm::ivec3 from = graph.someVoxel(limb.nodes.front()), to = graph.someVoxel(limb.nodes.back());
+        ChainPiece chain;
+        CentringRules rules;
+        rules.spacingMm = spacingMm;
+        if (limb.parent >= 0) { // from the parent's line on
+            Centred& parent = centred[static_cast<std::size_t>(limb.parent)];
+            own.leavesAtMm = nearestAlong(parent.line, shape.middleOf(from));
+            if (limb.parent == 0 && own.leavesAtMm < kAtRoot * parent.line.radiusMm.front()) {
+                own.parent = -1;
+                own.leavesAtMm = 0;
+            } else
+                addFork(parent, own.leavesAtMm);
+            chain.mm.push_back(along(parent.line, own.leavesAtMm));
+            rules.holdFirst = true;
+        }
+        LumenRule here = rule; // a thin branch's lumen extends as far as the path through it
+        for (const glm::ivec3& voxel : graph.voxelChain(limb.nodes, from, to)) {
+            chain.mm.push_back(shape.middleOf(voxel));
+            here = here.orTaking(values.voxel(voxel));
+        }
+        own.line = centrePath(shape, {chain}, values, here, rules);
+        out.leastTurnMm = std::min(out.leastTurnMm, own.line.leastTurnMm);
+    }
+    // parents first: a branch's pieces between its forks, each the child of the one before
+    for (Centred& limb : centred) {
+        std::sort(limb.forks.begin(), limb.forks.end());
+        int before = -1, generation = 0;
+        if (limb.parent >= 0) {
+            const Centred& parent = centred[static_cast<std::size_t>(limb.parent)];
+            const auto fork = static_cast<std::size_t>(
+                std::find(parent.forks.begin(), parent.forks.end(), limb.leavesAtMm) - parent.forks.begin());
+            if (fork >= parent.pieces.size())
+                continue; // of too many generations
+            before = static_cast<int>(parent.pieces[fork]);
+            generation = out.generations[parent.pieces[fork]] + 1;
+        }
+        double at = 0;
+        for (std::size_t k = 0; k <= limb.forks.size() && generation <= generations; ++k, ++generation) {
+            const double end = k < limb.forks.size() ? limb.forks[k] : lengthOf(limb.line);
+            CentreLine line = piece(limb.line, at, end, 0.25 * shape.smallestSpacingMm());
+            line.name = "generation " + std::to_string(generation);
+            if (before >= 0) {
+                line.parent = static_cast<std::size_t>(before);
+                line.leavesAtMm = out.lines[*line.parent].lengthMm();
+            }
+            before = static_cast<int>(out.lines.size());
+            limb.pieces.push_back(out.lines.size());
+            out.lines.push_back(std::move(line));
+            out.generations.push_back(generation);
+            at = end;
+        }
+    }
+    return out;
 }
 
 } // namespace tessera

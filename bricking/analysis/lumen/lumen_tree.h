@@ -4,7 +4,7 @@
 
 #include "bricking/analysis/lumen/centre_path.h"
 #include "bricking/analysis/lumen/lumen_graph.h"
-#include "bricking/analysis/lumen/lumen_search.h"
+#include "bricking/analysis/lumen/lumen_paths.h"
 #include "core/animation/path.h"
 
 #include <functional>

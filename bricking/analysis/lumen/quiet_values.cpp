@@ -1,6 +1,6 @@
-// bricking/analysis/lumen/quiet_values.cpp: see quiet_values.h. A chunk and two voxels around it are filtered
+// bricking/analysis/lumen/quiet_values.cpp: see lumen_values.h. A chunk and two voxels around it are filtered
 // twice, row by row, so that compilers vectorise it.
-#include "bricking/analysis/lumen/quiet_values.h"
+#include "bricking/analysis/lumen/lumen_values.h"
 
 #include "core/base/error.h"
 #include "core/base/threads.h"

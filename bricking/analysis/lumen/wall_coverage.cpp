@@ -2,12 +2,11 @@
 // face. Cameras are tested until one sees the face, first those that saw the face before it.
 #include "bricking/analysis/lumen/wall_coverage.h"
 
-#include "bricking/analysis/lumen/lumen_parts.h"
-#include "bricking/analysis/lumen/quiet_values.h"
+#include "bricking/analysis/lumen/lumen_paths.h"
+#include "bricking/analysis/lumen/lumen_values.h"
 #include "bricking/analysis/lumen/seed_threshold.h"
 #include "bricking/analysis/lumen/thin_branches.h"
-#include "bricking/analysis/lumen/unseen_patches.h"
-#include "bricking/analysis/lumen/wall_faces.h"
+#include "bricking/analysis/lumen/wall_patches.h"
 #include "core/animation/film.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"

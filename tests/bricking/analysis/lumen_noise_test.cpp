@@ -1,9 +1,8 @@
 // tests/bricking/analysis/lumen_noise_test.cpp: lumens in noise, clipped as exports clip air: what is
 // measured of it, what is left of it, thresholds, leaks and trees against those without it.
 #include "bricking/analysis/lumen/centreline.h"
-#include "bricking/analysis/lumen/quiet_values.h"
+#include "bricking/analysis/lumen/lumen_values.h"
 #include "bricking/analysis/lumen/seed_threshold.h"
-#include "bricking/analysis/lumen/value_noise.h"
 #include "core/animation/path.h"
 #include "tests/support/lumen_tubes.h"
 #include "tests/support/phantom_chunks.h"

@@ -2,7 +2,7 @@
 // way: growing and graphs against a search voxel by voxel, distances against all pairs.
 #include "bricking/analysis/lumen/grow_lumen.h"
 #include "bricking/analysis/lumen/lumen_graph.h"
-#include "bricking/analysis/lumen/lumen_search.h"
+#include "bricking/analysis/lumen/lumen_paths.h"
 #include "bricking/analysis/lumen/lumen_shape.h"
 #include "bricking/analysis/lumen/nearest_voxels.h"
 #include "bricking/analysis/lumen/smooth_line.h"

@@ -1,7 +1,7 @@
 // tests/bricking/analysis/wall_coverage_test.cpp: the visible share of a wall, against shapes whose area and
 // unseen side are known, and against the formula of the torso's colon.
 #include "bricking/analysis/lumen/wall_coverage.h"
-#include "bricking/analysis/lumen/wall_faces.h"
+#include "bricking/analysis/lumen/wall_patches.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "datasets/colon_shape.h"
