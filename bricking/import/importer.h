@@ -13,6 +13,12 @@
 
 namespace tessera {
 
+// The version of import results, a part of their key in the import cache.
+
+/// Raise it with every change of the result for the same files: voxels, values, geometry, or the store's
+/// metadata. Cached imports of another version are made again.
+constexpr int kImportVersion = 4;
+
 struct ImportOptions {
     bool force = false;           // replace an existing store
     int threads = 0;              // 0: all processors

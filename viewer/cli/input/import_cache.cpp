@@ -1,7 +1,7 @@
 // viewer/cli/input/import_cache.cpp: see import_cache.h.
 #include "viewer/cli/input/import_cache.h"
 
-#include "bricking/import/import_version.h"
+#include "bricking/import/importer.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
 #include "core/base/error.h"
