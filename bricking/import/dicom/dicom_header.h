@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -158,5 +159,41 @@ inline std::string codeWord(const std::string& text) {
     }
     return text.size() <= 16 ? text : "";
 }
+
+// Reads a frame's position, time, rescale and padding from the header. Private to the DICOM importer.
+
+/// Tags of stored values (padding, extremes) have the sign of the pixels, whatever the file's own coding.
+std::optional<std::int32_t> storedValueOf(std::optional<int> value, const DicomSlice& slice);
+
+/// Fills these members of a slice whose number format is known. An invalid number goes to slice.fault.
+void readPlace(const DicomHeader& header, int frame, DicomSlice& slice);
+
+// The factor from a PET's activity to SUV by body weight, if the header has all values for it (QIBA, "SUV
+// vendor-neutral pseudo-code"). Weight, dose and times are used and forgotten. Private to the DICOM importer.
+
+struct SuvFactor {
+    double perValue = 0; // SUVbw = perValue * value; 0: unknown
+    std::string missing; // the reason if unknown: "PatientWeight (0010,1030)", or an invalid value of it
+};
+
+/// For a PET image. Nothing is guessed: values in other units, other decay corrections, and missing or
+/// implausible doses, weights and times give no factor.
+SuvFactor suvFactorOf(const DicomHeader& header);
+
+// Keeps messages of VTK and vtk-dicom off the console. Their texts may quote header values, and an identifier
+// must not reach a log. Our own errors say what went wrong.
+
+/// While it lives, messages of VTK are suppressed. Not to be nested.
+class QuietVtk {
+  public:
+    QuietVtk();
+    ~QuietVtk();
+    QuietVtk(const QuietVtk&) = delete;
+    QuietVtk& operator=(const QuietVtk&) = delete;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 } // namespace tessera

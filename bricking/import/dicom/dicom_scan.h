@@ -5,7 +5,7 @@
 
 #include "bricking/import/codecs/stream.h"
 #include "bricking/import/dicom/encapsulated_frames.h"
-#include "bricking/import/dicom/passed_over.h"
+#include "bricking/import/dicom/folder_walk.h"
 #include "core/base/volume.h"
 
 #include <cstdint>

@@ -14,7 +14,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMetaBegin = 132; // preamble and mark
+constexpr std::uint64_t kMarkEnd = 132; // preamble and mark
 constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
 constexpr std::uint32_t kSyntaxTag = 0x00020010, kPixelTag = 0x7FE00010, kItem = 0xFFFEE000,
                         kItemEnd = 0xFFFEE00D, kSequenceEnd = 0xFFFEE0DD;
@@ -37,8 +37,8 @@ constexpr std::array<Representation, 34> kRepresentations = {
      {"TM", false, 1}, {"UC", true, 1},  {"UI", false, 1}, {"UL", false, 4}, {"UN", true, 1},
      {"UR", true, 1},  {"US", false, 2}, {"UT", true, 1},  {"UV", true, 8}}};
 
-constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
-constexpr const char* kExplicitBig = "1.2.840.10008.1.2.2";
+constexpr const char* kImplicitSyntax = "1.2.840.10008.1.2";
+constexpr const char* kBigEndianSyntax = "1.2.840.10008.1.2.2";
 constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
 
 /// The check cannot continue; caught by structureOf().
@@ -272,15 +272,15 @@ void walkPixels(Source& source, Walk& walk, std::uint64_t at, DicomStructure& ou
 }
 
 void walkAll(Source& source, DicomStructure& out) {
-    const bool marked = source.size() >= kMetaBegin && std::memcmp(source.at(128, 4), "DICM", 4) == 0;
-    std::uint64_t dataSet = marked ? kMetaBegin : 0;
+    const bool marked = source.size() >= kMarkEnd && std::memcmp(source.at(128, 4), "DICM", 4) == 0;
+    std::uint64_t dataSet = marked ? kMarkEnd : 0;
     if (marked || std::to_integer<int>(*source.at(0, 1)) == 2) // group 0002
         dataSet = walkMeta(source, dataSet, out);
     if (out.syntax == kDeflated)
         return;
     const bool implicit =
-        out.syntax.empty() ? !looksExplicit(source, dataSet) : out.syntax == kImplicitLittle;
-    Walk walk(source, out.syntax == kExplicitBig, implicit, out.irregularity);
+        out.syntax.empty() ? !looksExplicit(source, dataSet) : out.syntax == kImplicitSyntax;
+    Walk walk(source, out.syntax == kBigEndianSyntax, implicit, out.irregularity);
     const std::uint64_t pixels = walk.elements(dataSet, source.size(), kPixelTag, 0);
     if (pixels < source.size())
         walkPixels(source, walk, pixels, out);

@@ -1,17 +1,155 @@
 // bricking/import/dicom/folder_walk.cpp: see folder_walk.h.
 #include "bricking/import/dicom/folder_walk.h"
 
-#include "bricking/import/dicom/dicom_bare.h"
 #include "bricking/import/source/input_file.h"
+#include "bricking/import/source/printable_name.h"
 #include "core/base/error.h"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstring>
+#include <map>
 #include <string>
+#include <string_view>
+#include <utility>
 
 namespace tessera {
+namespace {
+
+constexpr std::size_t kMostFiles = 3;
+
+struct ReasonWords {
+    const char* key;
+    const char* one; // after "1"
+    const char* several;
+    const char* single; // of one file, after "found"
+    bool named;
+};
+constexpr std::array<ReasonWords, 12> kReasonWords = {{
+    {"notSlice", "file of another kind", "files of other kinds", "a file of another kind", true},
+    {"notDicom", "not DICOM", "not DICOM", "a file that is not DICOM", true},
+    {"empty", "empty", "empty", "an empty file (0 bytes)", true},
+    {"zeroFilled", "filled with zeros", "filled with zeros", "a file filled with zeros", true},
+    {"notReadable", "not readable", "not readable", "a file that is not readable", true},
+    {"emptyFolder", "empty folder", "empty folders", "an empty folder", true},
+    {"folderNotReadable", "folder not readable", "folders not readable", "a folder that is not readable",
+     true},
+    {"folderLink", "link to a folder, not followed", "links to folders, not followed", "a link to a folder",
+     true},
+    {"damaged", "damaged or not decodable", "damaged or not decodable", "a damaged file", true},
+    {"notImage", "", "", "", false},
+    {"noPlace", "", "", "", false},
+    {"zarr", "Zarr folder", "Zarr folders", "a Zarr folder", true},
+}};
+
+const ReasonWords& wordsOf(PassedReason reason) {
+    return kReasonWords[static_cast<std::size_t>(reason)];
+}
+
+/// "3 dose reports", "2 images without a position in the patient"
+std::string plural(const std::string& what, std::size_t count) {
+    const std::string noun = what.substr(0, std::min(what.find(" with"), what.find(" not ")));
+    return count == 1 ? what : noun + "s" + what.substr(noun.size());
+}
+
+} // namespace
+
+std::string countPassed(const std::vector<PassedFile>& passed) {
+    std::map<std::pair<PassedReason, std::string>, std::vector<const PassedFile*>> groups;
+    for (const PassedFile& file : passed) {
+        const bool byKind = file.reason == PassedReason::notImage || file.reason == PassedReason::noPlace;
+        groups[{file.reason, byKind ? file.found : ""}].push_back(&file);
+    }
+    std::string text;
+    for (const auto& [group, files] : groups) {
+        const ReasonWords& words = wordsOf(group.first);
+        text += (text.empty() ? "" : ", ") + std::to_string(files.size()) + " " +
+                (!group.second.empty() ? plural(group.second, files.size())
+                 : files.size() == 1   ? words.one
+                                       : words.several);
+        if (!words.named)
+            continue;
+        for (std::size_t i = 0; i < std::min(files.size(), kMostFiles); ++i)
+            text += (i == 0 ? " (" : ", ") + printableName(files[i]->path.filename());
+        text += files.size() > kMostFiles ? ", ...)" : ")";
+    }
+    return text;
+}
+
+std::string foundIn(const PassedFile& file) {
+    switch (file.reason) {
+    case PassedReason::damaged:
+    case PassedReason::notImage:
+    case PassedReason::noPlace:
+        return file.found;
+    case PassedReason::notReadable:
+    case PassedReason::folderNotReadable:
+        return wordsOf(file.reason).single + (file.found.empty() ? "" : " (" + file.found + ")");
+    default:
+        return wordsOf(file.reason).single;
+    }
+}
+
+const char* keyOf(PassedReason reason) {
+    return wordsOf(reason).key;
+}
+
+// Elements as in DICOM PS3.5, chapter 7: tag, (VR,) length.
+
+namespace {
+
+constexpr int kEnough = 4; // elements that fit; by chance one in 2^60 files does
+constexpr std::array<std::string_view, 34> kKnownRepresentations = {
+    "AE", "AS", "AT", "CS", "DA", "DS", "DT", "FD", "FL", "IS", "LO", "LT", "OB", "OD", "OF", "OL", "OV",
+    "OW", "PN", "SH", "SL", "SQ", "SS", "ST", "SV", "TM", "UC", "UI", "UL", "UN", "UR", "US", "UT", "UV"};
+constexpr std::array<std::string_view, 13> kLong = {"OB", "OD", "OF", "OL", "OV", "OW", "SQ",
+                                                    "SV", "UC", "UN", "UR", "UT", "UV"};
+
+std::uint32_t number(std::span<const std::byte> head, std::size_t at, int bytes) {
+    std::uint32_t value = 0;
+    for (int i = bytes - 1; i >= 0; --i)
+        value = value << 8 | std::to_integer<std::uint32_t>(head[at + static_cast<std::size_t>(i)]);
+    return value;
+}
+
+} // namespace
+
+bool looksLikeBareDicom(std::span<const std::byte> head, std::uint64_t fileBytes) {
+    std::size_t at = 0;
+    std::uint32_t before = 0;
+    bool isExplicit = false;
+    for (int elements = 0; elements < kEnough; ++elements) {
+        if (at + 12 > head.size())
+            return elements > 0 && at < fileBytes && head.size() < fileBytes;
+        const std::uint32_t group = number(head, at, 2), tag = group << 16 | number(head, at + 2, 2);
+        const bool groupFits = group == 0x0002 || group == 0x0008;
+        if (!groupFits || (elements > 0 && tag <= before))
+            return elements > 0 && group > 0x0008 && group <= 0x0020 && tag > before;
+        const std::string_view vr(reinterpret_cast<const char*>(head.data()) + at + 4, 2);
+        const bool known = std::find(kKnownRepresentations.begin(), kKnownRepresentations.end(), vr) !=
+                           kKnownRepresentations.end();
+        if (elements == 0 || (before >> 16 == 0x0002 && group == 0x0008)) // group 2 is always explicit
+            isExplicit = known;
+        if (isExplicit != known)
+            return false;
+        std::size_t valueAt = at + 8;
+        std::uint64_t length = number(head, at + 4, 4);
+        if (isExplicit) {
+            const bool isLong = std::find(kLong.begin(), kLong.end(), vr) != kLong.end();
+            length = isLong ? number(head, at + 8, 4) : number(head, at + 6, 2);
+            valueAt = at + (isLong ? 12 : 8);
+        }
+        if (length == 0xffffffff)
+            return elements > 0; // a sequence of unknown length
+        if (length % 2 != 0 || valueAt + length > fileBytes)
+            return false;
+        before = tag;
+        at = valueAt + static_cast<std::size_t>(length);
+    }
+    return true;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

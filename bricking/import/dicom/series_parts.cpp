@@ -2,15 +2,121 @@
 #include "bricking/import/dicom/series_parts.h"
 
 #include "bricking/import/dicom/dicom_geometry.h"
+#include "bricking/import/dicom/dicom_remarks.h"
 #include "core/base/error.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <iterator>
+#include <map>
 #include <string>
 #include <utility>
 
 namespace tessera {
+namespace {
+
+constexpr std::size_t kVolumeSlices = 3; // fewer under another identifier could be damage of a header
+
+/// The number of slices with each text; slices without a text are left out.
+using Tally = std::map<std::string, std::size_t>;
+
+Tally tallyOf(const std::vector<SliceSays>& slices, std::string SliceSays::*text) {
+    Tally tally;
+    for (const SliceSays& slice : slices)
+        if (!(slice.*text).empty())
+            ++tally[slice.*text];
+    return tally;
+}
+
+std::size_t slicesThatSay(const Tally& tally) {
+    std::size_t slices = 0;
+    for (const auto& [text, count] : tally)
+        slices += count;
+    return slices;
+}
+
+/// An identifier that differs in every slice, as from some anonymisers, identifies nothing.
+bool isEverySlicesOwn(const Tally& tally, std::size_t least) {
+    return tally.size() >= least && tally.size() == slicesThatSay(tally);
+}
+
+std::string missingIn(std::size_t missing, std::size_t of, const std::string& name) {
+    return name + " is missing in " + std::to_string(missing) + " of " + std::to_string(of) + " slices";
+}
+
+} // namespace
+
+void SeriesAgreement::judge(DicomSeries& series) const {
+    const auto disagree = [&](const char* name) {
+        if (series.disagreement.empty())
+            series.disagreement = name;
+    };
+    const Tally modalities = tallyOf(slices_, &SliceSays::modality);
+    if (modalities.size() > 1)
+        disagree("Modality (0008,0060)");
+    else if (!modalities.empty())
+        series.acquisition.modality = modalityOf(modalities.begin()->first);
+    if (const std::size_t said = slicesThatSay(modalities); said > 0 && said < slices_.size())
+        series.oddities.push_back(missingIn(slices_.size() - said, slices_.size(), "Modality (0008,0060)") +
+                                  ": taken as in the others");
+
+    // HU is the default of CT; any other unit must be in every slice.
+    std::map<std::string, int> types;
+    for (const SliceSays& slice : slices_)
+        ++types[slice.rescaleType == "HU" ? "" : slice.rescaleType];
+    if (types.size() > 1)
+        disagree("RescaleType (0028,1054)");
+    series.isHounsfield = series.acquisition.modality == "CT" && types.size() == 1 &&
+                          types.begin()->first.empty() &&
+                          std::any_of(slices_.begin(), slices_.end(),
+                                      [](const SliceSays& slice) { return slice.hasIntercept; });
+
+    const Tally patients = tallyOf(slices_, &SliceSays::patient);
+    if (isEverySlicesOwn(patients, kVolumeSlices))
+        series.oddities.push_back("every slice has a PatientID of its own: they are ignored");
+    else if (patients.size() > 1)
+        disagree("PatientID (0010,0020)");
+    else if (const std::size_t said = slicesThatSay(patients); said > 0 && said < slices_.size())
+        series.oddities.push_back(missingIn(slices_.size() - said, slices_.size(), "PatientID (0010,0020)"));
+
+    const Tally frames = tallyOf(slices_, &SliceSays::frame);
+    if (isEverySlicesOwn(frames, 2))
+        series.oddities.push_back("every slice has a FrameOfReferenceUID of its own: they are ignored");
+    else if (frames.size() > 1)
+        disagree("FrameOfReferenceUID (0020,0052)");
+}
+
+std::vector<std::vector<std::size_t>> SeriesAgreement::framesApart() const {
+    std::vector<std::string> order; // by their first slice
+    std::map<std::string, std::vector<std::size_t>> slices;
+    for (std::size_t i = 0; i < slices_.size(); ++i) {
+        const std::string& frame = slices_[i].frame;
+        if (slices.find(frame) == slices.end())
+            order.push_back(frame);
+        slices[frame].push_back(i);
+    }
+    // A slice without one could be of any.
+    if (order.size() < 2 || slices.find("") != slices.end() ||
+        std::any_of(slices.begin(), slices.end(),
+                    [](const auto& frame) { return frame.second.size() < kVolumeSlices; }))
+        return {};
+    std::vector<std::vector<std::size_t>> apart;
+    for (const std::string& frame : order)
+        apart.push_back(slices[frame]);
+    return apart;
+}
+
+void SeriesAgreement::add(const SeriesAgreement& other) {
+    slices_.insert(slices_.end(), other.slices_.begin(), other.slices_.end());
+}
+
+SeriesAgreement SeriesAgreement::of(const std::vector<std::size_t>& slices) const {
+    SeriesAgreement part;
+    for (const std::size_t i : slices)
+        part.add(slices_[i]);
+    return part;
+}
+
 namespace {
 
 constexpr std::size_t kLeastJoined = 3; // fewer are a choice of slices, not a volume
