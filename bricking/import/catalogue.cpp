@@ -5,7 +5,6 @@
 #include "bricking/import/dicom/dicom_source.h"
 #include "bricking/import/dicom/folder_walk.h"
 #include "bricking/import/files/file_format.h"
-#include "bricking/import/files/foreign_format.h"
 #include "bricking/import/source/oriented_source.h"
 #include "bricking/import/source/printable_name.h"
 #include "core/base/error.h"

@@ -3,8 +3,7 @@
 #include "bricking/import/files/nifti/nifti.h"
 
 #include "bricking/import/files/file_format.h"
-#include "bricking/import/files/gzip_stream.h"
-#include "bricking/import/files/plain_file_source.h"
+#include "bricking/import/files/file_reading.h"
 #include "bricking/import/source/slice_converter.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"

@@ -2,7 +2,7 @@
 #include "bricking/import/files/raw/raw.h"
 
 #include "bricking/import/files/file_format.h"
-#include "bricking/import/files/plain_file_source.h"
+#include "bricking/import/files/file_reading.h"
 #include "bricking/import/source/input_file.h"
 #include "bricking/import/source/plausible.h"
 #include "core/base/error.h"

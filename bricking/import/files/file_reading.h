@@ -1,0 +1,55 @@
+// bricking/import/files/file_reading.h: the two ways in which single files are read: uncompressed voxels by
+// position, gzip files in one forward pass.
+#pragma once
+
+#include "bricking/import/source/input_file.h"
+#include "bricking/import/source/random_slab_source.h"
+#include "bricking/import/source/voxel_types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+// Uncompressed voxels in one file, [z][y][x] with x fastest, for raw files and uncompressed NIfTI files.
+
+/// Position and type of the voxels.
+struct VoxelLayout {
+    FileType type = FileType::i16;
+    bool bigEndian = false;
+    std::uint64_t offsetBytes = 0;
+};
+
+/// Bytes that the voxels take in the file; info.validate() must have passed.
+std::uint64_t voxelBytesInFile(const VolumeInfo& info, FileType type);
+
+/// The caller has checked that the file is long enough; info.type is storedTypeOf(layout.type).
+std::unique_ptr<SlabSource> makePlainFileSource(InputFile file, const VolumeInfo& info,
+                                                const VoxelLayout& layout, std::string description);
+
+// One forward pass over a gzip file, with bounded memory; every damage is reported.
+
+class GzipStream {
+  public:
+    explicit GzipStream(InputFile file);
+    ~GzipStream();
+    GzipStream(GzipStream&&) noexcept;
+
+    const InputFile& file() const;
+    /// Fills out with the next decompressed bytes. Throws InputError naming the file if it is damaged (bad
+    /// block, wrong checksum) or ends before.
+    void read(std::span<std::byte> out);
+    /// Skips to the end of the current member, so that its checksum is compared; returns the number of bytes
+    /// skipped. Throws InputError as read() does.
+    std::uint64_t finish();
+
+  private:
+    bool inflateStep(std::span<std::byte> out, std::size_t& done);
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace tessera
