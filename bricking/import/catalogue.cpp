@@ -6,7 +6,7 @@
 #include "bricking/import/dicom/folder_walk.h"
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/source/oriented_source.h"
-#include "bricking/import/source/printable_name.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

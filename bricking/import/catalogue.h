@@ -4,7 +4,6 @@
 
 #include "bricking/import/dicom/dicom_scan.h"
 #include "bricking/import/source/slab_source.h"
-#include "bricking/import/source/source_options.h"
 
 #include <filesystem>
 #include <memory>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
-#include "bricking/import/source/source_options.h"
 
 #include <filesystem>
 #include <memory>

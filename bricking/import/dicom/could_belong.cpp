@@ -1,7 +1,7 @@
 // bricking/import/dicom/could_belong.cpp: see could_belong.h.
 #include "bricking/import/dicom/could_belong.h"
 
-#include "bricking/import/source/printable_name.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

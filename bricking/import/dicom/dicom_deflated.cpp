@@ -3,7 +3,7 @@
 // PS3.5, A.5).
 #include "bricking/import/dicom/dicom_deflated.h"
 
-#include "bricking/import/source/input_file.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "bricking/import/dicom/dicom_geometry.h"
 
 #include "bricking/import/source/plausible.h"
-#include "bricking/import/source/printable_name.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 #include "core/base/volume.h"
 

@@ -2,7 +2,7 @@
 #include "bricking/import/dicom/dicom_phases.h"
 
 #include "bricking/import/dicom/dicom_geometry.h" // kSamePlaceMm
-#include "bricking/import/source/input_file.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

@@ -4,8 +4,7 @@
 #include "bricking/import/codecs/stream.h"
 #include "bricking/import/dicom/dicom_deflated.h"
 #include "bricking/import/dicom/encapsulated_frames.h"
-#include "bricking/import/source/input_file.h"
-#include "bricking/import/source/printable_name.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include "bricking/import/dicom/dicom_structure.h"
 #include "bricking/import/dicom/folder_walk.h"
 #include "bricking/import/dicom/series_parts.h"
-#include "bricking/import/source/input_file.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 

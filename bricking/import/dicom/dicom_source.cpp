@@ -7,8 +7,8 @@
 #include "bricking/import/dicom/dicom_pixels.h"
 #include "bricking/import/dicom/dicom_remarks.h"
 #include "bricking/import/source/plausible.h"
-#include "bricking/import/source/printable_name.h"
-#include "bricking/import/source/random_slab_source.h"
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

@@ -15,7 +15,6 @@
 
 #include "bricking/import/dicom/dicom_scan.h"
 #include "bricking/import/source/slab_source.h"
-#include "bricking/import/source/source_options.h"
 
 #include <cstddef>
 #include <memory>

@@ -1,7 +1,7 @@
 // bricking/import/dicom/dicom_structure.cpp: see dicom_structure.h.
 #include "bricking/import/dicom/dicom_structure.h"
 
-#include "bricking/import/source/input_file.h"
+#include "bricking/import/source/source_files.h"
 
 #include <algorithm>
 #include <array>

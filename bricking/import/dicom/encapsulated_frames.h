@@ -2,7 +2,7 @@
 // A.4). Frames are items of a sequence: the first is a table of offsets, the others are fragments of frames.
 #pragma once
 
-#include "bricking/import/source/input_file.h"
+#include "bricking/import/source/source_files.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,7 @@
 // bricking/import/dicom/folder_walk.cpp: see folder_walk.h.
 #include "bricking/import/dicom/folder_walk.h"
 
-#include "bricking/import/source/input_file.h"
-#include "bricking/import/source/printable_name.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

@@ -1,8 +1,7 @@
 // bricking/import/files/file_format.cpp: see file_format.h.
 #include "bricking/import/files/file_format.h"
 
-#include "bricking/import/source/input_file.h"
-#include "bricking/import/source/printable_name.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

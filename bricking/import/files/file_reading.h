@@ -2,9 +2,9 @@
 // position, gzip files in one forward pass.
 #pragma once
 
-#include "bricking/import/source/input_file.h"
-#include "bricking/import/source/random_slab_source.h"
-#include "bricking/import/source/voxel_types.h"
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/slice_converter.h"
+#include "bricking/import/source/source_files.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // bricking/import/source/oriented_source.cpp: see oriented_source.h.
 #include "bricking/import/source/oriented_source.h"
 
-#include "bricking/import/source/random_slab_source.h"
-#include "bricking/import/source/spool_file.h"
+#include "bricking/import/source/slab_source.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>

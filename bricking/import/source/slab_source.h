@@ -2,15 +2,28 @@
 // then its slices, forward only. Files, series and phantoms share it, so a volume never has to fit in memory.
 #pragma once
 
+#include "core/base/error.h"
 #include "core/base/volume.h"
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace tessera {
+
+/// The user's options for opening source files.
+struct SourceOptions {
+    int series = 0; // DICOM: 1-based number from the list; 0: the only volume, or refuse with the list
+    bool resampleZ = false; // DICOM: uneven slices are interpolated to an even spacing
+    /// Folder for spooled data if the slowest axis changes; "": the folder for temporary files.
+    std::filesystem::path scratchFolder = {};
+    bool largest = false;      // of several volumes the largest CT, or the largest if there is no CT
+    int phase = 0;             // DICOM: 1-based, of a series with several images at each position; 0: none
+    bool allowMissing = false; // DICOM: files that could be slices and cannot be read are left out
+};
 
 class SlabSource {
   public:
@@ -27,5 +40,29 @@ class SlabSource {
     /// Findings of reading that a user should know, one per line; complete after the last slice.
     virtual std::vector<std::string> notes() const { return {}; }
 };
+
+/// A SlabSource whose slices can be read in any order. A reversed slice axis is then free. Files that can
+/// only be read forward (gzip) are not of this kind.
+class RandomSlabSource : public SlabSource {
+  public:
+    /// Reads slice z, 0 <= z < extent.z, into out: [y][x]. Each slice must be read once, or counts repeat.
+    virtual void readSliceAt(int z, std::span<std::byte> out) = 0;
+
+    void readSlices(int count, std::span<std::byte> out) final {
+        TESSERA_CHECK(count >= 0 && next_ + count <= info().extentVoxels.z);
+        const std::size_t sliceBytes = count == 0 ? 0 : out.size() / static_cast<std::size_t>(count);
+        for (int i = 0; i < count; ++i)
+            readSliceAt(next_++, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes));
+    }
+
+  private:
+    int next_ = 0;
+};
+
+/// Bytes of one slice of stored values.
+inline std::size_t sliceBytesOf(const VolumeInfo& info) {
+    return static_cast<std::size_t>(info.extentVoxels.x) * static_cast<std::size_t>(info.extentVoxels.y) *
+           bytesPerValue(info.type);
+}
 
 } // namespace tessera

@@ -1,19 +1,86 @@
-// bricking/import/source/slice_converter.h: converts slices of a file's numbers to slices of stored values. A
-// voxel without a number (NaN: a mask, a field of view) gets the lowest value of the data. A 0 would be water
-// in a CT: an opaque slab around the masked region.
+// bricking/import/source/slice_converter.h: from the numbers of a file's slices to the stored values of a
+// volume: their types, their conversion, and a test for label maps.
 #pragma once
 
-#include "bricking/import/source/label_tally.h"
-#include "bricking/import/source/voxel_types.h"
 #include "core/base/volume.h"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace tessera {
+
+// Conversion of the number types that files use to the four that a store holds. It is lossless if possible
+// (i8 widens to i16). 32- and 64-bit integers and doubles become float32, which keeps integers exactly up to
+// 2^24 only. Sources report this in describe().
+
+enum class FileType : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
+
+std::size_t bytesPerFileValue(FileType type);
+/// "int8" ... "float64".
+const char* name(FileType type);
+/// The inverse of name(); nullopt for any other word.
+std::optional<FileType> fileTypeOf(const std::string& name);
+/// The type that the store holds for it.
+ValueType storedTypeOf(FileType type);
+/// True where the stored type cannot hold every value of the file type exactly (i32, u32, i64, u64, f64).
+bool losesPrecision(FileType type);
+
+/// Counts of changed values.
+struct VoxelCounts {
+    std::uint64_t nonFinite = 0; // NaN and infinities, replaced
+    std::uint64_t rounded = 0;   // whole numbers that float32 cannot hold exactly
+    std::uint64_t clamped = 0;   // finite doubles beyond float32, clamped to its largest value
+};
+
+/// Converts in.size() / bytesPerFileValue(type) values into little-endian stored values.
+/// out.size() must be that count times bytesPerValue(storedTypeOf(type)). in and out may not overlap.
+/// Values that are not finite become absentStored.
+void storeVoxels(FileType type, bool bigEndian, std::span<const std::byte> in, double absentStored,
+                 std::span<std::byte> out, VoxelCounts& counts);
+
+/// Range of finite stored values.
+struct ValueRange {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    bool isEmpty() const { return least > most; }
+};
+/// Widens the range by in.size() / bytesPerFileValue(type) values.
+void widen(ValueRange& range, FileType type, bool bigEndian, std::span<const std::byte> in);
+
+// A test for label maps: volumes whose values name regions instead of measuring. Such a volume has few whole
+// numbers, and each fills neighbouring voxels.
+
+/// Beginning of the remark on such a volume.
+inline constexpr const char* kLabelMapRemark = "looks like a label map";
+
+class LabelTally {
+  public:
+    /// Stored values in the order of the volume. Nearly free once there are too many values.
+    void add(std::span<const std::byte> stored, ValueType type);
+    /// After the last voxel: "looks like a label map (43 whole values, 0 to 117): ..."; "" for other data.
+    std::string remark() const;
+
+  private:
+    static constexpr std::size_t kMostLabels = 256;
+    void see(double value);
+
+    std::array<double, kMostLabels> values_{}; // ascending
+    std::size_t count_ = 0;
+    bool isOther_ = false; // too many values, or a value that is no label
+    std::uint64_t voxels_ = 0, inside_ = 0,
+                  edges_ = 0; // inside: above 0; edges: those of them unlike the one before
+    double before_ = 0;
+};
+
+// Converts slices of a file's numbers to slices of stored values. A voxel without a number (NaN: a mask, a
+// field of view) gets the lowest value of the data. A 0 would be water in a CT: an opaque slab around the
+// masked region.
 
 class SliceConverter {
   public:

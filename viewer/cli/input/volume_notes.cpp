@@ -1,8 +1,8 @@
 // viewer/cli/input/volume_notes.cpp: see volume_notes.h.
 #include "viewer/cli/input/volume_notes.h"
 
-#include "bricking/import/source/label_tally.h" // kLabelMapRemark
-#include "viewer/cli/options/options.h"         // formatNumber
+#include "bricking/import/source/slice_converter.h" // kLabelMapRemark
+#include "viewer/cli/options/options.h"             // formatNumber
 
 namespace tessera {
 

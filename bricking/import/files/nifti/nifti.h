@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
-#include "bricking/import/source/voxel_types.h"
+#include "bricking/import/source/slice_converter.h"
 
 #include <cstddef>
 #include <cstdint>

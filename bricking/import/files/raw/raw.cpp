@@ -3,8 +3,8 @@
 
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
-#include "bricking/import/source/input_file.h"
 #include "bricking/import/source/plausible.h"
+#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <array>
