@@ -8,7 +8,7 @@
 #include "render/picture/render_scene.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h" // kFinestStep
-#include "render/report_plan.h"
+#include "render/renderer.h"
 #include "render/verify/error_goal.h"
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h"
-#include "render/report_plan.h"
+#include "render/renderer.h"
 
 #include <algorithm>
 #include <chrono>

@@ -5,7 +5,7 @@
 #include "core/base/budget.h"
 #include "core/scene/scene.h"
 #include "render/engine.h"
-#include "render/render_result.h"
+#include "render/renderer.h"
 
 #include <memory>
 #include <string>

@@ -6,7 +6,7 @@
 #include "render/backends/engine_maker.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"
-#include "render/report_plan.h"
+#include "render/renderer.h"
 
 #include <algorithm>
 #include <chrono>

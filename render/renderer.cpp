@@ -1,5 +1,5 @@
-// render/report_plan.cpp: see report_plan.h.
-#include "render/report_plan.h"
+// render/renderer.cpp: see renderer.h.
+#include "render/renderer.h"
 
 #include "render/residency/pages.h"
 
