@@ -10,7 +10,7 @@
 #include "core/scene/camera.h"
 #include "core/scene/mode.h"
 #include "core/scene/scene.h"
-#include "render/backends/gpu/gl/device_choice.h"
+#include "render/backends/gpu/gl/context.h"
 #include "render/contract/slicing.h"
 #include "render/engine.h"
 #include "render/engine_traits.h"

@@ -2,8 +2,6 @@
 // choice. One thread owns GL: the context is current on the thread that made it, for as long as it lives.
 #pragma once
 
-#include "render/backends/gpu/gl/device_choice.h"
-
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -11,6 +9,14 @@
 #include <vector>
 
 namespace tessera {
+
+// The device of OpenGL that is asked for.
+
+/// The device: "auto" (first that is not software, else software), "software" (Mesa's llvmpipe), or a number
+/// from listGlDevices().
+struct GlDeviceChoice {
+    std::string text = "auto";
+};
 
 struct GlDevice {
     int number = 0;
