@@ -40,7 +40,7 @@ class Occupancy {
     /// Incremented with every change.
     std::uint64_t version() const { return version_; }
     /// Slices of the map that are new for a copy of an earlier version, including bits that a device added
-    /// (fine_mask.h).
+    /// (skipping_binding.h).
     ChangedSlices changedSince(std::uint64_t version) const;
 
     MapScale scale() const { return scale_; }

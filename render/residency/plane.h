@@ -1,6 +1,6 @@
 // render/residency/plane.h: Plane, the interface of one kind of data in bricks' slots: values, and data
 // derived from them (light). Residency decides the slot of a brick. Every plane keeps its own data in the
-// same slot, in GL (gpu/atlas_plane.h) or in host memory.
+// same slot, in GL (gpu/atlas.h) or in host memory.
 #pragma once
 
 #include "bricking/cache/brick_cache.h" // Chunk

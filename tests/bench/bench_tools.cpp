@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "datasets/phantom.h"
 #include "render/backends/gpu/features.h"
-#include "render/backends/gpu/gpu_caster.h"
+#include "render/backends/gpu/gpu_engine.h"
 #include "render/picture/picture.h"
 #include "render/residency/texels.h"
 

@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "render/backends/gpu/features.h"
 #include "render/backends/gpu/gl/context.h"
-#include "render/backends/gpu/gpu_caster.h"
+#include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"

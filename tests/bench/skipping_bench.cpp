@@ -10,9 +10,9 @@
 #include "core/base/error.h"
 #include "core/scene/preset.h"
 #include "render/backends/gpu/features.h"
-#include "render/backends/gpu/fine_mask.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/march.h"
+#include "render/backends/gpu/skipping_binding.h"
 #include "tests/bench/bench_tools.h"
 
 #include <algorithm>

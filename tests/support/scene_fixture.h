@@ -3,10 +3,9 @@
 #pragma once
 
 #include "core/scene/scene.h"
-#include "render/backends/gpu/fine_mask.h"
-#include "render/backends/gpu/gpu_caster.h"
 #include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/gpu/march.h"
+#include "render/backends/gpu/skipping_binding.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"

@@ -1,12 +1,17 @@
 // render/backends/gpu/composition.h: the head of a program's text, by its features: FEATURE_<NAME> 0 or 1,
 // BINDING_<NAME> of its storage buffers, and the driver it is for. Bindings are given out here, never
-// numbered by hand.
+// numbered by hand. The storage buffers of a program on the device: allocated, filled and bound as its
+// composition says.
 #pragma once
 
+#include "core/base/budget.h"
 #include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gl/objects.h"
 #include "render/backends/gpu/gl/program.h"
 
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,6 +59,31 @@ class ComposeAsFor {
 
   private:
     std::optional<bool> before_;
+};
+
+class StorageBuffers {
+  public:
+    /// Those of a composition for such a picture; all of them say their sizes. Buffers that fit already stay,
+    /// with their content; the others go first, so that two are never charged.
+    void fit(const Composition& composition, const glm::ivec2& imageSize, const glm::ivec3& bricks,
+             MemoryBudget& gpu);
+    /// Every buffer as it is when rays begin.
+    void begin();
+    /// One of them anew, with its new content.
+    void put(std::string_view name, std::span<const std::byte> data, MemoryBudget& gpu);
+    void bind() const;
+
+    bool has(std::string_view name) const { return held_.find(name) != held_.end(); }
+    const GlBuffer& operator[](std::string_view name) const;
+    GlBuffer& operator[](std::string_view name);
+
+  private:
+    struct Held {
+        StorageBuffer what;
+        GLuint binding = 0;
+        GlBuffer buffer;
+    };
+    std::map<std::string, Held, std::less<>> held_;
 };
 
 } // namespace tessera

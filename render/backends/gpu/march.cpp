@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "render/backends/gpu/field_binding.h"
+#include "render/backends/gpu/bindings.h"
 
 #include <algorithm>
 #include <array>

@@ -6,16 +6,14 @@
 #include "core/base/budget.h"
 #include "core/base/work.h"
 #include "core/image/image.h"
-#include "render/backends/gpu/atlas_plane.h"
+#include "render/backends/gpu/atlas.h"
+#include "render/backends/gpu/bindings.h"
+#include "render/backends/gpu/composition.h"
 #include "render/backends/gpu/features.h"
-#include "render/backends/gpu/field_binding.h"
-#include "render/backends/gpu/function_tables.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gl/objects.h"
 #include "render/backends/gpu/gl/program.h"
-#include "render/backends/gpu/pace.h"
 #include "render/backends/gpu/skipping_binding.h"
-#include "render/backends/gpu/storage_buffers.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_cuts.h"
@@ -26,12 +24,35 @@
 #include "render/empty_space/value_bounds.h"
 #include "render/engine.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <glm/vec2.hpp>
 #include <optional>
 #include <vector>
 
 namespace tessera {
+
+// The size of the ray caster's next dispatch, learnt from dispatches that ran.
+
+/// Learns the cost of an iteration here and gives the number of them that one dispatch may hold. A dispatch
+/// of n rays cannot run more than n times its iteration limit, however dense its tile turns out. Its time is
+/// not bounded, because its iterations may cost more than those before.
+class Pace {
+  public:
+    std::size_t iterationsPerDispatch(double targetMs) const {
+        return static_cast<std::size_t>(std::clamp(targetMs / msPerIteration_, 16384.0, 4e9));
+    }
+    void observe(double ms, std::size_t iterations) {
+        constexpr std::size_t kTelling = 4096; // below it the cost of the dispatch itself drowns the rest
+        if (iterations < kTelling)
+            return;
+        msPerIteration_ = std::max(ms / static_cast<double>(iterations), msPerIteration_ * 0.7);
+    }
+
+  private:
+    double msPerIteration_ = 1e-3; // a cautious start: a microsecond
+};
 
 /// The ray caster's program, of features that go together (else it throws Error).
 Composition marchComposition(std::uint32_t features);

@@ -3,7 +3,7 @@
 
 #include "core/base/budget.h"
 #include "core/base/volume.h"
-#include "render/backends/gpu/field_binding.h"
+#include "render/backends/gpu/bindings.h"
 
 #include <cstdint>
 #include <glm/vec3.hpp>

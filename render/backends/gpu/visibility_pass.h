@@ -5,7 +5,7 @@
 
 #include "bricking/levels/visibility.h"
 #include "core/base/budget.h"
-#include "render/backends/gpu/field_binding.h"
+#include "render/backends/gpu/bindings.h"
 #include "render/backends/gpu/march.h"
 #include "render/plan/visibility_rays.h"
 

@@ -2,10 +2,10 @@
 // compared with those of an oracle that knows the visible segments before a ray's end. Also the time and
 // memory of the maps.
 #include "render/backends/gpu/features.h"
-#include "render/backends/gpu/fine_mask.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gpu_engine.h"
 #include "render/backends/gpu/march.h"
+#include "render/backends/gpu/skipping_binding.h"
 #include "render/residency/texels.h"
 #include "tests/bench/lod/experiments.h"
 #include "tests/bench/report/page.h" // loadAverage

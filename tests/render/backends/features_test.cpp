@@ -2,7 +2,6 @@
 // compile and leave out everything that is not requested, and idioms for llvmpipe change no bit.
 #include "core/base/error.h"
 #include "render/backends/gpu/composition.h"
-#include "render/backends/gpu/storage_buffers.h"
 #include "render/plan/visibility_rays.h"
 #include "tests/support/dummy_feature.h"
 #include "tests/support/scene_fixture.h"

@@ -9,7 +9,7 @@
 #include "leaf_opacity.h"
 #include "leaf_table.h"
 
-// Buffer textures, for llvmpipe reads storage buffers lane by lane (render/backends/gpu/function_tables.h).
+// Buffer textures, for llvmpipe reads storage buffers lane by lane (render/backends/gpu/bindings.h).
 uniform samplerBuffer uColours;
 uniform samplerBuffer uExtinctions; // per mm
 uniform float uTableScale, uTableOffset; // entry = stored value * scale + offset

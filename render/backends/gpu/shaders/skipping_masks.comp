@@ -1,4 +1,4 @@
-// skipping_masks.comp: which blocks of 2^3 voxels of a cell can show anything (render/backends/gpu/fine_mask.h): a group a cell,
+// skipping_masks.comp: which blocks of 2^3 voxels of a cell can show anything (render/backends/gpu/skipping_binding.h): a group a cell,
 // an invocation a block. Only for cells where the field is plain interpolation of level 0. Values are places in the
 // transfer function's table, in entries.
 
@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "sampler_atlas.glsl"
 
 layout(rg32ui) writeonly uniform uimage3D uMap;
-layout(std430, binding = BINDING_RUNS) readonly buffer Runs { int uRuns[]; };    // see zeroRuns() in render/backends/gpu/fine_mask.cpp
+layout(std430, binding = BINDING_RUNS) readonly buffer Runs { int uRuns[]; };    // see zeroRuns() in render/backends/gpu/skipping_binding.cpp
 layout(std430, binding = BINDING_CELLS) readonly buffer Cells { uint uCells[]; }; // numbers in the grid
 uniform ivec3 uExtentVoxels, uGrid;
 uniform float uTableScale, uTableOffset;

@@ -1,20 +1,24 @@
-// render/backends/gpu/field_binding.h: binds a volume to a program: the uniforms and textures of
-// shaders/sampler_field.glsl.
+// render/backends/gpu/bindings.h: what programs read, bound to them: a volume, and the tables of a transfer
+// function.
 #pragma once
 
 #include "core/base/brick.h"
+#include "core/base/budget.h"
 #include "core/base/error.h"
 #include "core/base/volume.h"
-#include "render/backends/gpu/atlas_plane.h"
+#include "render/backends/gpu/atlas.h"
 #include "render/backends/gpu/features.h"
+#include "render/backends/gpu/gl/objects.h"
 #include "render/backends/gpu/gl/program.h"
-#include "render/backends/gpu/light_atlas.h"
 #include "render/contract/level_map.h"
+#include "render/contract/optics.h"
 #include "render/residency/texels.h"
 
 #include <cmath>
 
 namespace tessera {
+
+// Binds a volume to a program: the uniforms and textures of shaders/sampler_field.glsl.
 
 // Of textures and of images alike.
 constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
@@ -79,5 +83,18 @@ inline void bindField(const GlProgram& program, std::uint32_t features, const Vo
     program.set("uFinest", static_cast<int>(source.map->finest));
     program.set("uMostStride", source.map->mostStride);
 }
+
+// A transfer function's tables on the device, as shaders/march_optics.glsl and march_segment.glsl read them.
+
+class FunctionTables {
+  public:
+    /// Instead of those before, which go first, so that two are never charged.
+    /// @param integrated  those of pre-integration too
+    void set(const Optics& optics, bool integrated, MemoryBudget& gpu);
+    void bind(const GlProgram& program) const;
+
+  private:
+    GlTexelBuffer extinctions_, colours_, sums_;
+};
 
 } // namespace tessera

@@ -1,19 +1,24 @@
-// render/backends/gpu/atlas_plane.h: values of bricks on the GPU: pages in one 3D texture without duplicated
-// border voxels. The index texture holds the entries of residency/brick_residency.h.
+// render/backends/gpu/atlas.h: bricks on the GPU: the atlas of values and that of their light.
 #pragma once
 
 #include "core/base/budget.h"
 #include "core/base/volume.h"
 #include "render/backends/gpu/gl/objects.h"
+#include "render/light/light_plane.h"
 #include "render/residency/brick_residency.h"
 #include "render/residency/pages.h"
 #include "render/residency/plane.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <vector>
 
 namespace tessera {
+
+// Values of bricks on the GPU: pages in one 3D texture without duplicated border voxels. The index texture
+// holds the entries of residency/brick_residency.h.
 
 /// OpenGL's name of texels of a type.
 struct GlTexels {
@@ -57,6 +62,46 @@ struct Atlas {
         planes.insert(planes.begin(), &values);
         return planes;
     }
+};
+
+// The light of bricks' samples on the GPU. One texture is like the atlas of values, with a component a
+// channel. Another has the light of bricks that stand as one value.
+
+class LightAtlas {
+  public:
+    /// @param pages, limits  as the atlas of values has them
+    /// The scene outlives it, and does not move.
+    LightAtlas(const FramePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
+               MemoryBudget& gpu);
+
+    /// For the BrickResidency.
+    LightPlane& plane() { return plane_; }
+    /// Light as things are; before rays are drawn.
+    void settle(Work& work) { plane_.settle(work); }
+    SceneLight& light() { return light_; }
+    LightReport report() const { return light_.report(texels_.bytes() + standing_.bytes()); }
+    void bind(GLuint lightUnit, GLuint standingUnit) const;
+
+  private:
+    /// Takes one component of texels; the last one sends them.
+    class Channel : public Plane {
+      public:
+        Channel(LightAtlas& atlas, int number) : atlas_(atlas), number_(number) {}
+        void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+        void publish(std::span<const BrickEntry> entries) override;
+
+      private:
+        LightAtlas& atlas_;
+        int number_;
+    };
+    std::vector<Plane*> makeChannels();
+
+    SceneLight light_;
+    int components_; // of texels
+    GlTexture3d texels_, standing_;
+    std::vector<std::uint16_t> staging_, standingStaging_;
+    std::vector<std::unique_ptr<Channel>> channels_;
+    LightPlane plane_;
 };
 
 } // namespace tessera

@@ -1,7 +1,5 @@
-// render/backends/gpu/function_tables.cpp: see function_tables.h.
-#include "render/backends/gpu/function_tables.h"
-
-#include "render/backends/gpu/field_binding.h" // units
+// render/backends/gpu/bindings.cpp: see bindings.h.
+#include "render/backends/gpu/bindings.h"
 
 #include <span>
 #include <vector>

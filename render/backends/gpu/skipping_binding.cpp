@@ -1,5 +1,5 @@
-// render/backends/gpu/fine_mask.cpp: see fine_mask.h.
-#include "render/backends/gpu/fine_mask.h"
+// render/backends/gpu/skipping_binding.cpp: see skipping_binding.h.
+#include "render/backends/gpu/skipping_binding.h"
 
 #include "core/base/error.h"
 #include "render/backends/gpu/composition.h"
