@@ -39,7 +39,7 @@ struct FeatureModule {
 } // namespace tessera
 
 /// One line a feature. kFeature<Name> is its bit, by its place here. The function of the second name
-/// describes it, in features/ (a file each, named alike). Integrators, none of the three: midpoint.
+/// describes it, in features/ (a file a kind). Integrators, none of the three: midpoint.
 /// Gradients, none of the four: central. `March` sets integrators, surfaces, lights, materials, values and
 /// gradient opacity itself, by its optics.
 #define TESSERA_FEATURES(FEATURE)                                                                            \
