@@ -2,7 +2,7 @@
 #include "render/picture/ray_renderer.h"
 
 #include "core/base/progress.h"
-#include "render/backends/mirror/mirror_tracer.h"
+#include "render/backends/mirror/mirror_surfaces.h"
 #include "render/picture/picture.h"
 #include "render/picture/ray_pixels.h"
 #include "render/picture/step_of_means.h"

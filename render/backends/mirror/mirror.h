@@ -7,16 +7,18 @@
 #include "core/base/work.h"
 #include "render/backends/mirror/mirror_input.h"
 #include "render/backends/mirror/mirror_surfaces.h"
-#include "render/backends/mirror/mirror_values.h"
 #include "render/contract/compositing.h"
 #include "render/contract/integrators.h"
+#include "render/contract/kept_value.h"
 #include "render/contract/lattice.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/sampler.h"
 #include "render/empty_space/occupancy.h"
+#include "render/empty_space/value_bounds.h"
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <glm/vec4.hpp>
@@ -24,6 +26,46 @@
 #include <vector>
 
 namespace tessera {
+
+// Rays that keep one of the values along them, or their mean (docs/sampling.md, "Modes"), on the CPU;
+// counterpart of shaders/march_values_loop.glsl.
+
+/// Continues a ray to its end.
+/// @param field  value(p) at a place in voxels
+template <typename Real, typename Field>
+void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
+               KeptValue<Real>& k) {
+    const Optics& o = *input.optics;
+    const bool least = o.reduction == Reduction::minimum;
+    const Real end = least ? Real(0) : static_cast<Real>(o.table.size() - 1);
+    k.any = k.any || ray.count > 0;
+    for (int i = 0; i < ray.count;) {
+        ++work.iterations;
+        const int n = strideAt(input.strides, ray, i);
+        const Real length = strideLength(ray, i, n);
+        const glm::vec<3, Real> p = stridePosition(ray, i, length);
+        if (input.bounds) {
+            const int next = nextContributing(*input.bounds, input.strides, ray, i, n, p, k.kept);
+            if (next > i) {
+                i = next;
+                continue;
+            }
+        }
+        ++work.segments;
+        ++work.samples;
+        const Real value = field.value(p);
+        if (o.reduction == Reduction::average) {
+            k.kept = k.kept + length * value;
+            k.length = k.length + length;
+        } else {
+            const Real place = clampedPlaceOf(o, value);
+            k.kept = least ? std::min(k.kept, place) : std::max(k.kept, place);
+            if (k.kept == end)
+                return; // no value can change it
+        }
+        i += n;
+    }
+}
 
 /// Composites a ray, or a part of it, behind what it has gathered before. Premultiplied colour and alpha.
 /// @param field  value(p) and gradient(p) at a point in voxels; pitch(p), distance of samples there

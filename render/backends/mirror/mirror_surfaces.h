@@ -10,6 +10,7 @@
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/sampler.h" // gradientValues
+#include "render/light/surface_tracer.h"
 
 #include <limits>
 #include <vector>
@@ -167,5 +168,22 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
         i = done ? ray.count : i + n;
     }
 }
+
+// Rays of light among isosurfaces, read through the brick cache: surfaceRay(), in float.
+// Engines without a tracer of their own use it.
+
+class MirrorTracer : public SurfaceTracer {
+  public:
+    /// For the current scene, which outlives it.
+    /// @param voxels  of a segment
+    MirrorTracer(const FramePlan& scene, double voxels);
+    MirrorTracer(const MirrorTracer&) = delete;
+    MirrorTracer& operator=(const MirrorTracer&) = delete;
+    void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;
+
+  private:
+    Optics optics_; // of surfaces alone
+    MirrorInput input_;
+};
 
 } // namespace tessera

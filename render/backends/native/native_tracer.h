@@ -1,5 +1,5 @@
 // render/backends/native/native_tracer.h: rays of light among isosurfaces, in packets: the ray casting loop
-// of packet_surfaces.h through the bricks as they are drawn. Bit-equal to the mirror's (mirror_tracer.h).
+// of packet_surfaces.h through the bricks as they are drawn. Bit-equal to the mirror's (mirror_surfaces.h).
 #pragma once
 
 #include "render/backends/native/packet.h"

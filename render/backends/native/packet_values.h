@@ -1,5 +1,5 @@
 // render/backends/native/packet_values.h: a packet of rays that keep one of the values along them, or their
-// mean: the same as keepAlong() in mirror_values.h, for one ray a lane. A lane reads the bounds of values
+// mean: the same as keepAlong() in mirror.h, for one ray a lane. A lane reads the bounds of values
 // once a box: it leaps over the box, or takes all samples in it. For packet_*.cpp alone.
 #pragma once
 

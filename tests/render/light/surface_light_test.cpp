@@ -2,7 +2,7 @@
 // Every engine follows its rays alike, to the surfaces that the reference finds. Also closed forms, pictures,
 // refusals, and no cost where it is off.
 #include "core/base/error.h"
-#include "render/backends/mirror/mirror_tracer.h"
+#include "render/backends/mirror/mirror_surfaces.h"
 #include "render/backends/native/native_tracer.h"
 #include "render/backends/reference/surface_rays.h"
 #include "render/light/directions.h"

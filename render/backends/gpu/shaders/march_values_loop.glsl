@@ -1,5 +1,5 @@
 // march_values_loop.glsl: the loop of march.comp for rays that keep one of the values along them, or their mean: the
-// same as keepAlong() in render/backends/mirror/mirror_values.h. Part of main(): reads and writes its i, sum, left
+// same as keepAlong() in render/backends/mirror/mirror.h. Part of main(): reads and writes its i, sum, left
 // and counters. Until a ray's end sum holds the kept value, of means the length too. Its alpha says whether the ray
 // has met the drawn part of the volume.
 

@@ -1,8 +1,7 @@
-// render/backends/mirror/mirror_tracer.cpp: see mirror_tracer.h.
-#include "render/backends/mirror/mirror_tracer.h"
+// render/backends/mirror/mirror_surfaces.cpp: see mirror_surfaces.h.
+#include "render/backends/mirror/mirror_surfaces.h"
 
 #include "core/base/error.h"
-#include "render/backends/mirror/mirror_surfaces.h"
 #include "render/contract/cache_field.h"
 
 namespace tessera {
