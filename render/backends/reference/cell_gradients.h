@@ -2,7 +2,7 @@
 // the scene's operator, for light and for gradient opacity.
 #pragma once
 
-#include "render/backends/reference/cubic.h"
+#include "render/backends/reference/cells_on_ray.h"
 #include "render/contract/lattice.h"
 #include "render/contract/optics.h"
 #include "render/contract/sampler.h"

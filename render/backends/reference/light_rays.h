@@ -6,7 +6,6 @@
 
 #include "render/backends/reference/cell_gradients.h"
 #include "render/backends/reference/cells_on_ray.h"
-#include "render/backends/reference/cubic.h"
 #include "render/backends/reference/light_sources.h"
 #include "render/backends/reference/reference.h"
 #include "render/backends/reference/stored_function.h"

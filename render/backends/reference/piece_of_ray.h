@@ -3,9 +3,8 @@
 #pragma once
 
 #include "render/backends/reference/cell_gradients.h"
-#include "render/backends/reference/cubic.h"
+#include "render/backends/reference/cells_on_ray.h"
 #include "render/backends/reference/light_between.h"
-#include "render/backends/reference/pair.h"
 #include "render/backends/reference/reference_integrator.h"
 #include "render/backends/reference/stored_function.h"
 #include "render/contract/leaves.h"

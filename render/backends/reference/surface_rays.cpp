@@ -3,7 +3,6 @@
 
 #include "core/base/error.h"
 #include "core/base/threads.h"
-#include "render/backends/reference/cell_stretch.h"
 #include "render/backends/reference/cells_on_ray.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
