@@ -10,7 +10,6 @@
 #include "core/image/image.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
-#include "render/contract/slicing.h"
 #include "render/contract/strides.h"
 #include "render/light/light_plane.h"
 #include "render/light/surface_tracer.h"

@@ -11,7 +11,7 @@
 #include "core/scene/mode.h"
 #include "core/scene/scene.h"
 #include "render/backends/gpu/gl/context.h"
-#include "render/contract/slicing.h"
+#include "render/contract/ray_state.h"
 #include "render/engine.h"
 #include "render/engine_traits.h"
 #include "render/light/scene_light.h"

@@ -10,8 +10,7 @@
 // Lanes bring select(), min(), max(), sqrt(), floor(), ceil(), abs() and powerOfTwo() of their own.
 #pragma once
 
-#include "render/contract/gradient_numbers.h"
-#include "render/contract/light_numbers.h"
+#include "render/contract/scene_numbers.h"
 
 #include <algorithm>
 #include <bit>

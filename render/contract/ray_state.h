@@ -1,9 +1,10 @@
 // render/contract/ray_state.h: the state of a ray between two calls that draw it, and the outputs of rays
-// besides their colours (docs/sampling.md, "Ray"). Engines allocate by these sizes, and plans
-// count with them.
+// besides their colours (docs/sampling.md, "Ray"). Engines allocate by these sizes, and plans count with
+// them.
 #pragma once
 
 #include "core/base/brick.h"
+#include "core/base/progress.h" // ShareDone
 
 #include <algorithm>
 #include <cstddef>
@@ -13,6 +14,18 @@
 #include <glm/vec4.hpp>
 
 namespace tessera {
+
+// The division of rays into dispatches, which a device takes one at a time.
+
+/// The cutting of rays into dispatches. It never changes the picture; tests vary it to prove that.
+struct Slicing {
+    /// Adaptive: the target time of a dispatch. Its true time is not bounded: it gets the iterations that fit
+    /// at the cost of those before, and takes longer where its own cost more.
+    double targetMs = 80;
+    int fixedTile = 0;       // pixels; 0: adaptive
+    int fixedIterations = 0; // per ray and dispatch; 0: adaptive
+    ShareDone progress = {}; // of the picture, after every dispatch
+};
 
 /// The first place where a ray meets an isosurface that is not wholly transparent.
 struct SurfaceHit {

@@ -1,7 +1,7 @@
 // render/empty_space/brick_proof.cpp: see brick_proof.h.
 #include "render/empty_space/brick_proof.h"
 
-#include "render/contract/brick_corner.h"
+#include "render/contract/level_map.h"
 
 #include <cmath>
 #include <glm/common.hpp>

@@ -1,7 +1,7 @@
 // render/empty_space/occupancy.h: occupancy under a transfer function at the bricks' levels, and its distance
 // map (distance_map.h). Skipping is conservative: a cell is empty only if extinction is 0 over the range of
 // every sample that a point in it can reach. These are its own brick's samples, clamped to that brick, and
-// those of neighbours with weight there (brick_corner.h).
+// those of neighbours with weight there (level_map.h).
 #pragma once
 
 #include "core/base/brick.h"

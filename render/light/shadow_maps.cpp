@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/threads.h"
-#include "render/contract/cache_field.h"
+#include "render/contract/lattice.h"
 
 #include <algorithm>
 #include <cmath>

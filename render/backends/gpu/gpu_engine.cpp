@@ -5,7 +5,7 @@
 #include "render/backends/gpu/march.h"
 #include "render/backends/gpu/skipping_binding.h"
 #include "render/backends/gpu/visibility_pass.h"
-#include "render/contract/kept_value.h"
+#include "render/contract/integrators.h"
 #include "render/residency/texels.h"
 
 #include <utility>

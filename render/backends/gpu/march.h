@@ -18,7 +18,6 @@
 #include "render/contract/ray.h"
 #include "render/contract/ray_cuts.h"
 #include "render/contract/ray_state.h"
-#include "render/contract/slicing.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"

@@ -2,7 +2,7 @@
 #include "render/backends/mirror/mirror.h"
 
 #include "core/base/threads.h"
-#include "render/contract/cache_field.h"
+#include "render/contract/lattice.h"
 #include "render/light/stored_light.h"
 
 #include <mutex>

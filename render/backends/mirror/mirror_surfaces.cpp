@@ -2,7 +2,7 @@
 #include "render/backends/mirror/mirror_surfaces.h"
 
 #include "core/base/error.h"
-#include "render/contract/cache_field.h"
+#include "render/contract/lattice.h"
 
 namespace tessera {
 namespace {

@@ -5,7 +5,6 @@
 #include "core/base/work.h"
 #include "render/backends/mirror/mirror_input.h"
 #include "render/contract/cell_roots.h"
-#include "render/contract/compositing.h"
 #include "render/contract/integrators.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"

@@ -2,7 +2,7 @@
 // whatever levels meet there. Where one level has all weight, the field is plain trilinear interpolation of
 // it, and a block's range is exact. Elsewhere the field is a mean, with weights that are not negative, of the
 // bricks around a corner. Each of these is trilinear between its own samples and clamped to them
-// (render/contract/brick_corner.h). So the range lies in the hull of those that have weight in the block.
+// (render/contract/level_map.h). So the range lies in the hull of those that have weight in the block.
 #pragma once
 
 #include "render/backends/native/host_plane.h"

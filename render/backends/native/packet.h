@@ -3,8 +3,7 @@
 // may bring functions which a linker could share with the rest of the program.
 #pragma once
 
-#include "render/contract/gradient_numbers.h"
-#include "render/contract/light_numbers.h"
+#include "render/contract/scene_numbers.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // tests/render/contract/brick_corner_test.cpp: the blend of bricks of two levels, against the table of
 // docs/sampling.md ("Value") written down once more. Also the lengths of strides beside finer bricks.
-#include "render/contract/brick_corner.h"
+#include "render/contract/level_map.h"
 #include "render/contract/strides.h"
 
 #include <algorithm>

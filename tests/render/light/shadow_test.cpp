@@ -1,6 +1,6 @@
 // tests/render/light/shadow_test.cpp: deep shadow maps within their own error: of functions in closed form,
 // and of scans against rays of shadow by the reference's quadrature.
-#include "render/contract/cache_field.h"
+#include "render/contract/lattice.h"
 #include "render/light/shadow_maps.h"
 #include "tests/support/scene_fixture.h"
 

@@ -2,7 +2,7 @@
 // Needs FEATURE_GRADIENT_OPACITY, march_optics.glsl. Gives gradientOpacity(gradient).
 
 #if FEATURE_GRADIENT_OPACITY
-// As in render/contract/gradient_numbers.h.
+// As in render/contract/scene_numbers.h.
 const int kMostGradientPoints = 16;
 uniform int uGradientPoints;
 uniform vec3 uGradientOpacity[kMostGradientPoints]; // length, stored units per mm; factor; slope from there on

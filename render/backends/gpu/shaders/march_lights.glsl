@@ -3,7 +3,7 @@
 // allLight(), materialPlace(front, back), shadeByLights(...).
 
 #if FEATURE_LIGHTS
-// As in render/contract/light_numbers.h.
+// As in render/contract/scene_numbers.h.
 const int kMostLights = 4;
 const int kDirectional = 1;
 const int kPoint = 2;

@@ -1,10 +1,10 @@
 // sampler_interblock.glsl: the field of mixed levels: blends of the eight bricks around the nearest brick
-// corner (docs/sampling.md, "Value"; course notes 2.10.2); as in render/contract/brick_corner.h and render/contract/sampler.h.
+// corner (docs/sampling.md, "Value"; course notes 2.10.2); as in render/contract/level_map.h and render/contract/sampler.h.
 // Needs sampler_atlas.glsl. Gives fieldValue(p), localPitch(p), placeOf(p), cornerTexel, codeOf, gBlended.
 
 #include "leaf_bricks.h"
 
-TEXELS_RG32UI uCorners;  // one texel per brick corner: see render/contract/brick_corner.h
+TEXELS_RG32UI uCorners;  // one texel per brick corner: see render/contract/level_map.h
 uniform ivec3 uBricks;        // grid of bricks
 uniform ivec3 uExtentVoxels;
 uniform int uEdgeFunction;    // 0 nearest, 1 minimum, 2 split, 3 maximum

@@ -1,5 +1,5 @@
-// render/contract/light_numbers.h: a scene's lights and materials as plain floats, one text for all engines;
-// packets include it, so it brings no functions.
+// render/contract/scene_numbers.h: a scene's lights, materials and gradient opacity as plain floats, one text
+// for all engines. Packets include it, so it brings no functions.
 #pragma once
 
 #include <cstdint>
@@ -41,6 +41,15 @@ struct MaterialNumbers {
     float ambient = 0, diffuse = 0, specular = 0;
     std::int32_t power = 1;
     float emission[3] = {};
+};
+
+constexpr int kMostGradientPoints = 16;
+
+/// Points of the factor, by the length of the gradient in patient space, stored units per mm. From a point on
+/// the factor goes on by its slope, until the next one; before the first it is the first one's.
+template <typename N> struct GradientNumbers {
+    std::int32_t count = 0; // 0: there is none
+    N length[kMostGradientPoints] = {}, factor[kMostGradientPoints] = {}, slope[kMostGradientPoints] = {};
 };
 
 } // namespace tessera::leaf
