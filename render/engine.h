@@ -12,7 +12,7 @@
 #include "render/contract/ray_state.h"
 #include "render/contract/strides.h"
 #include "render/light/light_plane.h"
-#include "render/light/surface_tracer.h"
+#include "render/light/surface_light.h"
 #include "render/plan/frame_plan.h"
 #include "render/residency/brick_residency.h"
 #include "render/residency/pages.h"

@@ -8,7 +8,7 @@
 #include "core/scene/transfer_function.h"
 #include "render/backends/native/packet.h"
 #include "render/contract/optics.h"
-#include "render/light/occlusion_rays.h"
+#include "render/light/directions.h"
 
 #include <array>
 #include <cstdint>

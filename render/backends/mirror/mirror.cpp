@@ -3,7 +3,7 @@
 
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
-#include "render/light/stored_light.h"
+#include "render/light/scene_light.h"
 
 #include <mutex>
 #include <span>

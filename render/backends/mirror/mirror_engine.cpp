@@ -3,7 +3,7 @@
 
 #include "core/base/error.h"
 #include "render/backends/mirror/mirror.h"
-#include "render/light/stored_light.h"
+#include "render/light/scene_light.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>

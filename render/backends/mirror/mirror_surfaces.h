@@ -9,7 +9,7 @@
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/sampler.h" // gradientValues
-#include "render/light/surface_tracer.h"
+#include "render/light/surface_light.h"
 
 #include <limits>
 #include <vector>

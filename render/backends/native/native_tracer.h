@@ -3,7 +3,7 @@
 #pragma once
 
 #include "render/backends/native/packet.h"
-#include "render/light/surface_tracer.h"
+#include "render/light/surface_light.h"
 
 namespace tessera {
 

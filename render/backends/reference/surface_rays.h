@@ -8,7 +8,7 @@
 #include "render/backends/reference/stored_function.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray_state.h"
-#include "render/light/surface_tracer.h"
+#include "render/light/surface_light.h"
 
 #include <vector>
 

@@ -3,7 +3,7 @@
 #include "core/base/error.h"
 #include "core/scene/preset.h"
 #include "render/light/directions.h"
-#include "render/light/stored_light.h"
+#include "render/light/scene_light.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/reference_light.h"

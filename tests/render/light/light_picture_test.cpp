@@ -2,7 +2,7 @@
 // engine has the mirror's bits, whatever levels meet. Light appears in the right places, and has no cost
 // where it is off.
 #include "core/scene/preset.h"
-#include "render/light/stored_light.h"
+#include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/interactive_fixture.h"
 #include "tests/support/mixed_fixture.h"
