@@ -4,7 +4,7 @@
 #pragma once
 
 #include "core/base/budget.h"
-#include "render/plan/memory_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include <cstddef>
 #include <memory>

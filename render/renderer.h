@@ -20,8 +20,8 @@
 #include "render/plan/choose_levels.h"
 #include "render/plan/frame_context.h"
 #include "render/plan/frame_plan.h"
-#include "render/plan/picture_check.h"
 #include "render/plan/planner.h"
+#include "render/plan/step_search.h"
 #include "render/verify/picture_measurement.h"
 #include "render/verify/verify_plan.h"
 

@@ -7,8 +7,8 @@
 #include "core/base/work.h"
 #include "core/image/image.h"
 #include "render/engine.h"
-#include "render/plan/picture_check.h"
 #include "render/plan/planner.h"
+#include "render/plan/step_search.h"
 
 namespace tessera {
 

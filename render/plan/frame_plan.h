@@ -2,19 +2,187 @@
 // read it; a Planner (planner.h) makes it, and makes it again when something is learnt.
 #pragma once
 
+#include "bricking/cache/brick_cache.h"
+#include "bricking/levels/selection.h"
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/base/budget.h"
+#include "core/base/volume.h"
+#include "core/scene/camera.h"
+#include "core/scene/mode.h"
+#include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
+#include "core/scene/transfer_function.h"
+#include "render/contract/level_map.h"
+#include "render/contract/optics.h"
+#include "render/contract/ray.h"
 #include "render/contract/strides.h"
+#include "render/empty_space/distance_map.h" // MapScale
+#include "render/empty_space/occupancy.h"
+#include "render/empty_space/value_bounds.h"
+#include "render/light/shadow_maps.h" // ShadowQuality
 #include "render/plan/choose_levels.h"
-#include "render/plan/layer.h"
-#include "render/plan/memory_plan.h"
-#include "render/plan/view_state.h"
+#include "render/plan/drawn_part.h"
+#include "render/residency/pages.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
 namespace tessera {
+
+// The state of the view: camera, picture, step, and revisions for data derived from it.
+
+struct ViewState {
+    Camera camera;
+    glm::ivec2 imageSize{0};
+    Quality quality; // current step, sampling and fetch; the requested integrator
+    RayFrame<double> frame;
+    DrawnPart part;    // of the volume
+    Lighting lighting; // the scene's, as are the next two
+    Shading shading;
+    std::vector<Isosurface> surfaces;
+    ShadowQuality shadowQuality;
+    Charge imageCharge; // pictures and ray states, in RAM
+
+    /// Sets the rays for camera, picture and step. Planner::aim() also places lights.
+    void aim(const VolumeInfo& info) {
+        frame = rayFrame(camera, info, imageSize, quality.stepVoxels);
+        part.clip(frame);
+    }
+};
+
+/// The parts that can change between two pictures.
+enum Change : std::uint32_t {
+    kCameraChanged = 1u << 0,
+    kFunctionChanged = 1u << 1,
+    kLevelsChanged = 1u << 2,     // of bricks
+    kEmptySpaceChanged = 1u << 3, // its map
+    kLightChanged = 1u << 4,      // of voxels
+};
+
+/// Changes since the last check: each consumer of a scene keeps one.
+class Changes {
+  public:
+    explicit Changes(std::uint32_t changes = 0) : bits_(changes) {}
+    void add(std::uint32_t changes) { bits_ |= changes; }
+    bool any(std::uint32_t changes) const { return (bits_ & changes) != 0; }
+    bool any() const { return bits_ != 0; }
+    /// Returns true if there were any of these, and clears them.
+    bool take(std::uint32_t changes) {
+        const bool were = any(changes);
+        bits_ &= ~changes;
+        return were;
+    }
+
+  private:
+    std::uint32_t bits_;
+};
+
+// The memory plan: the list of a scene's needs from both budgets besides its bricks. Minimum memory (a floor)
+// is always taken. Optional memory (a luxury) is granted if it is a small part of what minimum memory leaves.
+
+struct Need {
+    const char* what = "";
+    std::size_t ramBytes = 0, gpuBytes = 0;
+};
+
+class MemoryPlan {
+  public:
+    MemoryPlan() = default;
+    /// @param spareRam, spareGpu  base of the shares of optional memory: what minimum memory and bricks leave
+    MemoryPlan(std::size_t spareRam, std::size_t spareGpu) : spareRam_(spareRam), spareGpu_(spareGpu) {}
+
+    void setSpare(std::size_t ramBytes, std::size_t gpuBytes) {
+        spareRam_ = ramBytes;
+        spareGpu_ = gpuBytes;
+    }
+    void need(const char* what, std::size_t ramBytes, std::size_t gpuBytes) {
+        needs_.push_back({what, ramBytes, gpuBytes});
+    }
+    /// Grants optional memory if it is at most one part in `parts` of the spare memory; a replaced need is
+    /// given back. Returns true if granted.
+    /// @param replaces  name of a need, or null
+    bool grant(const char* what, std::size_t ramBytes, std::size_t gpuBytes, std::size_t ramParts,
+               std::size_t gpuParts, const char* replaces = nullptr);
+
+    /// GPU memory besides bricks; RAM that must stay free for later allocations.
+    std::size_t gpuBytes() const;
+    std::size_t ramBytes() const;
+
+  private:
+    std::size_t spareRam_ = 0, spareGpu_ = 0;
+    std::vector<Need> needs_;
+};
+
+/// RAM of a transfer function's tables: in TransferTable and Optics, sums, and the tables of colours with the
+/// copy for an upload.
+std::size_t tableRamBytes(std::size_t entries, Integrator integrator);
+/// GPU memory of the same tables, and the part of it for integrators other than midpoint.
+std::size_t tableGpuBytes(std::size_t entries, Integrator integrator);
+std::size_t integratorGpuBytes(std::size_t entries, Integrator integrator);
+
+/// RAM allocated once the camera is known: the level map, the distance map, the smallest cache and staging
+/// for uploads.
+/// @param threads  0: all processors
+std::size_t ramAfterCamera(const VolumeInfo& info, int threads, MapScale scale, bool skipping);
+
+/// RAM per pixel for drawing and writing: two float pictures (as computed, and converted or on its
+/// background) and the encoded one.
+constexpr std::size_t kPictureBytesPerPixel = 2 * sizeof(glm::vec4) + 4 * sizeof(std::uint16_t);
+/// RAM of a selection: levels and means.
+std::size_t selectionBytes(const VolumeInfo& info);
+
+/// The scene's minimum RAM, with its store reader: no smaller budget is accepted, and this one suffices.
+/// @param threads  0: all processors
+std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize, std::size_t bytesPerPixel,
+                             int threads, Integrator integrator = Integrator::automatic);
+
+// The data of one volume for pictures by any engine: statistics, resolved transfer function, a level for
+// every brick, occupancy, and the chunk cache.
+
+struct Layer {
+    const StoreReader* store = nullptr; // outlives this
+    Statistics statistics;
+    TransferFunction function;
+    TransferTable table;
+    Optics optics;
+    Selection selection;
+    int pageEdge = kBrickExtent; // samples along a page of bricks, ghost layers included
+    LevelMap levels;             // of a selection of mixed levels; else empty
+    MapScale mapScale = MapScale::bricks;
+    Occupancy occupancy; // and the distance map; none if rays keep one value
+    ValueLook look;      // of single values, if they do
+    ValueBounds bounds;  // then: bounds for leaps of rays that keep the maximum or minimum
+    /// Occupancy of isosurfaces alone: a separate map, if there are surfaces, the function is visible too,
+    /// and memory suffices.
+    bool mapsSurfaces = false;
+    Occupancy surfaceOccupancy;
+    TransferTable surfaceTable; // then
+    Charge selectionCharge;
+    Charge functionCharge;             // the transfer function's table, twice
+    Charge lightCharge;                // memory for computing light per voxel
+    std::unique_ptr<BrickCache> cache; // last member: destroyed first, because its threads read the store
+
+    const VolumeInfo& info() const { return store->info(); }
+    bool mixed() const { return !levels.corners.empty(); }
+    /// True if rays keep one value instead of compositing.
+    bool reduces() const { return optics.reduction != Reduction::composite; }
+    /// Updates occupancy for the selection's levels; computes all of it the first time.
+    void mapEmptySpace(const Quality& quality, MemoryBudget& ram);
+    /// Updates occupancy for a new table.
+    void functionChanged(const Quality& quality, MemoryBudget& ram, int threads);
+};
+
+/// Statistics of a volume for presets.
+ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, const std::string& unit = "");
+
+/// The edge of a cube with a voxel's volume.
+double typicalVoxelMm(const VolumeInfo& info);
 
 /// Numbers that are never the same for two states of a part of any plan: who keeps something made from that
 /// part compares them before rays begin.

@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/scene/preset.h"
 #include "render/contract/ray_state.h" // rayCount
-#include "render/plan/memory_plan.h"
+#include "render/plan/frame_plan.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/thin_volume.h"
 #include "viewer/cli/options/key_options.h"

@@ -3,7 +3,7 @@
 
 #include "core/scene/camera.h"
 #include "render/plan/drawn_part.h"
-#include "render/plan/layer.h"
+#include "render/plan/frame_plan.h"
 #include "viewer/session/viewing.h"
 
 #include <glm/vec2.hpp>

@@ -2,7 +2,7 @@
 // function over it.
 #pragma once
 
-#include "render/plan/layer.h"
+#include "render/plan/frame_plan.h"
 
 #include <vector>
 

@@ -5,8 +5,8 @@
 #include "render/contract/integrators.h"
 #include "render/contract/preintegration.h"
 #include "render/plan/choose_integrator.h"
-#include "render/plan/memory_plan.h"
-#include "render/plan/picture_check.h"
+#include "render/plan/frame_plan.h"
+#include "render/plan/step_search.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 #include "core/base/program_folders.h"
 #include "core/scene/preset.h"
 #include "render/picture/render_scene.h"
-#include "render/plan/memory_plan.h"
+#include "render/plan/frame_plan.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/looker.h"
 #include "tests/support/scene_fixture.h"

@@ -5,7 +5,7 @@
 #include "bricking/statistics/statistics.h"
 #include "core/base/error.h"
 #include "core/scene/preset.h"
-#include "render/plan/layer.h" // summarise
+#include "render/plan/frame_plan.h" // summarise
 
 #include <string>
 

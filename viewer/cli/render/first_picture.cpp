@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h" // TemporaryPath
 #include "core/base/names.h"
-#include "render/plan/memory_plan.h"
+#include "render/plan/frame_plan.h"
 #include "viewer/cli/render/picture_files.h"
 
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "core/animation/path.h"
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
-#include "render/plan/memory_plan.h" // renderFloorBytes
+#include "render/plan/frame_plan.h" // renderFloorBytes
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/thin_volume.h"
 #include "viewer/cli/input/volume_input.h"
