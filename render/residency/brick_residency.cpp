@@ -1,18 +1,35 @@
 // render/residency/brick_residency.cpp: see brick_residency.h.
 #include "render/residency/brick_residency.h"
 
+#include "bricking/cache/brick_cache.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "render/residency/each_chunk.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <span>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
+
+/// Visits chunks in batches that the cache can pin while others are decoded, until visit returns false.
+template <typename Visit>
+void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
+    const std::size_t batch = std::max<std::size_t>(1, cache.pinnableChunks() / 2);
+    for (std::size_t first = 0; first < keys.size(); first += batch) {
+        const std::size_t count = std::min(batch, keys.size() - first);
+        auto futures = cache.request(std::span(keys).subspan(first, count));
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!visit(keys[first + i], *futures[i].get()))
+                return;
+            futures[i] = {}; // unpin
+        }
+    }
+}
 
 constexpr std::uint32_t kEntryValue = 0x80000000u, kEntryAbsent = 0x40000000u; // as in sampler_atlas.glsl
 

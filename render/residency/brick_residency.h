@@ -1,5 +1,5 @@
 // render/residency/brick_residency.h: the residency of bricks. Pages of 32^3 samples are divided into slots
-// of one level (page_allocator.h). Every brick has an entry with its slot, or with its value. It is CPU only:
+// of one level (pages.h). Every brick has an entry with its slot, or with its value. It is CPU only:
 // planes hold the bricks' data, in GL or in host memory (plane.h).
 //
 // An entry (two 32-bit words):
@@ -13,7 +13,6 @@
 #include "bricking/levels/selection.h"
 #include "core/base/budget.h"
 #include "core/base/work.h"
-#include "render/residency/page_allocator.h"
 #include "render/residency/pages.h"
 #include "render/residency/plane.h"
 

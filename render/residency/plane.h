@@ -5,7 +5,7 @@
 
 #include "bricking/cache/brick_cache.h" // Chunk
 #include "core/base/work.h"
-#include "render/residency/page_allocator.h"
+#include "render/residency/pages.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

@@ -2,7 +2,7 @@
 #include "core/base/error.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gl/program.h"
-#include "render/residency/page_allocator.h"
+#include "render/residency/pages.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
