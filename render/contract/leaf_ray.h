@@ -44,7 +44,7 @@ LEAF Bool clip(V o, V d, V low, V high, LEAF_INOUT(V) t0, LEAF_INOUT(V) t1) {
 /// The phase of the ray at a column and row of an array of phased rays, in segments. The lattice begins by so
 /// much behind (before, if negative) the ray's entry into the drawn part of the volume. It is -7/16 to 7/16,
 /// so that the middle of the first segment is within. Of every eight rays that follow one another in a patch
-/// of 4 x 4 (ray_array.h) each has another one. Those of the first four lie between those of the last.
+/// of 4 x 4 (pixel_places.h) each has another one. Those of the first four lie between those of the last.
 LEAF_PLAIN float phaseOf(int column, int row) {
     int k = (column & 1) + 2 * (row & 1) + 4 * ((column >> 1) & 1); // of eight
     return float(2 * (k & 3) + (k >> 2)) / 8.0f - 7.0f / 16.0f;

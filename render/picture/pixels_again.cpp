@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/image/colour.h"
 #include "render/pixels/area_picture.h"
-#include "render/pixels/ray_array.h"
+#include "render/pixels/pixel_places.h"
 
 #include <algorithm>
 #include <bit>

@@ -3,7 +3,6 @@
 
 #include "render/picture/picture.h"
 #include "render/pixels/pixel_places.h"
-#include "render/pixels/ray_array.h"
 #include "render/plan/step_search.h"
 
 #include <algorithm>

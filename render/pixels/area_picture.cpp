@@ -2,7 +2,7 @@
 #include "render/pixels/area_picture.h"
 
 #include "core/base/error.h"
-#include "render/pixels/ray_array.h"
+#include "render/pixels/pixel_places.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include "render/engine.h"
 #include "render/pixels/pixel_places.h"
 #include "render/pixels/pixel_sums.h"
-#include "render/pixels/sample_needs.h"
 
 #include <cstdint>
 #include <functional>

@@ -2,10 +2,13 @@
 #include "render/pixels/pixel_sums.h"
 
 #include "core/base/error.h"
+#include "core/base/threads.h"
 #include "core/image/colour.h"
+#include "core/image/image.h"
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 namespace tessera {
@@ -62,6 +65,100 @@ StandardError standardError(const PixelSums& sums) {
     std::nth_element(luv.begin(), luv.begin() + rank, luv.end());
     e.luvP99 = luv[static_cast<std::size_t>(rank)];
     return e;
+}
+
+namespace {
+
+std::size_t indexOf(const glm::ivec2& at, const glm::ivec2& size) {
+    return static_cast<std::size_t>(at.y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(at.x);
+}
+
+template <typename Visit>
+void forEachAround(const glm::ivec2& at, const glm::ivec2& size, const Visit& visit) {
+    for (int y = std::max(0, at.y - 1); y <= std::min(size.y - 1, at.y + 1); ++y)
+        for (int x = std::max(0, at.x - 1); x <= std::min(size.x - 1, at.x + 1); ++x)
+            visit(indexOf({x, y}, size));
+}
+
+/// Mean variance of one sample over a pixel's neighbours with two sets, all components together.
+double varianceOfNeighbours(const PixelSums& sums, const glm::ivec2& at) {
+    double variance = 0;
+    int count = 0;
+    forEachAround(at, sums.size(), [&](std::size_t n) {
+        if (n == indexOf(at, sums.size()) || !sums.hasBothSets(n))
+            return;
+        const glm::vec4 off = sums.offset(n);
+        variance += static_cast<double>(glm::dot(off, off)) * sums.samples(n);
+        ++count;
+    });
+    return count > 0 ? variance / count : 0;
+}
+
+/// Variance of the mean of a pixel with two sets, all components together. Sets can be equal by chance while
+/// the neighbours' differ, so these count too, scaled to the same number of samples.
+double varianceOfSets(const PixelSums& sums, const glm::ivec2& at) {
+    constexpr double kNeighbours = 0.5; // their part beside the pixel's own
+    const std::size_t i = indexOf(at, sums.size());
+    const glm::vec4 off = sums.offset(i);
+    const double around = varianceOfNeighbours(sums, at) / sums.samples(i);
+    return (static_cast<double>(glm::dot(off, off)) + kNeighbours * around) / (1 + kNeighbours);
+}
+
+/// The derivative of L* by a component of linear light.
+double lightnessSlope(double light) {
+    constexpr double linearBelow = 0.008856451679035631; // CIE 1976
+    return light > linearBelow ? 116.0 / 3 / std::cbrt(light * light) : 903.2962962962963;
+}
+
+/// Variance of a ray through a pixel's centre, all components together: of the 3x3 neighbourhood about a
+/// plane through it. Pixels at the picture's edge use the nearest nine; a picture of fewer than three rows or
+/// columns repeats its last.
+double varianceAround(const Image& means, const glm::ivec2& at) {
+    const glm::ivec2 last = means.size - 1;
+    const glm::ivec2 middle = glm::clamp(at, glm::ivec2(1), glm::max(glm::ivec2(1), last - 1));
+    glm::vec4 c[9];
+    for (int k = 0; k < 9; ++k) {
+        const glm::ivec2 near = glm::min(middle + glm::ivec2(k % 3 - 1, k / 3 - 1), last);
+        c[k] = means.at(near.x, near.y);
+    }
+    const glm::vec4 mean = (c[0] + c[1] + c[2] + c[3] + c[4] + c[5] + c[6] + c[7] + c[8]) / 9.0f;
+    const glm::vec4 right = (c[2] + c[5] + c[8] - c[0] - c[3] - c[6]) / 6.0f;
+    const glm::vec4 down = (c[6] + c[7] + c[8] - c[0] - c[1] - c[2]) / 6.0f;
+    float scatter = 0; // about the plane, not as a difference of sums, which would cancel in floats
+    for (int k = 0; k < 9; ++k) {
+        const glm::vec4 off =
+            c[k] - (mean + static_cast<float>(k % 3 - 1) * right + static_cast<float>(k / 3 - 1) * down);
+        scatter += glm::dot(off, off);
+    }
+    return static_cast<double>(scatter) / (9 - 3);
+}
+
+} // namespace
+
+std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads) {
+    const Image means = sums.image();
+    const glm::ivec2 size = means.size;
+    std::vector<float> needs(sums.count());
+    parallelFor(static_cast<std::size_t>(size.y), threads, [&](std::size_t row) {
+        const auto y = static_cast<int>(row);
+        for (int x = 0; x < size.x; ++x) {
+            const glm::ivec2 at(x, y);
+            const std::size_t i = indexOf(at, size);
+            const double variance =
+                sums.hasBothSets(i) ? varianceOfSets(sums, at) : varianceAround(means, at);
+            if (!(variance > 0))
+                continue;
+            const double off = std::sqrt(variance / 4); // a component's
+            const glm::vec4& mean = means.pixels[i];
+            const double light =
+                std::clamp(0.2126 * static_cast<double>(mean.r) + 0.7152 * static_cast<double>(mean.g) +
+                               0.0722 * static_cast<double>(mean.b),
+                           0.0, 1.0);
+            needs[i] = static_cast<float>(
+                std::max(off / target.linear, off * lightnessSlope(light + off) / target.lightness));
+        }
+    });
+    return needs;
 }
 
 } // namespace tessera

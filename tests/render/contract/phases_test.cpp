@@ -6,7 +6,6 @@
 #include "render/picture/render_scene.h"
 #include "render/picture/step_of_means.h"
 #include "render/pixels/pixel_places.h"
-#include "render/pixels/ray_array.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/places.h"

@@ -6,8 +6,8 @@
 #include "render/backends/reference/reference_engine.h"
 #include "render/picture/render_scene.h"
 #include "render/pixels/area_picture.h"
-#include "render/pixels/ray_array.h"
-#include "render/pixels/sample_needs.h"
+#include "render/pixels/pixel_places.h"
+#include "render/pixels/pixel_sums.h"
 #include "tests/support/places.h"
 #include "tests/support/scene_fixture.h"
 
