@@ -22,7 +22,6 @@
 #include "render/plan/frame_plan.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h"
-#include "render/verify/picture_measurement.h"
 #include "render/verify/verify_plan.h"
 
 #include <array>

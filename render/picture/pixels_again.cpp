@@ -26,7 +26,7 @@ constexpr int kRun = 16; // samples of a replicate that are drawn side by side, 
 constexpr int kSetsOfStep = 1 << 10, kMostSteps = 2, kMostOfPixel = 4096;
 /// The possible error of the mean of a pixel's samples, as a share of the distance that one of 100 pixels
 /// exceeds. Its square is then a 25th of those of the largest distances, which their bound includes.
-constexpr double kNoiseOfTail = 0.2, kTailShare = 0.99;
+constexpr double kNoiseOfTail = 0.2;
 
 glm::dvec3 luvOf(const glm::vec4& pixel) {
     return luvFromLinear(glm::clamp(glm::dvec3(pixel), glm::dvec3(0.0), glm::dvec3(1.0)));

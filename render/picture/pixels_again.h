@@ -6,7 +6,6 @@
 #include "core/image/image.h"
 #include "render/pixels/pixel_places.h"
 #include "render/renderer.h"
-#include "render/verify/picture_measurement.h"
 #include "render/verify/verify_plan.h"
 
 #include <cstddef>

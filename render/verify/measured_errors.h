@@ -3,11 +3,52 @@
 // explains them.
 #pragma once
 
-#include "render/verify/pixel_pairs.h"
+#include "render/verify/pixel_sample.h"
 
+#include <algorithm>
 #include <optional>
+#include <vector>
 
 namespace tessera {
+
+// The largest L*u*v* distances of a sample, and the share of the truth's noise in them.
+
+/// The requested quantile.
+constexpr double kTailShare = 0.99;
+/// Largest share of noise in the tail's squares that allows a correction.
+constexpr double kMostNoise = 0.5;
+
+class Tail {
+  public:
+    /// @param pixel errors, at least one of them shown
+    explicit Tail(const std::vector<PixelError>& errors);
+
+    /// A median-unbiased estimate of the 99th percentile, interpolated between two values (Hyndman and Fan
+    /// 1996, type 8).
+    double p99() const;
+    /// The 99th percentile of the values themselves, ranked as in compare() (core/image/image_metrics.h).
+    double p99OfAll() const;
+    /// The value of a rank, scaled to the effective sample size.
+    double atRank(int rank, int worth) const;
+    /// Shown pixels' values, ascending.
+    const std::vector<double>& values() const { return once_; }
+
+    /// The share of the truth's noise in squares of quantiles, by quantiles with twice the noise. Over the
+    /// 97th to 99.7th percentiles, or the 90th to 99.7th if that is more: the extreme end has few pixels.
+    double noiseShare() const { return std::max(noiseAtEnd_, noiseOfTail_); }
+    /// Correction factor of a quantile, by the extreme end alone.
+    double withoutNoise() const;
+    /// Correction factor of its lower end, at most that: 0 at kMostNoise.
+    double cautiously() const;
+
+  private:
+    std::vector<double> once_;
+    double noiseAtEnd_ = 0, noiseOfTail_ = 0;
+};
+
+/// The design effect: variance of the share of shown pixels above a value, relative to independent pixels;
+/// the largest of the 90th to 99th percentiles, at least 1. Ignores strata.
+double tailDesignEffect(const std::vector<PixelError>& errors, const Tail& tail, int clusters);
 
 /// A number and its 95 % confidence interval over choices of pixels.
 struct Estimate {
@@ -39,7 +80,7 @@ constexpr int kFewestForP99 = 299;
 /// Least numbers of visible pixels and clusters for means: with fewer their intervals held too seldom.
 constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 
-/// rms: the mean of squares without the truth's noise, its interval by clusters (cluster_interval.h).
+/// rms: the mean of squares without the truth's noise, its interval by clusters (intervals.h).
 ///
 /// luvMean: noise lengthens distances, by an amount that depends on the distance without noise. They are
 /// measured with the noise (m1) and with twice its variance (m2, half of the replicates), and extrapolated to
@@ -48,7 +89,7 @@ constexpr int kFewestForMeans = 100, kFewestClusters = 48;
 /// adds to a distance in proportion to its variance (2 m1 - m2). In the other it adds in proportion to its
 /// standard deviation, as without any error ((sqrt(2) m1 - m2) / (sqrt(2) - 1)).
 ///
-/// luvP99: order statistics (quantile_bounds.h; Woodruff 1952 for the principle) with an effective sample
+/// luvP99: order statistics (intervals.h; Woodruff 1952 for the principle) with an effective sample
 /// size. That is shown pixels over the design effect of their tail (Korn and Graubard 1998), but not fewer
 /// than clusters. Value and lower end are multiplied by the same extrapolation of the tail's squares; the
 /// upper end is unchanged. There is no value if noise is more than half of these squares, and near that the

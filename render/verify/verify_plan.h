@@ -2,8 +2,10 @@
 // the allowed cost.
 #pragma once
 
+#include "render/verify/measured_errors.h"
 #include "render/verify/pixel_sample.h"
 
+#include <cstddef>
 #include <glm/vec2.hpp>
 #include <string>
 #include <vector>
@@ -46,5 +48,24 @@ constexpr double kMostQuickCost = 0.25;
 /// a 99th percentile. The reader of the bricks decides whether they are few enough. Mode full: 2000 pixels of
 /// 64 rays or more, at any cost.
 VerifyPlan verifyPlan(const VerifyInput& input);
+
+// The error of a picture, measured by drawing some of its pixels again.
+
+/// The error of a picture against the mean over each pixel's area of the integral through the finest level.
+struct PictureMeasurement {
+    Verify mode = Verify::none;
+    std::string whyNot; // the reason if nothing was measured; empty: `all` has the numbers
+    MeasuredErrors all;
+    /// The same pixels with the picture's own levels, step, filtering and early termination, but as many
+    /// samples as the truth. They separate the error of the picture's pixel samples from all other causes.
+    MeasuredErrors sampling, rays;
+    /// The picture has light per voxel or surface: the error of that light is not in these numbers, because
+    /// the truth has the same light.
+    bool keptLight = false;
+    bool singleRays = false;          // the picture has one ray per pixel
+    int samples = 0, mostSamples = 0; // rays of a pixel's truth; rays with which it was too noisy
+    std::size_t bytesRead = 0;
+    double seconds = 0;
+};
 
 } // namespace tessera

@@ -7,8 +7,7 @@
 #include "core/image/image_file.h"
 #include "core/image/image_metrics.h"
 #include "render/verify/measured_errors.h"
-#include "render/verify/random.h"
-#include "render/verify/tail.h"
+#include "render/verify/pixel_sample.h"
 
 #include <cmath>
 #include <cstdio>

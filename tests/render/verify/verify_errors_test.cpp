@@ -2,11 +2,10 @@
 // intervals that contain the truth. Fields have known errors in clusters and with long tails, and many
 // choices of pixels are tried.
 #include "core/image/image_metrics.h"
-#include "render/verify/distributions.h"
 #include "render/verify/error_goal.h"
+#include "render/verify/intervals.h"
 #include "render/verify/measured_errors.h"
-#include "render/verify/quantile_bounds.h"
-#include "render/verify/random.h"
+#include "render/verify/pixel_sample.h"
 
 #include <cmath>
 #include <functional>
