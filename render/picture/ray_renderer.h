@@ -40,4 +40,30 @@ class RayRenderer : public Renderer {
     std::unique_ptr<Samples> samples_; // of the round before: the next one of the same rays goes on from them
 };
 
+// Pixels of a picture that rays drew, again by rays of the same engine: as they are, and through the finest
+// level with a quarter of the step.
+
+class RayPixels : public PixelSource {
+  public:
+    /// All outlive it.
+    /// @param caster  of the engine; where coarser levels were drawn, toTruth() makes another, and the plan
+    /// is
+    ///     of the finest levels from then on
+    RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster);
+    /// Rays end where they did.
+    ~RayPixels() override;
+
+    About about() const override;
+    std::optional<Image> draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
+                              const Slicing& slicing, std::uint64_t mostBytes, Work& work) override;
+    std::string toTruth() override;
+
+  private:
+    const FrameTask& task_;
+    Engine& engine_;
+    std::unique_ptr<RayCaster>& caster_;
+    double step_; // voxels
+    float ends_;  // of rays of the picture
+};
+
 } // namespace tessera

@@ -1,10 +1,10 @@
 // tests/render/contract/phases_test.cpp: rays that take samples between one another's (RayFrame::phased), by
 // every engine, and the step that pixels of several such rays are drawn with
-// (render/picture/step_of_means.h).
+// (render/picture/picture.h).
 #include "core/image/image_metrics.h"
 #include "render/backends/reference/reference.h"
+#include "render/picture/picture.h"
 #include "render/picture/render_scene.h"
-#include "render/picture/step_of_means.h"
 #include "render/pixels/pixel_places.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
