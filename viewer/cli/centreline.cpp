@@ -6,7 +6,7 @@
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
 #include "viewer/cli/commands.h"
-#include "viewer/cli/input/selection_options.h"
+#include "viewer/cli/input/volume_input.h"
 
 #include <algorithm>
 #include <cmath>

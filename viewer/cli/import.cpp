@@ -3,7 +3,6 @@
 #include "bricking/import/source/format_endings.h"
 #include "core/base/names.h"
 #include "viewer/cli/commands.h"
-#include "viewer/cli/input/selection_options.h"
 #include "viewer/cli/input/volume_input.h"
 
 #include <memory>

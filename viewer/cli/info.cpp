@@ -8,7 +8,6 @@
 #include "viewer/cli/commands.h"
 #include "viewer/cli/info_picture.h"
 #include "viewer/cli/input/volume_input.h"
-#include "viewer/cli/input/volume_notes.h"
 
 #include <algorithm>
 #include <cmath>

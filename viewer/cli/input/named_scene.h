@@ -6,8 +6,21 @@
 #include "core/scene/scene.h"
 
 #include <filesystem>
+#include <string>
 
 namespace tessera {
+
+// Shows a volume of one slice as a slice. From the side it is a line, and would be drawn blank.
+
+/// Without a requested side, the single slice of a volume is shown as a slice, and in modes other than
+/// compositing from the side that it faces.
+/// @param sideNamed  a camera's fit or projection was requested: then the mode stays
+/// @return a note: "one slice: shown as --slice axial"; "" if nothing changed
+std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed);
+
+/// Throws InputError naming `where` and the view that shows the slice, if a camera by side (--view) looks
+/// along the single slice of a volume. Other cameras are free.
+void requireFacingView(const Scene& scene, const VolumeInfo& info, const std::string& where);
 
 /// The scene in a file, or a scene of the volume there without a transfer function. The volume is not opened.
 /// Throws InputError naming a scene file that cannot be read.

@@ -1,11 +1,12 @@
 // viewer/cli/input/volume_input.cpp: see volume_input.h.
 #include "viewer/cli/input/volume_input.h"
 
+#include "bricking/import/source/slice_converter.h" // kLabelMapRemark
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
 #include "core/base/error.h"
 #include "viewer/cli/input/import_cache.h"
-#include "viewer/cli/input/volume_notes.h"
+#include "viewer/cli/options/options.h" // formatNumber
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/catalogue.h"
 #endif
@@ -202,6 +203,50 @@ fs::path storeFor(const SceneVolume& volume, const InputOptions& named, MemoryBu
                   const CommonOptions& common) {
     const bool isNamed = static_cast<const SourceChoice&>(named) != SourceChoice{};
     return storeFor(volume.path, isNamed ? named : InputOptions(volume.source), ram, common);
+}
+
+std::string sayAbsent(const VolumeInfo& info) {
+    const double value = info.rescaleSlope * info.absentStored + info.rescaleIntercept;
+    return std::to_string(info.nonFiniteVoxels) +
+           " voxels without a number (NaN or infinite), stored as the lowest value, " +
+           formatNumber(value, 6) + (info.unit.empty() ? "" : " " + info.unit);
+}
+
+std::string sayLoss(const VolumeInfo& info) {
+    return info.lossyRatio > 0 ? "with loss, ratio " + formatNumber(info.lossyRatio) + " as the header says"
+                               : "with loss";
+}
+
+std::string sayLabels(const VolumeInfo& info) {
+    for (const std::string& remark : info.remarks)
+        if (remark.rfind(kLabelMapRemark, 0) == 0)
+            return remark;
+    return "";
+}
+
+std::vector<std::string> sayChanges(const VolumeInfo& info) {
+    std::vector<std::string> lines;
+    if (info.lossy)
+        lines.push_back("the source was compressed " + sayLoss(info));
+    if (info.nonFiniteVoxels)
+        lines.push_back(sayAbsent(info));
+    if (info.clampedVoxels)
+        lines.push_back(std::to_string(info.clampedVoxels) +
+                        " voxels clamped to the range that can be stored");
+    return lines;
+}
+
+void addSelectionOptions(Command& command, InputOptions& input) {
+    command.option("--series", input.series, "source files: number of the DICOM series, as listed")
+        .check(wholeNumberFrom(1));
+    command.flag("--largest", input.largest, "source files: the largest CT of a folder with several volumes");
+    command
+        .option("--phase", input.phase,
+                "source files: number of the phase, if a series has several images at each position")
+        .check(wholeNumberFrom(1));
+    command.flag("--resample-z", input.resampleZ, "source files: interpolate uneven slices to even spacing");
+    command.flag("--allow-missing", input.allowMissing,
+                 "source files: leave out files that could be slices and cannot be read");
 }
 
 } // namespace tessera

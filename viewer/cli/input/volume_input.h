@@ -5,7 +5,9 @@
 #include "bricking/import/importer.h" // ImportReport
 #include "bricking/import/source/slab_source.h"
 #include "core/base/budget.h"
+#include "core/base/volume.h"
 #include "core/scene/scene.h"
+#include "viewer/cli/options/command.h"
 #include "viewer/cli/options/options.h"
 
 #include <filesystem>
@@ -77,5 +79,21 @@ std::string parseUnit(const std::string& text);
 /// One line about a finished import, more with --verbose.
 void noteImport(const ImportReport& report, const SlabSource& source, const std::filesystem::path& store,
                 const MemoryBudget& ram, const CommonOptions& common);
+
+// Notes about an import: voxels that it changed or could not read.
+
+/// "1234 voxels without a number (NaN or infinite), stored as the lowest value, -1000 HU";
+/// nonFiniteVoxels > 0.
+std::string sayAbsent(const VolumeInfo& info);
+/// "with loss, ratio 8.2 as the header says"; lossy.
+std::string sayLoss(const VolumeInfo& info);
+/// A note on pictures of label maps; "" for other volumes.
+std::string sayLabels(const VolumeInfo& info);
+/// All notes on a volume, one per line.
+std::vector<std::string> sayChanges(const VolumeInfo& info);
+
+// The options that choose among source files, the same for every command.
+
+void addSelectionOptions(Command& command, InputOptions& input);
 
 } // namespace tessera

@@ -8,9 +8,7 @@
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
 #include "viewer/cli/input/named_scene.h"
-#include "viewer/cli/input/thin_volume.h"
 #include "viewer/cli/input/volume_input.h"
-#include "viewer/cli/input/volume_notes.h"
 #include "viewer/cli/render/body_crop.h"
 #include "viewer/cli/render/film_of_path.h"
 #include "viewer/cli/render/one_picture.h"
