@@ -6,7 +6,7 @@
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
-#include "viewer/cli/options/key_options.h"
+#include "viewer/cli/options/scene_options.h"
 #include "viewer/presets/preset_library.h"
 #include "viewer/session/view_session.h"
 #include "viewer/window/run_window.h"

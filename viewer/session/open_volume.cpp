@@ -6,7 +6,7 @@
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/frame_plan.h"
 #include "viewer/cli/input/named_scene.h"
-#include "viewer/cli/options/key_options.h"
+#include "viewer/cli/options/scene_options.h"
 #include "viewer/session/camera_moves.h" // heldBy
 #include "viewer/session/volume_histogram.h"
 

@@ -94,4 +94,10 @@ class CommandLine {
     std::unique_ptr<CLI::App> app_;
 };
 
+// The likely option for an unknown one: by another program's name, by a part of its name, or by spelling.
+
+/// The known option that an unknown one most likely means; "" if none is near. All with their leading "--";
+/// text after "=" is ignored.
+std::string likelyOption(const std::string& unknown, const std::vector<std::string>& known);
+
 } // namespace tessera

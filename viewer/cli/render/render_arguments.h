@@ -3,8 +3,7 @@
 #pragma once
 
 #include "viewer/cli/input/volume_input.h" // InputOptions
-#include "viewer/cli/options/key_options.h"
-#include "viewer/cli/options/mode_options.h"
+#include "viewer/cli/options/scene_options.h"
 
 #include <optional>
 #include <string>

@@ -1,16 +1,20 @@
-// viewer/cli/options/key_options.h: options that each set a key of the scene, and `--set`, which sets any.
-// Names, help, allowed values and refusals come from the table of keys (core/scene/*_fields.cpp).
+// viewer/cli/options/scene_options.h: options that change the scene: those that each set a key, and those of
+// a picture's mode.
 #pragma once
 
 #include "core/scene/scene.h"
 #include "viewer/cli/options/command.h"
 
+#include <algorithm>
 #include <list>
 #include <map>
 #include <string>
 #include <vector>
 
 namespace tessera {
+
+// Options that each set a key of the scene, and `--set`, which sets any. Names, help, allowed values and
+// refusals come from the table of keys (core/scene/*_fields.cpp).
 
 /// Adds `--set KEY=VALUE`, which may be repeated.
 /// @param of  "the scene", for help
@@ -58,5 +62,21 @@ class KeyOptions {
     std::map<std::string, std::string> words_;
     std::vector<std::string> sets_;
 };
+
+// Options of slices and cuts, and which options have an effect in which mode.
+
+struct ModeOptions {
+    std::string slice, slab; // "": the scene's
+    std::vector<std::string> boxes, boxesInVoxels, planes;
+    std::string keep;
+
+    static constexpr const char* kBody = "body"; // "body": a box found in the volume
+    bool cropsToBody() const { return std::find(boxes.begin(), boxes.end(), kBody) != boxes.end(); }
+};
+void addModeOptions(Command& command, ModeOptions& options);
+/// Options override the scene; `--crop body` is left to cropToBody() (viewer/cli/render/body_crop.h). Throws
+/// InputError naming the option, also for one without effect in its mode.
+/// @param keys  applied to the scene before
+void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene);
 
 } // namespace tessera
