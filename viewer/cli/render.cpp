@@ -8,7 +8,6 @@
 #include "render/verify/verify_plan.h" // verifyNames
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/volume_input.h"
-#include "viewer/cli/render/render_arguments.h"
 #include "viewer/cli/render/run_render.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 

@@ -74,8 +74,9 @@ struct ModeOptions {
     bool cropsToBody() const { return std::find(boxes.begin(), boxes.end(), kBody) != boxes.end(); }
 };
 void addModeOptions(Command& command, ModeOptions& options);
-/// Options override the scene; `--crop body` is left to cropToBody() (viewer/cli/render/body_crop.h). Throws
-/// InputError naming the option, also for one without effect in its mode.
+/// Options override the scene; `--crop body` is left to cropToBody()
+/// (viewer/cli/render/scene_from_arguments.h). Throws InputError naming the option, also for one without
+/// effect in its mode.
 /// @param keys  applied to the scene before
 void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene);
 

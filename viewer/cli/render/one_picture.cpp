@@ -1,16 +1,108 @@
 // viewer/cli/render/one_picture.cpp: see one_picture.h.
 #include "viewer/cli/render/one_picture.h"
 
+#include "core/base/error.h"
+#include "core/base/interrupt.h" // TemporaryPath
+#include "core/base/names.h"
 #include "core/base/output_file.h"
+#include "render/plan/frame_plan.h"
 #include "viewer/cli/manifest/manifest.h"
-#include "viewer/cli/render/first_picture.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <glm/vector_relational.hpp>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <unistd.h>
 
 namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The manifest of a coarse first picture. It tells a leftover of a killed process from a user's file.
+constexpr const char* kFirstManifest = R"({"tesseraFirstPicture":1,"notice":"not for diagnosis"})";
+bool isFirstPicture(const fs::path& path) {
+    try {
+        return manifestOf(path) == kFirstManifest;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+/// True for pictures that take so long, and whose coarse version takes so much less, that a coarse first
+/// picture is worth its time.
+bool isLarge(const VolumeInfo& info, const Scene& scene) {
+    constexpr int kVoxels = 256, kPixels = 256 * 256; // at fewer there is little to wait for
+    return glm::any(glm::greaterThan(info.extentVoxels, glm::ivec3(kVoxels))) &&
+           scene.imageSize.x * scene.imageSize.y >= kPixels;
+}
+
+/// From the system's own account of when this process began: loading the program counts too.
+double secondsSinceProcessStart() {
+    std::ifstream stat("/proc/self/stat");
+    std::string text((std::istreambuf_iterator<char>(stat)), {});
+    std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
+    std::string field;
+    for (int i = 3; i <= 22 && fields >> field; ++i)
+        ; // field 22: start, in clock ticks since the system's
+    timespec now{};
+    clock_gettime(CLOCK_BOOTTIME, &now);
+    const double start = std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK));
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
+}
+
+} // namespace
+
+/// A file that goes when the command ends, however it ends.
+class FirstPicture::PassingFile {
+  public:
+    explicit PassingFile(const fs::path& path) : path_(path), unfinished_(path) {}
+    ~PassingFile() {
+        std::error_code ignored;
+        fs::remove(path_, ignored);
+    }
+    PassingFile(const PassingFile&) = delete;
+    PassingFile& operator=(const PassingFile&) = delete;
+
+  private:
+    fs::path path_;
+    TemporaryPath unfinished_;
+};
+
+FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arguments.first) {
+    const EngineKind engine = task.options.engine;
+    const bool drawsFirst = engine == EngineKind::automatic || traitsOf(engine).quick;
+    if (wanted() && !drawsFirst)
+        throw badFile("--first", "--engine " + joinNames(engineNames(true)), task.arguments.engine);
+    if (wanted() || !drawsFirst || !task.common.progress->watched() ||
+        !isLarge(task.store.info(), task.scene))
+        return;
+    const fs::path out = task.arguments.out;
+    path_ = fs::path(out).replace_extension(".first" + out.extension().string());
+    std::error_code ignored;
+    if (fs::exists(path_, ignored) && !isFirstPicture(path_))
+        path_.clear(); // a user's file
+    else
+        passing_ = std::make_unique<PassingFile>(path_);
+}
+
+FirstPicture::~FirstPicture() = default;
+
+void FirstPicture::write(const Image& image, double secondsLeft) {
+    const Charge charge =
+        task_.ram.charge(kPictureBytesPerPixel * image.pixels.size() / 2, "the first picture");
+    writePicture(path_, image, task_.scene.background, passing_ ? kFirstManifest : "{}");
+    seconds_ = secondsSinceProcessStart();
+    task_.common.note("wrote " + path_.string() + ", coarse, after " + formatNumber(seconds_, 3) +
+                      " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");
+}
 
 void renderOnePicture(const RenderTask& task) {
     const RenderArguments& arguments = task.arguments;

@@ -1,13 +1,22 @@
-// viewer/cli/render/picture_notes.h: notes and warnings of `tessera render` about a picture
-// that it drew.
+// viewer/cli/render/picture_notes.h: notes and warnings of `tessera render` about a picture that it drew.
 #pragma once
 
+#include "core/base/volume.h"
+#include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
 #include "viewer/cli/render/render_task.h"
 
 #include <string>
 
 namespace tessera {
+
+// The position of a volume in words, for messages about pictures outside it.
+
+/// "x from -170 to 169.3, y from -12 to 80 and z from -400 to -1.5 mm": its bounding box, patient space.
+std::string placeOf(const VolumeInfo& info);
+
+/// Throws InputError naming `where`, with the volume's box, for a slice entirely outside the volume.
+void requireSliceInVolume(const Scene& scene, const VolumeInfo& info, const std::string& where);
 
 /// "wrote OUT: 512 x 512, levels 0 to 4, DEVICE, 1.2 s" as a note.
 /// @param kind  ", unfolded" after the size; "" of a picture

@@ -6,7 +6,7 @@
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
 #include "viewer/cli/options/options.h"
-#include "viewer/cli/render/render_arguments.h"
+#include "viewer/cli/render/scene_from_arguments.h"
 
 namespace tessera {
 

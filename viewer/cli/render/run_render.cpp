@@ -9,14 +9,11 @@
 #include "render/plan/frame_plan.h" // renderFloorBytes
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
-#include "viewer/cli/render/body_crop.h"
-#include "viewer/cli/render/film_of_path.h"
+#include "viewer/cli/render/along_path.h"
 #include "viewer/cli/render/one_picture.h"
-#include "viewer/cli/render/path_of_arguments.h"
 #include "viewer/cli/render/picture_files.h"
+#include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/scene_from_arguments.h"
-#include "viewer/cli/render/volume_place.h"
-#include "viewer/cli/render/wall_along_path.h"
 
 #include <optional>
 #include <utility>

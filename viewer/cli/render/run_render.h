@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/cli/options/options.h"
-#include "viewer/cli/render/render_arguments.h"
+#include "viewer/cli/render/scene_from_arguments.h"
 
 namespace tessera {
 

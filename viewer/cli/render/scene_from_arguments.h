@@ -1,16 +1,44 @@
-// viewer/cli/render/scene_from_arguments.h: the scene to draw: the named one, changed by the options.
-// Options win over the scene.
+// viewer/cli/render/scene_from_arguments.h: the scene to draw: the named one, changed by the options. Options
+// win over the scene.
 #pragma once
 
+#include "bricking/store/store_reader.h"
+#include "core/base/budget.h"
 #include "core/scene/scene.h"
-#include "render/picture/render_scene.h" // Verify, EngineKind
+#include "render/picture/render_scene.h"   // Verify, EngineKind
+#include "viewer/cli/input/volume_input.h" // InputOptions
 #include "viewer/cli/options/options.h"
-#include "viewer/cli/render/render_arguments.h"
+#include "viewer/cli/options/scene_options.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tessera {
+
+// The arguments of `tessera render` as the user gave them. They are checked and interpreted elsewhere
+// (run_render.h).
+
+/// Empty texts, and numbers that no option takes, were not said: then the scene decides, or the path
+/// of a film.
+struct RenderArguments {
+    std::string in, out, engine = "auto", ram, gpuMemory, preset, view, fit, projection;
+    std::string device = "auto";
+    double mmPerPixel = 0; // 0: as the scene says
+    KeyOptions keys;       // those that set one key of the scene
+    std::string first, light;
+    std::vector<std::string> surfaces;
+    std::string verify;
+    std::string path, frames;                           // of films
+    double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
+    std::optional<double> turn;                         // degrees, not 0; of turntables
+    bool unfold = false, mayLeak = false;
+    bool noCheck = false, explain = false, json = false, scaleBar = false;
+    ModeOptions mode;
+    InputOptions input;
+
+    bool isFilm() const { return (!path.empty() && !unfold) || turn; }
+};
 
 /// Applies the options to the scene. Notes settings of a foreign preset that no scene has. Throws InputError
 /// naming the option for invalid values, and for options without effect beside the scene or one another.
@@ -22,5 +50,13 @@ Verify verifyOf(const RenderArguments& arguments);
 
 /// Throws InputError naming --engine for an unknown engine.
 EngineKind engineOf(const RenderArguments& arguments);
+
+// `--crop body`: the box of the patient, added to the scene like any other box.
+
+/// Adds the box of bricking/analysis/body/body_box.h to the scene's cuts and notes it. A camera by side is
+/// fitted to what is shown within the cuts, unless --fit says otherwise. Throws InputError naming --crop for
+/// values that are not in HU, and as findBody() does.
+void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scene& scene, MemoryBudget& ram,
+                const CommonOptions& common);
 
 } // namespace tessera

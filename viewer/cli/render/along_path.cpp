@@ -1,16 +1,26 @@
-// viewer/cli/render/path_of_arguments.cpp: see path_of_arguments.h.
-#include "viewer/cli/render/path_of_arguments.h"
+// viewer/cli/render/along_path.cpp: see along_path.h.
+#include "viewer/cli/render/along_path.h"
 
 #include "core/animation/film.h"
 #include "core/animation/flight.h"
 #include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/scene/preset.h"
+#include "render/picture/unfolded.h"
 #include "render/plan/framing.h"
 #include "render/plan/planner.h"
+#include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/render/picture_files.h"
+#include "viewer/cli/render/picture_notes.h"
+#include "viewer/films/draw_film.h"
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 
@@ -125,6 +135,115 @@ Path turnOf(const RenderTask& task) {
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return turntable(camera, *a.turn, frames, framesPerSecond);
+}
+
+void renderFilm(const RenderTask& task) {
+    const RenderArguments& arguments = task.arguments;
+    const Scene& scene = task.scene;
+    const auto presets = [&](const std::string& preset) {
+        const Statistics statistics = loadStatistics(task.store, task.ram, task.options.threads);
+        return presetFunction(preset, summarise(statistics, task.store.info(), scene.volumes.front().unit));
+    };
+    const bool turns = arguments.turn.has_value();
+    const Film film(turns ? turnOf(task) : pathOf(task), scene, presets, turns ? "--turn" : arguments.path);
+    FilmJob job;
+    job.film = &film;
+    job.scene = scene;
+    job.range = arguments.frames.empty() || turns ? FrameRange{0, film.frames() - 1}
+                                                  : parseFrames(arguments.frames, film.frames());
+    job.out = arguments.out;
+    job.options = task.options;
+    job.store = &task.store;
+    job.ram = &task.ram;
+    job.gpu = &task.gpu;
+    const FilmReport report =
+        drawFilm(job, task.common,
+                 [](const std::filesystem::path& path, const Image& image, const std::string& manifest) {
+                     writePicture(path, image, std::nullopt, manifest);
+                 });
+    if (report.blank > 0 && report.blank == report.drawn)
+        printProblem("all frames are blank: the path's cameras see nothing that is shown");
+    if (arguments.json) {
+        const nlohmann::json out = {{"output", arguments.out},
+                                    {"frames", report.frames},
+                                    {"first", job.range.first},
+                                    {"drawn", report.drawn},
+                                    {"there", report.there},
+                                    {"byOthers", report.byOthers},
+                                    {"withBricksOfTheOneBefore", report.goneOn},
+                                    {"blank", report.blank},
+                                    {"framesPerSecond", film.path().framesPerSecond},
+                                    {"seconds",
+                                     {{"all", report.seconds},
+                                      {"preparing", report.preparing},
+                                      {"loading", report.loading},
+                                      {"drawing", report.drawing},
+                                      {"ofFrames", report.frameSeconds}}}};
+        printReport(out);
+    }
+    finishStandardOutput();
+    task.common.note(
+        "wrote " + arguments.out + ": " + std::to_string(report.frames) + " frames of " +
+        std::to_string(scene.imageSize.x) + " x " + std::to_string(scene.imageSize.y) + ", " +
+        formatNumber(static_cast<double>(report.frames) / film.path().framesPerSecond, 3) + " s at " +
+        formatNumber(film.path().framesPerSecond, 4) + " frames/s" +
+        (report.there > 0 ? "; " + std::to_string(report.there) + " were there" : std::string()));
+}
+
+namespace {
+
+/// Rows along the flight's line. Without a given size the width is the scene's, and pixels are square on a
+/// wall at the line's mean distance from it.
+std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool sized, Scene& scene) {
+    if (!path.flight)
+        throw badFile(where, "a path with lines", "one of keyframes");
+    Flight flight = *path.flight;
+    flight.lookAheadMm = 0; // rays stand on the line
+    const FlightCurve curve(path.lines, flight);
+    if (!sized) {
+        double radius = 0;
+        const std::vector<RoutePoint> route = routeOf(path.lines, flight.route);
+        for (const RoutePoint& point : route)
+            radius += std::max(point.radiusMm, 0.5) / static_cast<double>(route.size());
+        const double pixelMm = 2 * std::acos(-1.0) * radius / scene.imageSize.x;
+        scene.imageSize.y =
+            std::clamp(static_cast<int>(std::lround(curve.lengthMm() / pixelMm)), 1, Scene::kMaxImageExtent);
+    }
+    std::vector<UnfoldedRow> rows;
+    for (int y = 0; y < scene.imageSize.y; ++y) {
+        const Pose pose = curve.at(curve.lengthMm() * (y + 0.5) / scene.imageSize.y);
+        rows.push_back({pose.at, pose.direction, pose.up});
+    }
+    return rows;
+}
+
+} // namespace
+
+void renderWall(const RenderTask& task) {
+    const RenderArguments& arguments = task.arguments;
+    Scene scene = task.scene; // its height follows from the line unless it is given
+    const Path path = pathOf(task);
+    const std::vector<UnfoldedRow> rows =
+        rowsOf(path, arguments.path, arguments.keys.says("image.size"), scene);
+    const RenderResult result = renderUnfolded(scene, rows, task.store, task.ram, task.gpu, task.options);
+    const Charge pictures =
+        task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+    task.common.progress->stage("writing the picture");
+    nlohmann::json report = makeManifest(scene, task.store, result, task.ram, task.gpu);
+    report["unfolded"] = {{"route", path.flight->route},
+                          {"fromMm", path.flight->fromMm},
+                          {"lengthMm", FlightCurve(path.lines, *path.flight).lengthMm()},
+                          {"backwards", path.flight->backwards},
+                          {"columns", "360 degrees, from up, clockwise along the line"}};
+    writePicture(arguments.out, result.image, scene.background, manifestText(report));
+    task.common.progress->end();
+    if (arguments.json) {
+        report["output"] = arguments.out;
+        report["blank"] = isBlank(result.image);
+        printReport(report);
+    }
+    finishStandardOutput();
+    noteWritten(task, scene, result, ", unfolded");
 }
 
 } // namespace tessera

@@ -1,11 +1,12 @@
-// viewer/cli/render/path_of_arguments.h: the path of a film or of an unfolded wall, and the options for these
-// alone.
+// viewer/cli/render/along_path.h: `tessera render --path`: what follows a path, a film or an unfolded wall.
 #pragma once
 
 #include "core/animation/path.h"
 #include "viewer/cli/render/render_task.h"
 
 namespace tessera {
+
+// The path of a film or of an unfolded wall, and the options for these alone.
 
 /// Throws InputError naming an option of films without --path or --turn, and one that has no effect with
 /// --path or --unfold.
@@ -18,5 +19,14 @@ Path pathOf(const RenderTask& task);
 /// For --turn: a turntable fitted to what the scene shows, from the scene's side, or around its camera's
 /// focal point. Throws InputError naming --turn for a slice, and --frames for an invalid count.
 Path turnOf(const RenderTask& task);
+
+/// Draws missing frames, and reports them. Throws as pathOf(), parseFrames() and drawFilm() do.
+void renderFilm(const RenderTask& task);
+
+// `tessera render --path --unfold`: one picture of the wall around a path's line, cut open.
+
+/// Draws and writes it. Throws as pathOf(), renderUnfolded() and writeImage() do, and InputError naming a
+/// path without lines.
+void renderWall(const RenderTask& task);
 
 } // namespace tessera
