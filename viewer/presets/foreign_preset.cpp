@@ -2,8 +2,7 @@
 #include "viewer/presets/foreign_preset.h"
 
 #include "core/base/error.h"
-#include "viewer/presets/paraview_presets.h"
-#include "viewer/presets/slicer_presets.h"
+#include "viewer/presets/preset_files.h"
 
 namespace tessera {
 

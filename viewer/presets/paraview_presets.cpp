@@ -1,11 +1,10 @@
-// viewer/presets/paraview_presets.cpp: see paraview_presets.h. A list of objects with "RGBPoints" (x, r, g,
+// viewer/presets/paraview_presets.cpp: see preset_files.h. A list of objects with "RGBPoints" (x, r, g,
 // b,
 // ...) and, where opacities were saved too, "Points" (x, opacity, midpoint, sharpness, ...).
-#include "viewer/presets/paraview_presets.h"
+#include "viewer/presets/preset_files.h"
 
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
-#include "viewer/presets/curves.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,12 +1,11 @@
-// viewer/presets/slicer_presets.cpp: see slicer_presets.h. Slicer writes one thing in three ways: JSON
+// viewer/presets/slicer_presets.cpp: see preset_files.h. Slicer writes one thing in three ways: JSON
 // (volume-property-schema v1.0.0), nine lines of text (.vp), and attributes of MRML elements whose names the
 // lines have too. A function there is a count and as many numbers.
-#include "viewer/presets/slicer_presets.h"
+#include "viewer/presets/preset_files.h"
 
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
 #include "core/base/magnitude.h"
-#include "viewer/presets/curves.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// viewer/presets/curves.cpp: see curves.h.
-#include "viewer/presets/curves.h"
+// viewer/presets/preset_files.cpp: see preset_files.h.
+#include "viewer/presets/preset_files.h"
 
 #include "core/image/colour.h"
 #include "viewer/presets/foreign_preset.h"

@@ -1,4 +1,5 @@
-// viewer/presets/curves.h: conversion of VTK's curves and colour maps to piecewise linear points, and back.
+// viewer/presets/preset_files.h: the readers of other programs' files, and what they share: VTK's curves as
+// ours. Private to this room.
 #pragma once
 
 #include "core/scene/transfer_function.h"
@@ -9,6 +10,8 @@
 #include <vector>
 
 namespace tessera {
+
+// Conversion of VTK's curves and colour maps to piecewise linear points, and back.
 
 /// Largest number of points of a curve in a file: VTK sorts all points for each one added, and searches
 /// linearly.
@@ -39,5 +42,17 @@ std::vector<ColourPoint> colourPoints(std::vector<VtkColour> points, ColourSpace
 std::vector<VtkColour> screenColours(const std::vector<ColourPoint>& points);
 /// Points with distinct values, as VTK needs them: steps become as steep as doubles allow.
 std::vector<VtkPoint> distinct(const std::vector<OpacityPoint>& points);
+
+// ParaView's colour maps as JSON.
+
+std::vector<ForeignPreset> readParaView(const std::string& text, const std::string& where);
+ForeignText writeParaView(const Preset& preset);
+
+// 3D Slicer's volume properties.
+
+std::vector<ForeignPreset> readSlicerJson(const std::string& text, const std::string& where);
+std::vector<ForeignPreset> readSlicerText(const std::string& text, const std::string& where);
+std::vector<ForeignPreset> readSlicerXml(const std::string& text, const std::string& where);
+ForeignText writeSlicerJson(const Preset& preset);
 
 } // namespace tessera
