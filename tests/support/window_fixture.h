@@ -8,7 +8,7 @@
 #include "core/image/image_metrics.h"
 #include "core/scene/scene.h"
 #include "tests/support/dicom_writer.h"
-#include "viewer/session/slice_frame.h"
+#include "viewer/session/view_geometry.h"
 
 #include <algorithm>
 #include <chrono>

@@ -7,8 +7,8 @@
 #include "render/plan/frame_plan.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/options/scene_options.h"
-#include "viewer/session/camera_moves.h" // heldBy
-#include "viewer/session/volume_histogram.h"
+#include "viewer/session/view_geometry.h" // heldBy
+#include "viewer/session/volume_values.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -6,8 +6,7 @@
 #include "core/base/budget.h"
 #include "core/base/progress.h"
 #include "render/interactive/interactive_renderer.h"
-#include "viewer/session/line_finder.h"
-#include "viewer/session/still.h"
+#include "viewer/session/background_work.h"
 #include "viewer/session/view_session.h"
 
 #include <filesystem>

@@ -3,7 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
-#include "viewer/session/saved_picture.h"
+#include "viewer/session/shown_picture.h"
 
 #include <utility>
 

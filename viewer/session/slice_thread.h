@@ -5,17 +5,33 @@
 #include "bricking/cache/brick_cache.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
-#include "viewer/session/slice_frame.h"
+#include "viewer/session/view_geometry.h"
 
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace tessera {
+
+// Planes through a volume: samples of the contract's field at screen resolution, read through a cache.
+
+/// The finest level that a pixel can show of such a plane, made coarser until at most `chunks` chunks are
+/// needed.
+int sliceLevel(const VolumeInfo& info, const SliceFrame& frame, std::size_t chunks);
+
+/// The plane's values at pixel centres, physical units, row by row: trilinear interpolation of the level's
+/// samples. NaN outside the volume. Throws what decoding threw.
+std::vector<float> sliceValues(BrickCache& cache, const VolumeInfo& info, const SliceFrame& frame, int level,
+                               int threads);
+
+/// Greys of a window as display values, in the layout of displayPixels(); black outside the volume.
+std::vector<std::uint32_t> greyPixels(const std::vector<float>& values, const GreyWindow& window);
 
 class SliceThread {
   public:

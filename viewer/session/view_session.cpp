@@ -3,9 +3,9 @@
 #include "viewer/session/view_session.h"
 
 #include "core/base/error.h"
-#include "viewer/session/saved_picture.h"
 #include "viewer/session/session_board.h"
 #include "viewer/session/session_thread.h"
+#include "viewer/session/shown_picture.h"
 
 #include <utility>
 #include <variant>

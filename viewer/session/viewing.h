@@ -8,7 +8,7 @@
 #include "core/image/image.h"
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
-#include "viewer/session/slice_frame.h"
+#include "viewer/session/view_geometry.h"
 
 #include <cstddef>
 #include <cstdint>

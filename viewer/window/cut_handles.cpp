@@ -1,7 +1,7 @@
 // viewer/window/cut_handles.cpp: see cut_handles.h.
 #include "viewer/window/cut_handles.h"
 
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/overlays.h" // pictureFromPatient
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/animation/film.h"
-#include "viewer/session/slice_frame.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/picture_view.h" // Area
 #include "viewer/window/window_state.h"
 

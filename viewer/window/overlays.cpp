@@ -3,7 +3,7 @@
 
 #include "core/base/brick.h"
 #include "core/base/shown_text.h"
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 
 #include <algorithm>
 #include <array>

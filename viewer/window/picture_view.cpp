@@ -1,7 +1,7 @@
 // viewer/window/picture_view.cpp: see picture_view.h.
 #include "viewer/window/picture_view.h"
 
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/function_edits.h"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"
 #include "core/scene/scene_presets.h"
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/function_edits.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "core/base/names.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/function_edits.h"
 
 #include <algorithm>

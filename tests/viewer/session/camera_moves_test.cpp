@@ -1,6 +1,6 @@
 // tests/viewer/session/camera_moves_test.cpp: the effect of a hand on a camera, seen by the rays of pixels:
 // the point that was under a pixel is where the hand took it.
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>

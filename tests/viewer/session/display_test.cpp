@@ -1,8 +1,8 @@
 // tests/viewer/session/display_test.cpp: the pixels of a screen are those of the file; smaller pictures are
 // enlarged without rims; pictures become smaller until they come in time.
 #include "core/image/colour.h"
-#include "viewer/session/display_pixels.h"
 #include "viewer/session/frame_pace.h"
+#include "viewer/session/shown_picture.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

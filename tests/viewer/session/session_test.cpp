@@ -12,8 +12,8 @@
 #include "tests/support/formula_source.h"
 #include "tests/support/looker.h"
 #include "tests/support/scene_fixture.h"
-#include "viewer/session/camera_moves.h"
-#include "viewer/session/still.h"
+#include "viewer/session/background_work.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/session/view_session.h"
 
 #include <chrono>

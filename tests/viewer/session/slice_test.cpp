@@ -7,7 +7,6 @@
 #include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
 #include "viewer/session/slice_thread.h"
-#include "viewer/session/slice_views.h"
 
 #include <atomic>
 #include <chrono>

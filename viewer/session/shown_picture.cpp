@@ -1,9 +1,17 @@
-// viewer/session/display_pixels.cpp: see display_pixels.h.
-#include "viewer/session/display_pixels.h"
+// viewer/session/shown_picture.cpp: see shown_picture.h.
+#include "viewer/session/shown_picture.h"
 
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "core/image/colour.h"
+#if TESSERA_WITH_IMAGE_FILES
+#include "core/image/image_file.h"
+#include "core/scene/measurement.h"
+#include "viewer/cli/manifest/manifest.h"
+
+#include <nlohmann/json.hpp>
+#include <string>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -135,5 +143,26 @@ std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional
     });
     return out;
 }
+
+#if TESSERA_WITH_IMAGE_FILES
+void savePicture(const std::filesystem::path& path, const ShownPicture& picture, bool scaleBar) {
+    checkImagePath(path);
+    Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
+    std::string manifest =
+        picture.manifest.empty() ? R"({"notice":"not for diagnosis","coarse":true})" : picture.manifest;
+    if (scaleBar) {
+        const ScaleBar bar = scaleBarOf(picture.camera, image.size);
+        drawScaleBar(image, bar);
+        nlohmann::json document = nlohmann::json::parse(manifest);
+        document["scaleBar"] = scaleBarJson(bar);
+        manifest = document.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    }
+    writeImage(path, image, manifest);
+}
+#else
+void savePicture(const std::filesystem::path& path, const ShownPicture&, bool) {
+    throw InputError(path.string() + ": this program was built without picture files");
+}
+#endif
 
 } // namespace tessera

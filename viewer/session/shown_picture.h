@@ -1,16 +1,19 @@
-// viewer/session/display_pixels.h: a picture for the screen: on its background, of the window's size, 8-bit
-// sRGB.
+// viewer/session/shown_picture.h: a shown picture's pixels, for the screen and for a file.
 #pragma once
 
 #include "core/image/image.h"
+#include "viewer/session/viewing.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
 
 namespace tessera {
+
+// A picture for the screen: on its background, of the window's size, 8-bit sRGB.
 
 /// One pixel after the other, top row first, bytes red, green, blue, 255. A picture of that size has exactly
 /// the bytes of its PNG on the background. A smaller one is enlarged by cubic interpolation (Catmull-Rom),
@@ -19,5 +22,11 @@ namespace tessera {
 /// @param size  at least the image's along each axis
 std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional<glm::vec3>& background,
                                          const glm::ivec2& size, int threads);
+
+// Saves a shown picture as a file.
+
+/// Writes it on its background, with its manifest. Throws Error or InputError naming the path.
+/// @param scaleBar  drawn into it, for the size that it has
+void savePicture(const std::filesystem::path& path, const ShownPicture& picture, bool scaleBar);
 
 } // namespace tessera

@@ -1,7 +1,9 @@
-// viewer/session/picking.cpp: see picking.h.
-#include "viewer/session/picking.h"
+// viewer/session/volume_values.cpp: see volume_values.h.
+#include "viewer/session/volume_values.h"
 
+#include "core/base/brick.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
@@ -9,7 +11,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <numbers>
 
 namespace tessera {
 namespace {
@@ -168,6 +173,77 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
     picked.value = info.rescaleSlope * fieldValue(samples, picked.voxel, std::exp2(-picked.level)) +
                    info.rescaleIntercept;
     return picked;
+}
+
+DiscValues discValues(BrickCache& cache, const VolumeInfo& info, const Measurement& circle) {
+    constexpr double kMostSamples = 200'000;
+    DiscValues values;
+    const double radius = valueOf(circle);
+    if (circle.kind != MeasurementKind::circle || !std::isfinite(radius) || radius <= 0)
+        return values;
+    const glm::dvec3 centre = circleCentre(circle), u = glm::normalize(circle.points[0] - centre);
+    const glm::dvec3 normal =
+        glm::normalize(glm::cross(circle.points[1] - circle.points[0], circle.points[2] - circle.points[0]));
+    const glm::dvec3 v = glm::cross(normal, u), spacing = info.spacingMm();
+    const double step = std::max(std::min({spacing.x, spacing.y, spacing.z}) / 2,
+                                 std::sqrt(std::numbers::pi * radius * radius / kMostSamples));
+    const int reach = static_cast<int>(std::floor(radius / step));
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const glm::dvec3 extent(info.extentVoxels);
+    LatticeReader samples(cache, info, 0, nullptr);
+    double sum = 0, squares = 0, first = 0;
+    for (int y = -reach; y <= reach; ++y) {
+        checkInterrupted();
+        for (int x = -reach; x <= reach; ++x) {
+            const glm::dvec2 at = step * glm::dvec2(x, y);
+            const glm::dvec3 voxel(voxelFromPatient * glm::dvec4(centre + at.x * u + at.y * v, 1));
+            if (glm::dot(at, at) > radius * radius || glm::clamp(voxel, glm::dvec3(0), extent) != voxel)
+                continue;
+            const double value = info.rescaleSlope * fieldValue(samples, voxel, 1.0) + info.rescaleIntercept;
+            if (values.samples == 0)
+                values.least = values.most = first = value;
+            values.least = std::min(values.least, value);
+            values.most = std::max(values.most, value);
+            sum += value - first; // from one of them, so that squares lose nothing
+            squares += (value - first) * (value - first);
+            ++values.samples;
+        }
+    }
+    if (values.samples == 0)
+        return values;
+    const auto n = static_cast<double>(values.samples);
+    values.mean = first + sum / n;
+    values.deviation = std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)));
+    return values;
+}
+
+std::vector<double> volumeHistogram(const Layer& volume, double lowest, double highest, int bins) {
+    constexpr std::size_t kMostSamples = 2'000'000;
+    const VolumeInfo& info = volume.info();
+    int level = 0;
+    while (level < kLevelCount - 1 && cellCount(levelExtent(info.extentVoxels, level)) > kMostSamples)
+        ++level;
+    const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
+    std::vector<double> counts(static_cast<std::size_t>(bins));
+    const double perValue = highest > lowest ? bins / (highest - lowest) : 0;
+    SampleReader samples(*volume.cache, info.type);
+    const glm::ivec3 chunks = ceilDiv(extent, kChunkExtent);
+    for (int chunk = 0; chunk < static_cast<int>(cellCount(chunks));
+         ++chunk) { // chunk by chunk: each read once
+        checkInterrupted();
+        const glm::ivec3 first = kChunkExtent * glm::ivec3(chunk % chunks.x, chunk / chunks.x % chunks.y,
+                                                           chunk / (chunks.x * chunks.y));
+        const glm::ivec3 end = glm::min(first + kChunkExtent, extent);
+        for (int z = first.z; z < end.z; ++z)
+            for (int y = first.y; y < end.y; ++y)
+                for (int x = first.x; x < end.x; ++x) {
+                    const double value =
+                        info.rescaleSlope * samples.at(level, {x, y, z}) + info.rescaleIntercept;
+                    const int bin = std::clamp(static_cast<int>((value - lowest) * perValue), 0, bins - 1);
+                    ++counts[static_cast<std::size_t>(bin)];
+                }
+    }
+    return counts;
 }
 
 } // namespace tessera
