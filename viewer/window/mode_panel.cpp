@@ -1,5 +1,5 @@
-// viewer/window/mode_panel.cpp: see mode_panel.h.
-#include "viewer/window/mode_panel.h"
+// viewer/window/mode_panel.cpp: see panels.h.
+#include "viewer/window/panels.h"
 
 #include "core/scene/mode.h"
 #include "viewer/window/boxes.h"

@@ -4,7 +4,6 @@
 #include "core/base/budget.h" // formatBytes
 #include "core/scene/scene_presets.h"
 #include "viewer/window/boxes.h"
-#include "viewer/window/mode_panel.h"
 
 #include <algorithm>
 #include <cstdio>

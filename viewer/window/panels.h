@@ -12,6 +12,12 @@
 
 namespace tessera {
 
+// The mode part of the panel: the mode of rays, isosurfaces, the window of single values, and the position of
+// a slice.
+
+void modePanel(WindowState& desk);
+void surfacesPanel(WindowState& desk);
+
 class Panels {
   public:
     static constexpr float kWidth = 330; // in the screen's units
