@@ -61,7 +61,7 @@ class DrawnReader {
     static const ImFontGlyph* glyphOf(const ImDrawVert& a, const ImDrawVert& b) {
         for (const ImFontGlyph& glyph : ImGui::GetIO().Fonts->Fonts[0]->Glyphs)
             if (glyph.Visible && glyph.U0 == a.uv.x && glyph.V0 == a.uv.y && glyph.U1 == b.uv.x &&
-                glyph.V1 == b.uv.y)
+                b.uv.y <= glyph.V1 && b.uv.y > a.uv.y) // its foot may be clipped
                 return &glyph;
         return nullptr;
     }
@@ -73,7 +73,7 @@ class DrawnReader {
     void addGlyph(const ImFontGlyph& glyph, const ImDrawVert& at) {
         const float x = at.pos.x - glyph.X0, y = at.pos.y - glyph.Y0;
         const float gap = word_.words.empty() ? 1e9f : x - pen_;
-        if (std::abs(y - line_) > 0.6f || gap < -0.6f || gap > 2.4f * glyph.AdvanceX ||
+        if (std::abs(y - line_) > 0.6f || gap < -0.6f || gap > 1.5f * glyph.AdvanceX ||
             at.col != word_.colour)
             endWord();
         else

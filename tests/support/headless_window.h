@@ -88,6 +88,7 @@ class HeadlessWindow {
     /// @param picture  of the volume; the planes are right of it
     HeadlessWindow(const glm::ivec2& size, const Area& picture)
         : size_(size), gui_(size), desk(viewing, settings, presets), area(picture) {
+        desk.setPictureSize(area.pixels());
         presets.names = [] { return std::vector<std::string>{"mine"}; };
     }
 

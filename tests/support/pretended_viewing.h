@@ -146,6 +146,7 @@ class PretendedViewing final : public Viewing {
             return;
         drawn = std::make_shared<ShownPicture>(*drawn);
         drawn->asked = shows;
+        now.pictures = shows;
         if (const auto* const view = std::get_if<FittedView>(&asked.camera)) {
             const ViewAxes axes = axesOf(*view);
             drawn->camera.position = 400.0 * axes.towards;

@@ -12,6 +12,46 @@
 
 namespace tessera::test {
 
+constexpr int kPanel = 330;
+
+/// The panel alone, high enough to show all of it.
+class PanelWindow : public HeadlessWindow {
+  public:
+    PanelWindow() : HeadlessWindow({1000, 3000}, {{kPanel, 0}, {400, 300}, 1}) {
+        desk.showSlices = false;
+        viewing.opened({400, 300});
+        relative = true;
+        records = [](const Drawn& d) { return d.list.find("ackground") == std::string::npos; };
+    }
+    void clicked(const std::string& words) {
+        step("click " + words, [&] { clickOn(words); });
+    }
+    void dragged(const std::string& words, double right) {
+        step("drag " + words, [&] { dragOn(words, right); });
+    }
+    /// Opens a box of names and takes one.
+    void chosen(const std::string& box, const std::string& name) {
+        step("choose " + name + " instead of " + box, [&] {
+            clickOn(box);
+            clickOn(name + "@0");
+        });
+    }
+};
+
+/// The picture beside the panel's place, and the planes.
+class PictureWindow : public HeadlessWindow {
+  public:
+    PictureWindow() : HeadlessWindow({1000, 600}, {{100, 0}, {600, 600}, 1}) {
+        desk.showPanels = false;
+        viewing.opened({600, 600});
+    }
+    void keyed(bool ImGuiIO::*key, const std::function<void()>& act) {
+        ImGui::GetIO().*key = true;
+        act();
+        ImGui::GetIO().*key = false;
+    }
+};
+
 /// Numbers may be apart by as much as rounding makes of them, other words not.
 inline bool alike(const std::string& a, const std::string& b) {
     if (a == b)

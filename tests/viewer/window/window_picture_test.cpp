@@ -10,20 +10,6 @@
 namespace tessera::test {
 namespace {
 
-/// The picture beside the panel's place, and the planes.
-class PictureWindow : public HeadlessWindow {
-  public:
-    PictureWindow() : HeadlessWindow({1000, 600}, {{100, 0}, {600, 600}, 1}) {
-        desk.showPanels = false;
-        viewing.opened({600, 600});
-    }
-    void keyed(bool ImGuiIO::*key, const std::function<void()>& act) {
-        ImGui::GetIO().*key = true;
-        act();
-        ImGui::GetIO().*key = false;
-    }
-};
-
 TEST(WindowDrawn, HandOnThePicture) {
     PictureWindow w;
     w.desk.showSlices = false;
