@@ -1,6 +1,7 @@
 // tests/viewer/window/window_lines_test.cpp: lines through hollow organs in the window: what their panel and
 // overlays show, what keys do, and how one flies. Recorded (tests/support/window_record.h), and by time.
 #include "core/base/scratch_folder.h"
+#include "tests/support/pretended_path.h"
 #include "tests/support/window_record.h"
 
 #include <gtest/gtest.h>
@@ -10,45 +11,6 @@ namespace {
 
 constexpr int kSpaceKey = 32, kEnterKey = 257, kRightKey = 262, kLeftKey = 263, kDownKey = 264, kUpKey = 265,
               kHomeKey = 268;
-
-/// A line upwards and a branch of it to the left.
-std::shared_ptr<Path> pretendedPath(bool leaks) {
-    auto path = std::make_shared<Path>();
-    CentreLine stem{"stem", {}, {}, 10, {}, 0}, branch{"branch", {}, {}, 10, 0, 40};
-    for (int n = 0; n < 9; ++n) {
-        stem.points.push_back({-5, -5, -50 + 10 * n});
-        stem.radiusMm.push_back(6 - 0.4 * n);
-    }
-    for (int n = 0; n < 4; ++n) {
-        branch.points.push_back({-5 + 6 * n, -5, -10 + 8 * n});
-        branch.radiusMm.push_back(3);
-    }
-    path->lines = {stem, branch};
-    path->lumen.emplace();
-    path->lumen->threshold = -500;
-    path->lumen->leaks = leaks;
-    if (leaks)
-        path->lumen->leavesAtMm = 30;
-    return path;
-}
-
-void foundLine(HeadlessWindow& w, bool leaks) {
-    w.viewing.lineNow = {};
-    w.viewing.lineNow.number = w.viewing.lines;
-    w.viewing.lineNow.about = "2 lines of 110 mm; 3 to 6 mm from the wall";
-    w.viewing.lineNow.path = pretendedPath(leaks);
-}
-
-void foundCoverage(HeadlessWindow& w) {
-    auto coverage = std::make_shared<WallCoverage>();
-    for (int n = 0; n < 14; ++n)
-        coverage->patches.push_back(
-            {{-5 + n, -9, -30 + 5 * n}, 100.0 - 5 * n, 20.0 + 4 * n, 15.0 + 4 * n, 26.0 + 4 * n});
-    w.viewing.lineNow = {};
-    w.viewing.lineNow.number = w.viewing.lines;
-    w.viewing.lineNow.about = "80 % of the wall are seen";
-    w.viewing.lineNow.coverage = coverage;
-}
 
 TEST(WindowDrawn, PanelOfLines) {
     const ScratchFolder folder;
@@ -74,10 +36,10 @@ TEST(WindowDrawn, PanelOfLines) {
         w.endoscopy.placed(w.desk, {4, 5, 6});
     });
     w.clicked("find (Enter)");
-    w.step("found", [&] { foundLine(w, true); });
+    w.step("found", [&] { foundLine(w.viewing, true); });
     w.dragged("-500", 10);
     w.clicked("find again");
-    w.step("found again", [&] { foundLine(w, true); });
+    w.step("found again", [&] { foundLine(w.viewing, true); });
     w.clicked("fly (Space)");
     w.clicked("cancel (Esc)");
     w.clicked("look ahead (Home)");
@@ -95,11 +57,11 @@ TEST(WindowDrawn, PanelOfLines) {
     w.clicked("go");
     w.clicked("remove@0");
     w.clicked("what is seen of the wall");
-    w.step("coverage", [&] { foundCoverage(w); });
+    w.step("coverage", [&] { foundCoverage(w.viewing); });
     w.clicked("look@2");
     w.clicked("there and back");
     w.clicked("what is seen of the wall");
-    w.step("coverage", [&] { foundCoverage(w); });
+    w.step("coverage", [&] { foundCoverage(w.viewing); });
     w.clicked("backwards");
     w.clicked("record keyframe");
     w.chosen("branch 0", "branch 1");
@@ -119,13 +81,13 @@ TEST(WindowDrawn, LinesOnThePicture) {
     };
     w.step("found without a question", [&] {
         w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
-        foundLine(w, false);
+        foundLine(w.viewing, false);
     });
     w.step("levels", [&] { w.desk.showLevels = true; });
     w.step("no levels", [&] { w.desk.showLevels = false; });
     w.step("coverage", [&] {
         w.endoscopy.measureCoverage(w.desk, false);
-        foundCoverage(w);
+        foundCoverage(w.viewing);
     });
     w.step("beside the line", [&] {
         SliceWish wish = w.desk.slices();
@@ -151,7 +113,7 @@ TEST(WindowDrawn, LinesOnThePicture) {
     w.step("to the beginning", [&] { w.endoscopy.flyTo(w.desk, -1e6); });
     w.step("a line that leaks", [&] {
         w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
-        foundLine(w, true);
+        foundLine(w.viewing, true);
     });
     w.step("a question", [&] { w.endoscopy.flyTo(w.desk, 20); });
     w.step("the answer", [&] { w.endoscopy.answer(w.desk, Endoscopy::Answer::fly); });
@@ -198,7 +160,7 @@ TEST(WindowLines, AFlightKeepsItsSpeed) {
     PictureWindow w;
     w.frame();
     w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
-    foundLine(w, false);
+    foundLine(w.viewing, false);
     w.frame();
     ASSERT_TRUE(w.endoscopy.hasLine());
     EXPECT_FALSE(w.endoscopy.isSearching());
@@ -253,7 +215,7 @@ TEST(WindowLines, AQuestionHaltsAFlight) {
         PictureWindow w;
         w.frame();
         w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
-        foundLine(w, true);
+        foundLine(w.viewing, true);
         w.frame();
         const Camera before = w.desk.camera();
         w.endoscopy.play(w.desk, true);
@@ -279,7 +241,7 @@ TEST(WindowLines, AreSavedAndLoaded) {
     EXPECT_THROW(w.endoscopy.save(w.desk, folder / "p.json"), InputError);
     EXPECT_THROW(w.endoscopy.measureCoverage(w.desk, false), InputError);
     w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
-    foundLine(w, false);
+    foundLine(w.viewing, false);
     w.frame();
     for (const double mm : {40.0, 10.0, 70.0, 10.0}) {
         w.endoscopy.flyTo(w.desk, mm);
