@@ -74,9 +74,9 @@ void Opener::choices(WindowState& desk, const Area& area) {
             ImGui::PushID(static_cast<int>(n));
             const ImVec2 corner = ImGui::GetCursorScreenPos();
             const bool phases = offer.phases.size() > 1, opens = offer.problem.empty() && !phases;
-            if (ImGui::Selectable("##row", false, opens ? 0 : ImGuiSelectableFlags_Disabled,
-                                  {0, kThumbnail}) &&
-                opens)
+            // Buttons of phases lie on a row: without the second flag it would take their clicks.
+            constexpr auto kUnclicked = ImGuiSelectableFlags_Disabled | ImGuiSelectableFlags_AllowItemOverlap;
+            if (ImGui::Selectable("##row", false, opens ? 0 : kUnclicked, {0, kThumbnail}) && opens)
                 desk.choose(n);
             ImDrawList& draw = *ImGui::GetWindowDrawList();
             draw.AddRectFilled(corner, {corner.x + kThumbnail, corner.y + kThumbnail},

@@ -219,8 +219,11 @@ void Panels::draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& 
     files(desk);
     if (desk.volume()) {
         const auto part = [&](const char* name, const auto& body, bool open = true) {
-            if (ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0))
-                body();
+            if (!ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0))
+                return;
+            ImGui::PushID(name); // parts have widgets of the same names
+            body();
+            ImGui::PopID();
         };
         part(
             "Save", [&] { saving(desk); }, false);

@@ -91,6 +91,31 @@ TEST_F(Offers, AreListedWithPicturesAndOpenedByChoice) {
     EXPECT_EQ(looker.viewing->offers(), nullptr);
 }
 
+// The words of an offer: number, kind, slices, voxels, and why it cannot be opened.
+TEST_F(Offers, SayWhatTheyAre) {
+    writeSeries(folder_ / "scan", "1", 1);
+    writeSeries(folder_ / "scan", "2", 7, [](DicomImage& image, int n) {
+        image.position = glm::dvec3(0, 0, n == 6 ? 15 : 2 * n); // uneven
+    });
+    const auto offers = volumeOffers(folder_ / "scan", {});
+    ASSERT_TRUE(offers);
+    ASSERT_EQ(offers->offers.size(), 2u);
+    EXPECT_EQ(offers->path, folder_ / "scan");
+    const VolumeOffer &one = offers->offers[0], &uneven = offers->offers[1];
+    EXPECT_EQ(one.title, "series 1, CT");
+    EXPECT_EQ(one.about.rfind("1 slice", 0), 0u) << one.about;
+    EXPECT_EQ(one.about.find("slices"), std::string::npos) << one.about;
+    EXPECT_EQ(one.pick.series, 1);
+    EXPECT_FALSE(one.pick.resampleZ || one.pick.allowMissing);
+    EXPECT_EQ(uneven.about.rfind("7 slices", 0), 0u) << uneven.about;
+    EXPECT_THAT(uneven.about, HasSubstr("uneven slices, which are interpolated"));
+    EXPECT_TRUE(uneven.pick.resampleZ);
+    EXPECT_FALSE(uneven.pick.allowMissing);
+    EXPECT_EQ(uneven.problem, "");
+    EXPECT_EQ(uneven.path, folder_ / "scan");
+    EXPECT_FALSE(asksForChoice(one.about + uneven.about));
+}
+
 // Of phases one is chosen; what is open stays while one chooses.
 TEST_F(Offers, PhasesAreOfferedOverWhatIsOpen) {
     for (int phase = 0; phase < 2; ++phase) {

@@ -1,58 +1,21 @@
 // tests/viewer/window/window_state_test.cpp: edits at the window's desk, without a window or a volume's
-// picture: each of them, what is measured as well, is taken back and done again as one step.
+// picture: each of them, what is measured as well, is taken back and done again as one step. What is asked
+// for and when, and what is told.
+#include "tests/support/desk.h"
 #include "viewer/window/tools.h"
 #include "viewer/window/window_state.h"
 
 #include <gtest/gtest.h>
+#include <thread>
 
 namespace tessera {
 namespace {
 
-/// An open volume of which nothing is ever drawn.
-class StillVolume final : public Viewing {
-  public:
-    StillVolume() {
-        auto seen = std::make_shared<VolumeSeen>();
-        seen->info.extentVoxels = glm::ivec3(16);
-        seen->values.highest = 1;
-        seen->scene.volumes.push_back({"v.zarr", TransferFunction::fromOpacity({{0, 0}, {1, 1}}, {}, 1)});
-        seen->scene.camera = Camera();
-        volume_ = std::move(seen);
-    }
-    void open(const std::filesystem::path&, const glm::ivec2&, const VolumePick&) override {}
-    std::shared_ptr<const VolumeOffers> offers() const override { return {}; }
-    std::shared_ptr<const Thumbnail> thumbnail(std::size_t) const override { return {}; }
-    std::shared_ptr<const VolumeSeen> volume() const override { return volume_; }
-    std::uint64_t show(const Scene&, bool) override { return ++wishes_; }
-    std::shared_ptr<const ShownPicture> picture() const override { return {}; }
-    ViewingState state() const override { return {}; }
-    void showLevels(bool) override {}
-    void showSlices(const SliceWish&) override {}
-    std::shared_ptr<const ShownSlices> slices() const override { return {}; }
-    std::uint64_t pick(const glm::dvec2&) override { return 1; }
-    std::optional<PickedPlace> picked() const override { return {}; }
-    std::uint64_t askValues(const Measurement&) override { return 1; }
-    std::optional<DiscValues> discValues() const override { return {}; }
-    std::uint64_t findLine(const LineWish&) override { return 1; }
-    void callOffLine() override {}
-    LineState line() const override { return {}; }
-    void lookAhead(std::vector<Camera>) override {}
-    void saveScreenshot(const std::filesystem::path&, bool) const override {}
-    void saveStill(const Scene&, const std::filesystem::path&, bool) override {}
-    std::string takeNotice() override { return {}; }
-    void problemSeen() override {}
-
-  private:
-    std::shared_ptr<const VolumeSeen> volume_;
-    std::uint64_t wishes_ = 0;
-};
+using test::Desk;
 
 TEST(WindowState, WhatIsMeasuredIsTakenBackAndDoneAgain) {
-    StillVolume volume;
-    Settings settings;
-    const PresetShelf presets;
-    WindowState desk(volume, settings, presets);
-    desk.update();
+    Desk d;
+    WindowState& desk = d.desk;
     ASSERT_TRUE(desk.volume());
     Tools tools;
     std::vector<std::string> states = {sceneJson(desk.scene())}; // after as many edits
@@ -76,6 +39,102 @@ TEST(WindowState, WhatIsMeasuredIsTakenBackAndDoneAgain) {
         EXPECT_EQ(sceneJson(desk.scene()), states[done]) << done;
     }
     EXPECT_FALSE(desk.history().canRedo());
+}
+
+TEST(WindowState, ForgetsNoMoreThanTheOldestEdits) {
+    Desk d;
+    for (int n = 0; n < 250; ++n) {
+        d.desk.beginEdit();
+        Scene scene = d.desk.scene();
+        scene.shading.ambient = n / 1000.0;
+        d.desk.setScene(scene, false);
+    }
+    int taken = 0;
+    for (; d.desk.history().canUndo(); ++taken)
+        d.desk.undo();
+    EXPECT_EQ(taken, 200);
+    EXPECT_EQ(d.desk.scene().shading.ambient, 49 / 1000.0);
+    for (; d.desk.history().canRedo(); --taken)
+        d.desk.redo();
+    EXPECT_EQ(taken, 0);
+    EXPECT_EQ(d.desk.scene().shading.ambient, 249 / 1000.0);
+    d.desk.undo();
+    d.desk.beginEdit();
+    EXPECT_FALSE(d.desk.history().canRedo()) << "another edit";
+}
+
+TEST(WindowState, LatenciesAreThoseOfTheLastPictures) {
+    Latency latency;
+    const auto now = WindowClock::now();
+    EXPECT_EQ(latency.percentileMs(0.5), 0);
+    EXPECT_EQ(latency.picturesPerSecond(now), 0);
+    for (int n = 0; n < 300; ++n)
+        latency.drew(n, now - std::chrono::milliseconds(10 * (299 - n)));
+    EXPECT_EQ(latency.lastMs, 299);
+    EXPECT_EQ(latency.recentMs.size(), 200u);
+    EXPECT_EQ(latency.percentileMs(0), 100);
+    EXPECT_EQ(latency.percentileMs(1), 299);
+    EXPECT_EQ(latency.percentileMs(0.5), 199);
+    EXPECT_EQ(latency.picturesPerSecond(now), 100);
+    Desk d;
+    d.desk.setCamera(d.desk.camera(), true);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    d.draw();
+    EXPECT_EQ(d.desk.latency().recentMs.size(), 1u);
+    EXPECT_GE(d.desk.latency().lastMs, 19);
+    EXPECT_LT(d.desk.latency().lastMs, 10000);
+    for (int n = 0; n < 300; ++n) { // pictures without a question
+        d.viewing.drawn = std::make_shared<ShownPicture>(*d.viewing.drawn);
+        d.desk.update();
+    }
+    EXPECT_EQ(d.desk.latency().recentMs.size(), 1u);
+    EXPECT_EQ(d.desk.latency().pictureTimes.size(), 200u);
+}
+
+/// What moves is asked for as such, and once more when it has come to rest.
+TEST(WindowState, AsksOnceMoreAtRest) {
+    Desk d;
+    EXPECT_TRUE(d.desk.hasAsked());
+    d.desk.setCamera(d.desk.camera(), true);
+    EXPECT_TRUE(d.viewing.moving);
+    EXPECT_FALSE(d.desk.hasAsked());
+    EXPECT_TRUE(d.desk.settle());
+    EXPECT_EQ(d.viewing.shows, 1u) << "too early";
+    std::this_thread::sleep_for(std::chrono::milliseconds(190));
+    d.desk.settle();
+    EXPECT_EQ(d.viewing.shows, 2u);
+    EXPECT_FALSE(d.viewing.moving);
+    EXPECT_TRUE(d.desk.hasAsked());
+    EXPECT_EQ(d.desk.asked(), 2u);
+    d.desk.settle();
+    EXPECT_EQ(d.viewing.shows, 2u);
+    EXPECT_FALSE(d.desk.isAnswered());
+    d.draw();
+    EXPECT_TRUE(d.desk.isAnswered());
+    EXPECT_FALSE(d.desk.isRefused());
+    d.viewing.now.refused = 2;
+    d.viewing.now.problem = "it does not fit";
+    d.desk.update();
+    EXPECT_TRUE(d.desk.isRefused());
+    EXPECT_EQ(d.desk.lastProblem(), "it does not fit");
+    ASSERT_TRUE(d.desk.message());
+    EXPECT_TRUE(d.desk.message()->problem);
+    EXPECT_EQ(d.viewing.now.problem, "") << "it was seen";
+    d.viewing.notice = "a file is there";
+    d.desk.update();
+    EXPECT_EQ(d.desk.message()->text, "a file is there");
+    EXPECT_FALSE(d.desk.message()->problem);
+}
+
+TEST(WindowState, MessagesStayAsLongAsTheyMatter) {
+    Desk d;
+    for (const bool problem : {false, true}) {
+        d.desk.tell("words", problem);
+        const auto left = d.desk.message()->until - WindowClock::now();
+        EXPECT_LE(left, std::chrono::seconds(problem ? 12 : 4));
+        EXPECT_GT(left, std::chrono::seconds(problem ? 11 : 3));
+    }
+    EXPECT_EQ(Desk().desk.message()->text, "the gantry was tilted");
 }
 
 } // namespace

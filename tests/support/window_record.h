@@ -1,0 +1,107 @@
+// tests/support/window_record.h: the lines of a HeadlessWindow compared with those that
+// tests/viewer/window/recorded/ holds. Where a change is meant, TESSERA_RECORD=1 writes the files anew, and
+// their differences show what it changed.
+#pragma once
+
+#include "tests/support/folders.h"
+#include "tests/support/headless_window.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <gtest/gtest.h>
+
+namespace tessera::test {
+
+constexpr int kPanel = 330;
+
+/// The panel alone, high enough to show all of it.
+class PanelWindow : public HeadlessWindow {
+  public:
+    PanelWindow() : HeadlessWindow({1000, 3000}, {{kPanel, 0}, {400, 300}, 1}) {
+        desk.showSlices = false;
+        viewing.opened({400, 300});
+        relative = true;
+        records = [](const Drawn& d) { return d.list.find("ackground") == std::string::npos; };
+    }
+    void clicked(const std::string& words) {
+        step("click " + words, [&] { clickOn(words); });
+    }
+    void dragged(const std::string& words, double right) {
+        step("drag " + words, [&] { dragOn(words, right); });
+    }
+    /// Opens a box of names and takes one.
+    void chosen(const std::string& box, const std::string& name) {
+        step("choose " + name + " instead of " + box, [&] {
+            clickOn(box);
+            clickOn(name + "@0");
+        });
+    }
+};
+
+/// The picture beside the panel's place, and the planes.
+class PictureWindow : public HeadlessWindow {
+  public:
+    PictureWindow() : HeadlessWindow({1000, 600}, {{100, 0}, {600, 600}, 1}) {
+        desk.showPanels = false;
+        viewing.opened({600, 600});
+    }
+    void keyed(bool ImGuiIO::*key, const std::function<void()>& act) {
+        ImGui::GetIO().*key = true;
+        act();
+        ImGui::GetIO().*key = false;
+    }
+};
+
+/// Numbers may be apart by as much as rounding makes of them, other words not.
+inline bool alike(const std::string& a, const std::string& b) {
+    if (a == b)
+        return true;
+    std::istringstream left(a), right(b);
+    for (std::string x, y;;) {
+        const bool more = static_cast<bool>(left >> x);
+        if (more != static_cast<bool>(right >> y))
+            return false;
+        if (!more)
+            return true;
+        if (x == y)
+            continue;
+        char *endX = nullptr, *endY = nullptr;
+        const double p = std::strtod(x.c_str(), &endX), q = std::strtod(y.c_str(), &endY);
+        const auto ends = [](const std::string& text, const char* end) {
+            return end != text.c_str() && (*end == '\0' || std::string(end) == ",");
+        };
+        if (!ends(x, endX) || !ends(y, endY) || !(std::abs(p - q) <= 1e-3 * std::abs(p)))
+            return false;
+    }
+}
+
+inline void compareWithRecord(const HeadlessWindow& window, const std::string& name) {
+    const std::filesystem::path file = sourceFolder() / "tests/viewer/window/recorded" / (name + ".txt");
+    if (std::getenv("TESSERA_RECORD")) {
+        std::ofstream out(file);
+        for (const std::string& line : window.lines())
+            out << line << "\n";
+        GTEST_SKIP() << "recorded " << file;
+    }
+    std::ifstream in(file);
+    std::vector<std::string> recorded;
+    for (std::string line; std::getline(in, line);)
+        recorded.push_back(line);
+    const std::vector<std::string> found = window.lines();
+    std::string step;
+    int differences = 0;
+    for (std::size_t i = 0; i < std::max(recorded.size(), found.size()) && differences < 8; ++i) {
+        const std::string was = i < recorded.size() ? recorded[i] : "nothing",
+                          is = i < found.size() ? found[i] : "nothing";
+        if (was.starts_with("> "))
+            step = was;
+        if (alike(was, is))
+            continue;
+        ADD_FAILURE() << step << "\nrecorded " << was << "\nfound    " << is;
+        ++differences;
+    }
+    if (differences > 0)
+        ADD_FAILURE() << "if that is meant: TESSERA_RECORD=1 writes " << file << " anew";
+}
+
+} // namespace tessera::test
