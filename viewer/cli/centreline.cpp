@@ -81,8 +81,10 @@ void tell(const Centrelines& found, const VolumeInfo& info, const Path& path, co
     common.note("wrote " + out + ": " +
                 (path.lines.size() == 1 ? "a path" : std::to_string(path.lines.size()) + " branches") +
                 " of " + mmText(extent.lengthMm) + ", " + mmText(extent.narrowestMm) + " to " +
-                mmText(extent.widestMm) + " from the wall, turns of " + formatNumber(found.leastTurnMm) +
-                " mm and more");
+                mmText(extent.widestMm) + " from the wall, " +
+                (std::isfinite(found.leastTurnMm)
+                     ? "turns of " + formatNumber(found.leastTurnMm) + " mm and more"
+                     : "without a turn"));
     common.detail(std::to_string(found.lumenVoxels) + " voxels of lumen, searched in blocks of " +
                   std::to_string(found.blockVoxels) + " voxels");
 }

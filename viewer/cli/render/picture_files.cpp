@@ -42,6 +42,9 @@ void checkFilmOutput(const fs::path& out) {
     if (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff")
         throw badFile(out.string(), "a folder for frames (-o frames/) or a film (.mp4, .mov, .mkv)",
                       "a picture");
+    if (extension == ".zarr" || (out.filename().empty() && out.parent_path().extension() == ".zarr"))
+        throw badFile(out.string(), "a folder for frames (-o frames/) or a film (.mp4, .mov, .mkv)",
+                      "a store");
     checkImagePath("frame.png");
 }
 
