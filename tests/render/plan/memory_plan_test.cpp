@@ -23,8 +23,8 @@ TEST(MemoryPlans, AddUpWhatIsNeeded) {
     plan.need("a", 20000, 400000);
     EXPECT_EQ(plan.ramBytes(), 20305u);
     EXPECT_EQ(plan.gpuBytes(), 401070u);
-    EXPECT_FALSE(plan.grant("luxury", 1, 0, 2, 2)) << "nothing is spare";
-    EXPECT_FALSE(plan.grant("luxury", 0, 1, 2, 2));
+    EXPECT_FALSE(plan.grant("luxury", 1, 0, 1, 1)) << "nothing is spare";
+    EXPECT_FALSE(plan.grant("luxury", 0, 1, 1, 1));
     EXPECT_EQ(plan.ramBytes(), 20305u);
 }
 
