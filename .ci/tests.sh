@@ -5,7 +5,15 @@
 one_a_feature='^(prepare_test_stores$|Engines\.|Planes\.|Features\.|Gradients\.TheScenesChoice|Isosurfaces\.CompositeInOrder'
 one_a_feature+='|Isosurfaces\.ThinSheets|Visibility\.MarchCounts|BlockRanges\.|NativeBlocks\.|NativeTypes\.|NativeBorders\.'
 one_a_feature+='|Passes\.|Cuts\.|Frames\.|Renderers\.|Engines/Symmetries\.|Unfolded\.|LitPlanes\.|Emission\.|MaxError\.|Determinism\.|Gates\.|Framing\.'
-one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudgets|FollowsAnEdit|Cuts)|MeasuredErrors\.|[A-Za-z]+/Interactive[A-Za-z]*\..*/native)'
+one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudgets|FollowsAnEdit|Cuts)|MeasuredErrors\.|[A-Za-z]+/Interactive[A-Za-z]*\..*/native'
+# Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. ctest bears few parentheses.
+one_a_feature+='|(AreaPicture|AutomaticIntegrator|AutomaticSamples|BestLevels|CutNothing|CutScissors|Cuts/CutRay|DeepShadowMap|DistanceMap'
+one_a_feature+='|FirstPicture|GradedCulling|GradedNothing|GradedVisibility|IntegratorBound|LevelsWithin|MirrorAgainstReference|NativeLevels'
+one_a_feature+='|NativeSurfaceHits|NativeVisibility|Occupancy|Phases|PictureErrors|PixelPlaces|RayArray|ReferenceThroughStore|RenderBudget'
+one_a_feature+='|ShownRanges|ShownRays|SlicePoses|SphereDirections|SurfaceTracer|Texels|ValueWindow)\.|Gradients\.[ACHNSZ]|ReferenceLight\.[OSL]'
+one_a_feature+='|SurfaceLight\.[A-HRT]|SurfaceReference\.Sides|MixedLevels\.[NO]|MixedLevels\.ValuesStay|MixedLevels\.Empty|Stiff\.Boundary'
+one_a_feature+='|Places\.AreCharged|Places\.[NO]|SampledPictures\.[CN]|Isosurfaces\.AS|Isosurfaces\.All|Isosurfaces\.Occupy|ShadowMaps\.LookFrom'
+one_a_feature+='|LightPicture\.[CDW]|Skipping\.RefiningIs|Interactive\.ThePaths|Interactive\.ADamaged)'
 # What engines have in common with the mirror, on one of the scans' stores.
 one_store='^[A-Za-z]+/(Contract|CutPicture|Values|Graded|Native|NativeSurfaces|NativeMixed|Gates|MixedPicture)\..*/torso'
 

@@ -76,7 +76,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
     M waiting = none();
     I until(0); // segments before it need no test
     int turns = 0;
-    std::uint64_t iterations = 0, segments = 0, sampling = 0;
+    std::uint64_t leapt = 0, segments = 0, sampling = 0;
     while (any(active)) {
         if (++turns % kTurnsBetweenLooks == 0 && s.help.expired(s.help.context))
             break;
@@ -90,7 +90,6 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
         if (leapsOver) {
             const M looking = active & ~(i < until);
             if (any(looking)) {
-                iterations += static_cast<unsigned>(count(looking));
                 const BoundedBox box = boundedBoxAt(s.bounds, f, p, kept, looking);
                 const F beyond = ceil(leaves(leaping, box) - F(0.5f));
                 const M ends = looking & ~(beyond < number(rays.count));
@@ -98,6 +97,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
                 until = select(looking & box.tells, select(ends, rays.count, max(to, i + I(1))), until);
                 const M leaps = looking & ~box.tells;
                 if (any(leaps)) {
+                    leapt += static_cast<unsigned>(count(leaps));
                     I start = to;
                     if constexpr (Mixed)
                         start = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
@@ -152,7 +152,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
     store(job.colour[2], select(shows, colour.z, none_));
     store(job.colour[3], met);
     job.waiting = bits(waiting);
-    job.iterations += iterations;
+    job.iterations += leapt + segments;
     job.segments += segments;
     job.values += segments;
     job.turnsTaken += sampling;
