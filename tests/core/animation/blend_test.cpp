@@ -3,7 +3,6 @@
 #include "core/animation/blend.h"
 
 #include "core/animation/film.h"
-#include "core/animation/turntable.h"
 #include "core/base/error.h"
 
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "core/base/json_reader.h"
 
 #include "core/base/error.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/refusals.h"
 
 #include <cmath>

@@ -4,10 +4,10 @@
 #include "core/base/coverage.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
-#include "core/base/nearest_name.h"
-#include "core/base/number_text.h"
+#include "core/base/names.h"
 #include "core/base/ownership.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
+#include "core/base/shown_text.h"
 #include "core/base/volume.h"
 #include "tests/support/refusals.h"
 

@@ -2,9 +2,9 @@
 // functions, against their definitions.
 #include "core/base/error.h"
 #include "core/image/colour.h"
+#include "core/scene/mode.h"
 #include "core/scene/preset.h"
-#include "core/scene/preset_file.h"
-#include "core/scene/value_look.h"
+#include "core/scene/scene_presets.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>

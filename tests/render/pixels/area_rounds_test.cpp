@@ -2,7 +2,7 @@
 // what is allowed, and go first to pixels that middles may have overlooked.
 #include "render/pixels/area_picture.h"
 
-#include "render/pixels/ray_array.h"
+#include "render/pixels/pixel_places.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // tests/render/plan/memory_plan_test.cpp: a plan of memory adds up, and grants exactly what it says.
-#include "render/plan/memory_plan.h"
+#include "render/plan/frame_plan.h"
 
 #include "bricking/levels/selection.h"
 #include "core/base/error.h"

@@ -2,7 +2,6 @@
 // of how many bytes, and which chunk holds a brick.
 #include "render/residency/pages.h"
 
-#include "render/residency/page_allocator.h"
 #include "render/residency/texels.h"
 
 #include <cmath>

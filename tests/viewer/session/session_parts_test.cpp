@@ -4,12 +4,12 @@
 #include "bricking/cache/brick_cache.h"
 #include "bricking/import/importer.h"
 #include "bricking/store/store_reader.h"
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
-#include "viewer/session/disc_values.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/scene_change.h"
 #include "viewer/session/volume_offers.h"
+#include "viewer/session/volume_values.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

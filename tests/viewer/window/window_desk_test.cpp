@@ -1,6 +1,6 @@
 // tests/viewer/window/window_desk_test.cpp: the window's desk: sizes of pictures, fitted cameras, picked
 // points, names of files, presets, planes, and offers.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/desk.h"
 
 #include <fstream>

@@ -1,6 +1,6 @@
 // tests/viewer/window/window_lines_test.cpp: lines through hollow organs in the window: what their panel and
 // overlays show, what keys do, and how one flies. Recorded (tests/support/window_record.h), and by time.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/pretended_path.h"
 #include "tests/support/window_record.h"
 

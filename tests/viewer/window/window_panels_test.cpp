@@ -1,7 +1,7 @@
 // tests/viewer/window/window_panels_test.cpp: what the panel and the openers draw, ask for and change in the
 // scene, step by step, is what is recorded (tests/support/window_record.h).
-#include "core/base/scratch_folder.h"
-#include "core/scene/look.h"
+#include "core/base/program_folders.h"
+#include "core/scene/scene_presets.h"
 #include "tests/support/window_record.h"
 
 #include <cstdlib>

@@ -1,7 +1,7 @@
 // tests/viewer/window/window_picture_test.cpp: what a hand does on the picture and the planes, and what is
 // drawn over them, is what is recorded (tests/support/window_record.h).
 #include "tests/support/window_record.h"
-#include "viewer/session/camera_moves.h"
+#include "viewer/session/view_geometry.h"
 
 #include <cstdlib>
 #include <fstream>

@@ -1,6 +1,6 @@
 // tests/viewer/window/window_script_test.cpp: scripts of input: what each step changes and asks for, which
 // steps are refused and why, and what they wait for.
-#include "core/base/scratch_folder.h"
+#include "core/base/program_folders.h"
 #include "tests/support/window_record.h"
 #include "viewer/window/script.h"
 
