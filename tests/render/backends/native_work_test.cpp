@@ -77,7 +77,13 @@ class NativeWork : public testing::Test {
             EXPECT_LE(mine.lanes.turns, mine.lanes.used);
             EXPECT_LE(mine.lanes.used, mine.lanes.turns * width);
             EXPECT_GE(mine.lanes.used, mine.work.segments);
-            EXPECT_LE(mine.lanes.used, mine.work.samples + mine.work.segments / 20);
+            // All other samples are those of gradients.
+            ASSERT_LE(mine.lanes.used, mine.work.samples);
+            if (scene.shading.on) {
+                EXPECT_EQ((mine.work.samples - mine.lanes.used) % 6, 0u);
+            } else {
+                EXPECT_EQ(mine.lanes.used, mine.work.samples);
+            }
             EXPECT_GE(static_cast<double>(mine.lanes.used),
                       0.5 * static_cast<double>(mine.lanes.turns * width))
                 << "most lanes of a packet have something to do";

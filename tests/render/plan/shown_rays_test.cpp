@@ -21,23 +21,23 @@ struct Ramp {
     ScratchFolder folder;
     std::unique_ptr<StoreReader> store;
 
-    Ramp() {
+    explicit Ramp(const Formula& value = [](const glm::dvec3& p) { return kSlope * p.x; }) {
         VolumeInfo info;
         info.extentVoxels = kExtent;
         info.type = ValueType::f32;
-        FormulaSource source(info, [](const glm::dvec3& p) { return kSlope * p.x; });
+        FormulaSource source(info, value);
         importToStore(source, folder / "ramp.zarr", ram, {});
         store = std::make_unique<StoreReader>(folder / "ramp.zarr", ram);
     }
 };
 
 /// Along x, the field constant beyond the outermost samples.
-double depthOf(const TransferFunction& function) {
+double depthOf(const TransferFunction& function, double slope = kSlope) {
     constexpr int kSteps = 720000;
     double depth = 0;
     for (int n = 0; n < kSteps; ++n) {
         const double x = (n + 0.5) * kExtent.x / kSteps;
-        depth += function.extinction(kSlope * std::clamp(x, 0.5, kExtent.x - 0.5)) * kExtent.x / kSteps;
+        depth += function.extinction(slope * std::clamp(x, 0.5, kExtent.x - 0.5)) * kExtent.x / kSteps;
     }
     return depth;
 }
@@ -70,6 +70,30 @@ TEST(ShownRays, CountTheIntegralOfTheFunction) {
                 EXPECT_TRUE(visible(0.96, x, along)) << "function " << n << ", " << x;
                 EXPECT_FALSE(visible(1.02, x, along)) << "function " << n << ", " << x;
             }
+    }
+}
+
+// A field that rises along x by as much as y and z say, and rays between the samples: interpolation along
+// every axis counts.
+TEST(ShownRays, SeeTheFieldBetweenSamples) {
+    const Ramp ramp(
+        [](const glm::dvec3& p) { return kSlope * p.x * (1 + 0.2 * (p.y - 4.5) + 0.1 * (p.z - 5.5)); });
+    const VolumeInfo& info = ramp.store->info();
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
+    const Statistics statistics = loadStatistics(*ramp.store, ram, 1);
+    const TransferFunction function = TransferFunction::fromExtinction({{331, 0}, {332, 2.5}, {333, 0}}, {});
+    const TransferTable table = makeTable(function);
+    const ViewSpace space(info, viewAxes(View::anterior));
+    BrickCache cache(*ramp.store, ram, std::size_t{32} << 20, 1);
+    for (const glm::dvec2& at : {glm::dvec2(4.1, 5.8), glm::dvec2(4.9, 5.1), glm::dvec2(3.75, 5.5)}) {
+        const double depth = depthOf(function, kSlope * (1 + 0.2 * (at.x - 4.5) + 0.1 * (at.y - 5.5)));
+        for (const double factor : {0.97, 1.03}) {
+            const ShownRays rays(cache, info, statistics, table, space, nullptr, -std::expm1(-factor * depth),
+                                 1);
+            LatticeReader samples = rays.reader();
+            EXPECT_EQ(rays.onRay(samples, {20.25, at.x, at.y}, glm::dvec3(1, 0, 0)), factor < 1)
+                << at.x << ", " << at.y;
+        }
     }
 }
 

@@ -16,12 +16,12 @@
 namespace tessera::test {
 namespace {
 
-constexpr glm::ivec3 kExtent(100, 70, 40); // 4 x 3 x 2 bricks
+constexpr glm::ivec3 kHeldExtent(100, 70, 40); // 4 x 3 x 2 bricks
 constexpr int kMeanLevel = kLevelCount - 1;
 
 Selection selectionOf(std::vector<std::uint8_t> levels) {
     Selection s;
-    s.bricks = brickGrid(kExtent);
+    s.bricks = brickGrid(kHeldExtent);
     for (std::size_t b = 0; b < levels.size(); ++b) {
         ++s.counts[levels[b]];
         s.means.push_back(0.5f * static_cast<float>(b) - 3);
@@ -30,7 +30,7 @@ Selection selectionOf(std::vector<std::uint8_t> levels) {
     return s;
 }
 Selection randomSelection(std::mt19937& random, int finest = 0) {
-    std::vector<std::uint8_t> levels(cellCount(brickGrid(kExtent)));
+    std::vector<std::uint8_t> levels(cellCount(brickGrid(kHeldExtent)));
     for (std::uint8_t& level : levels)
         level = static_cast<std::uint8_t>(std::uniform_int_distribution<int>(finest, kLevelCount)(random));
     return selectionOf(std::move(levels));
@@ -73,7 +73,7 @@ class Residency : public testing::Test {
                         << "brick " << b << ", level " << level;
         }
     }
-    NumberedChunks source{kExtent};
+    NumberedChunks source{kHeldExtent};
     MemoryBudget ram{"RAM", "--ram", std::size_t{64} << 20};
     BrickCache cache{source, ram, std::size_t{8} << 20, 2};
     SamplePlane plane, other;
@@ -212,7 +212,7 @@ TEST_F(Residency, PlacesOneByOneAndDropsToMeans) {
             levels[b] = kMeanLevel;
             ++dropped;
         } else {
-            const ChunkKey key = chunkOf(b, level, brickGrid(kExtent));
+            const ChunkKey key = chunkOf(b, level, brickGrid(kHeldExtent));
             const BrickToPlace one{b, level, cache.get(key)};
             const std::uint64_t uploaded = work.bricksUploaded;
             const std::size_t placed = bricks.place(std::span(&one, 1), work);

@@ -129,6 +129,11 @@ TEST(VerifyPlans, KeepTheirCost) {
                 EXPECT_GE(plan.replicates * plan.samples, 8);
                 EXPECT_LE(plan.cost, side >= 512 ? kMostQuickCost : 1e9);
                 const double expected = std::min(plan.design.pixels * share, share * side * side);
+                // Rays of the truth, by what one costs, of the rays that the picture took where something
+                // shows.
+                const double again = expected * plan.replicates * plan.samples * input.costOfTruthRay;
+                const double taken = static_cast<double>(input.shown) * samples;
+                EXPECT_NEAR(plan.cost * taken / again, 1, 0.02);
                 EXPECT_TRUE(!plan.tellsP99 || expected >= 340 || expected == share * side * side);
             }
 }
