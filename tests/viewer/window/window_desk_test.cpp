@@ -94,7 +94,12 @@ TEST(WindowState, SidesTurnASlice) {
     d.desk.setScene(scene, false);
     EXPECT_TRUE(d.desk.isFitted());
     for (const auto& [side, orientation] : sides) {
+        const Orientation before = d.desk.scene().slice.orientation;
         d.desk.fitView(side);
+        EXPECT_EQ(d.desk.scene().slice.orientation, orientation);
+        d.desk.undo();
+        EXPECT_EQ(d.desk.scene().slice.orientation, before);
+        d.desk.redo();
         EXPECT_EQ(d.desk.scene().slice.orientation, orientation);
         EXPECT_FALSE(d.desk.scene().slice.positionMm);
         EXPECT_FALSE(std::get<FittedView>(d.viewing.asked.camera).named) << "seen along its normal";

@@ -145,6 +145,7 @@ TEST(WindowLines, PlacesAreGatheredOnPlanes) {
     EXPECT_EQ(w.viewing.lineWish.places.size(), 2u);
     EXPECT_FALSE(w.viewing.lineWish.tree);
     EXPECT_TRUE(w.endoscopy.isSearching());
+    EXPECT_TRUE(w.endoscopy.advance(w.desk)) << "more comes";
     w.frame();
     EXPECT_EQ(dots(), 0);
     w.viewing.said.clear();
@@ -230,7 +231,27 @@ TEST(WindowLines, AQuestionHaltsAFlight) {
         w.endoscopy.stop(w.desk);
         w.endoscopy.flyTo(w.desk, 5);
         EXPECT_EQ(w.endoscopy.asks(), answer == Endoscopy::Answer::cancel) << "asked once";
+        w.endoscopy.stop(w.desk);
+        EXPECT_FALSE(w.endoscopy.asks());
     }
+}
+
+/// Within a flight a map shows the place; who leaves sees the lines from outside.
+TEST(WindowLines, AFlightIsLeft) {
+    PanelWindow w;
+    w.frame();
+    w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
+    foundLine(w.viewing, false);
+    w.clickOn("Endoscopy");
+    w.rest();
+    EXPECT_FALSE(w.endoscopy.advance(w.desk));
+    w.endoscopy.flyTo(w.desk, 10);
+    w.rest();
+    EXPECT_TRUE(w.shows("10 of 80 mm"));
+    w.clickOn("leave");
+    w.rest();
+    EXPECT_FALSE(w.shows("of 80 mm"));
+    EXPECT_FALSE(w.endoscopy.isPlaying());
 }
 
 TEST(WindowLines, AreSavedAndLoaded) {

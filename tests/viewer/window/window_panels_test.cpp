@@ -166,6 +166,7 @@ TEST(WindowDrawn, Openers) {
     w.step("a store", [&] { w.clickOn("b.zarr"); });
     w.step("the folder", [&] { w.clickOn("open this folder (1 file)"); });
     w.step("into a folder", [&] { w.clickOn("a/"); });
+    EXPECT_EQ(w.settings.folder, folder / "scans/a") << "it begins there the next time";
     w.step("up", [&] { w.clickOn("up"); });
     w.step("home", [&] { w.clickOn("home"); });
     w.step("a path", [&] {

@@ -185,7 +185,7 @@ TEST(WindowDrawn, Planes) {
     });
     w.step("border", [&] { w.drag({701, 300}, {601, 300}); });
     EXPECT_NEAR(w.desk.planesShare(), 1 - 501.0 / 898, 1e-6);
-    w.step("not the border", [&] { w.drag({707, 300}, {650, 300}); });
+    w.step("not the border", [&] { w.drag({706, 300}, {650, 300}), w.drag({696, 300}, {650, 300}); });
     EXPECT_NEAR(w.desk.planesShare(), 1 - 501.0 / 898, 1e-6);
     w.step("a point on a plane", [&] {
         w.tools.take(Tools::Tool::distance);
@@ -198,6 +198,94 @@ TEST(WindowDrawn, Planes) {
         w.viewing.seen = other;
     });
     compareWithRecord(w, "planes");
+}
+
+/// What is under the pointer is asked for once it rests.
+TEST(WindowPicture, ThePointerRestsBeforeItAsks) {
+    PictureWindow w;
+    w.desk.showSlices = false;
+    w.frame();
+    w.moveTo({300, 200});
+    w.moveTo({320, 210});
+    EXPECT_EQ(w.viewing.picks, 0u);
+    EXPECT_TRUE(w.moves) << "it is to be asked again";
+    std::this_thread::sleep_for(std::chrono::milliseconds(130));
+    w.frame();
+    EXPECT_EQ(w.viewing.picks, 1u);
+    EXPECT_EQ(w.viewing.pickedAt, glm::dvec2(220, 210));
+    w.frame();
+    EXPECT_EQ(w.viewing.picks, 1u);
+    EXPECT_FALSE(w.moves);
+    w.desk.setCamera(w.desk.camera(), false);
+    w.frame();
+    EXPECT_EQ(w.viewing.picks, 2u) << "of another picture";
+}
+
+/// The border is 4 units wide to either side, a unit left of the planes.
+TEST(WindowPicture, TheBorderIsAsWideAsAFinger) {
+    for (const double x : {696.0, 697.0, 705.0, 706.0}) {
+        PictureWindow w;
+        w.frame();
+        w.drag({x, 300}, {650, 300});
+        EXPECT_EQ(w.desk.planesShare() != 0.28, x == 697 || x == 705) << x;
+    }
+}
+
+/// A second click that is kept down enlarges a plane, and moves no crosshair.
+TEST(WindowPicture, ADoubleClickDragsNothing) {
+    PictureWindow w;
+    w.frame();
+    w.click(glm::dvec2(800, 300));
+    const glm::dvec3 place = w.desk.slices().placeMm;
+    w.button(0, true);
+    w.moveTo({830, 330});
+    EXPECT_EQ(w.desk.enlargedPlane, 1);
+    EXPECT_EQ(w.desk.slices().placeMm, place);
+    w.button(0, false);
+}
+
+/// A box has a least thickness of half a voxel, and stays in the volume.
+TEST(WindowPicture, ABoxStaysABox) {
+    PictureWindow w;
+    w.desk.showSlices = false;
+    w.frame();
+    w.cuts.toggleBox(w.desk);
+    w.frame();
+    const auto grip = [&](bool rightmost) {
+        glm::dvec2 found(rightmost ? 0 : 1e9, 0);
+        for (const Drawn& d : w.drawn)
+            if (std::abs(d.right - d.left - 8) < 0.1f && std::abs(d.bottom - d.top - 8) < 0.1f &&
+                ((d.left + 4 > found.x) == rightmost))
+                found = {d.left + 4, d.top + 4};
+        return glm::round(found);
+    };
+    w.drag(grip(false), grip(false) + glm::dvec2(280, 0));
+    w.button(0, true);
+    w.button(0, false);
+    const CropBox thin = w.desk.scene().cuts.boxes.at(0);
+    EXPECT_EQ(thin.high.x, 40);
+    EXPECT_NEAR(thin.low.x, 39.5, 1e-9);
+    w.desk.undo();
+    w.frame();
+    w.moveTo(grip(false));
+    w.button(0, true);
+    EXPECT_TRUE(w.moves);
+    w.moveTo(grip(false) - glm::dvec2(60, 0));
+    w.button(0, false);
+    EXPECT_TRUE(w.moves) << "until it is let go";
+    EXPECT_EQ(w.desk.scene().cuts.boxes.at(0).low.x, 0) << "not out of the volume";
+    w.frame();
+    EXPECT_FALSE(w.moves);
+}
+
+TEST(WindowPicture, OpenersNeedRoom) {
+    for (const int height : {63, 64, 100}) {
+        HeadlessWindow w({900, 600}, {{kPanel, 0}, {500, height}, 1});
+        w.viewing.offered = std::make_shared<VolumeOffers>();
+        w.frame();
+        w.frame();
+        EXPECT_EQ(w.shows("Several volumes"), height >= 64) << height;
+    }
 }
 
 } // namespace

@@ -112,6 +112,9 @@ TEST(WindowState, AsksOnceMoreAtRest) {
     d.draw();
     EXPECT_TRUE(d.desk.isAnswered());
     EXPECT_FALSE(d.desk.isRefused());
+    d.viewing.drawn->asked = 1;
+    EXPECT_FALSE(d.desk.isAnswered()) << "an older picture";
+    d.viewing.drawn->asked = 2;
     d.viewing.now.refused = 2;
     d.viewing.now.problem = "it does not fit";
     d.desk.update();
