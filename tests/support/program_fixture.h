@@ -53,6 +53,7 @@ class Program : public ::testing::Test {
     int runInChild(std::vector<std::string>& words) const {
         fs::current_path(folder_.path());
         ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+        ::setenv("XDG_CONFIG_HOME", (folder_ / "config").c_str(), 1);
         if (!std::freopen(".out", "w", stdout) || !std::freopen(".err", "w", stderr))
             return 100;
         std::vector<char*> argv;

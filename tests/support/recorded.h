@@ -16,10 +16,11 @@
 
 namespace tessera::test {
 
-/// Without what a run, a machine or a version changes: seconds, the device, peaks of memory.
+/// Without what a run, a machine or a version changes: seconds, the device, peaks of memory, keys of the
+/// cache.
 inline void forgetTheRun(nlohmann::json& value) {
-    static const std::vector<std::string> kOfTheRun = {"seconds", "device", "peakBytes", "program",
-                                                       "openGl",  "notice", "dispatches"};
+    static const std::vector<std::string> kOfTheRun = {
+        "seconds", "device", "peakBytes", "program", "openGl", "notice", "dispatches", "entry", "lastUse"};
     if (value.is_object())
         for (const std::string& key : kOfTheRun)
             value.erase(key);
@@ -57,8 +58,8 @@ inline void shorten(nlohmann::json& value) {
             shorten(part);
 }
 
-/// Lines of text without times, devices and the folder of the run.
-inline std::vector<std::string> linesOf(std::string text, const std::filesystem::path& folder) {
+/// Text without times, devices and the folder of the run.
+inline std::string textWithoutTheRun(std::string text, const std::filesystem::path& folder) {
     for (std::size_t at; (at = text.find(folder.string())) != std::string::npos;)
         text.replace(at, folder.string().size(), "FOLDER");
     text = std::regex_replace(text, std::regex("CPU, (avx512|avx2|baseline)"), "CPU");
@@ -68,12 +69,18 @@ inline std::vector<std::string> linesOf(std::string text, const std::filesystem:
         std::regex_replace(text, std::regex("[0-9.]+ [KMG]iB of memory available"), "M of memory available");
     text = std::regex_replace(text, std::regex("most charged: RAM [0-9.]+ [KMG]iB"),
                               "most charged: RAM M"); // by threads
-    text = std::regex_replace(text, std::regex("[0-9a-f]{16}\\.zarr"),
-                              "KEY.zarr"); // of the cache: a file's path and time
+    text = std::regex_replace(text, std::regex("/[0-9a-f]{16}\\.zarr"),
+                              "/KEY.zarr"); // of the cache: a file's path and time
+    text = std::regex_replace(text, std::regex("(^|\n)[0-9a-f]{16} "), "$1KEY ");
+    text = std::regex_replace(text, std::regex("[0-9]{4}-[0-9]{2}-[0-9]{2} [0-9]{2}:[0-9]{2}"), "DATE");
     text = std::regex_replace(text, std::regex("[0-9]+ dispatches"),
                               "N dispatches"); // by the time that they take
+    return text;
+}
+
+inline std::vector<std::string> linesOf(const std::string& text, const std::filesystem::path& folder) {
     std::vector<std::string> lines;
-    std::istringstream in(text);
+    std::istringstream in(textWithoutTheRun(text, folder));
     for (std::string line; std::getline(in, line);)
         lines.push_back(line.substr(0, line.find_last_not_of(' ') + 1));
     return lines;
@@ -81,7 +88,7 @@ inline std::vector<std::string> linesOf(std::string text, const std::filesystem:
 
 /// JSON, or lines, of what the program printed or wrote.
 inline nlohmann::json contentOf(const std::string& text, const std::filesystem::path& folder) {
-    nlohmann::json value = nlohmann::json::parse(text, nullptr, false);
+    nlohmann::json value = nlohmann::json::parse(textWithoutTheRun(text, folder), nullptr, false);
     if (value.is_discarded() || !value.is_structured())
         return linesOf(text, folder);
     forgetTheRun(value);

@@ -6,6 +6,7 @@
 #include "tests/support/folders.h"
 
 #include <cmath>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
@@ -179,6 +180,34 @@ TEST(Path, StrictReading) {
     Path bad = pathOf(whole());
     bad.lines[0].points[3].y = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(checkPath(bad, "p"), InputError);
+}
+
+/// What no file can say is refused at its place too.
+TEST(Path, SpacingsAndRadiiAreNumbersOfMillimetres) {
+    const double infinite = std::numeric_limits<double>::infinity();
+    const auto said = [](const std::function<void(Path&)>& change) -> std::string {
+        Path path = pathOf(whole());
+        change(path);
+        try {
+            checkPath(path, "p");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "no refusal";
+    };
+    for (const double bad : {0.0, -1.0, infinite, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_THAT(said([&](Path& path) { path.lines[0].spacingMm = bad; }),
+                    testing::HasSubstr("$.lines[0].spacing: expected a positive number of mm"));
+    for (const double bad : {-0.1, infinite})
+        EXPECT_THAT(said([&](Path& path) { path.lines[1].radiusMm[4] = bad; }),
+                    testing::HasSubstr("$.lines[1].radius[4]: expected a number of mm from 0 on"));
+    EXPECT_EQ(said([](Path& path) { path.lines[0].radiusMm[0] = 0; }), "no refusal");
+    // Chords of a half and of all of the spacing are even; shorter and longer ones are not.
+    const auto moved = [&](double x) { return said([&](Path& path) { path.lines[0].points[5].x = 4 + x; }); };
+    EXPECT_EQ(moved(0.5), "no refusal");
+    EXPECT_EQ(moved(1.0009), "no refusal");
+    EXPECT_THAT(moved(0.49), testing::HasSubstr("points[5]: expected about 1 mm from the point before"));
+    EXPECT_THAT(moved(1.0011), testing::HasSubstr("points[5]"));
 }
 
 TEST(Path, RouteTurnsIntoTheBranchWhereItLeaves) {
