@@ -3,7 +3,7 @@
 #include "render/plan/planner.h"
 
 #include "core/base/error.h"
-#include "render/plan/view_state.h"
+#include "render/plan/frame_plan.h"
 #include "tests/support/surface_fixture.h" // Stored
 
 #include <cmath>

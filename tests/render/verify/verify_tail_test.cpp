@@ -1,6 +1,6 @@
 // tests/render/verify/verify_tail_test.cpp: the tail of errors, of values that are known: ranks, percentiles,
 // the truth's noise, and what clusters that err alike are worth.
-#include "render/verify/tail.h"
+#include "render/verify/measured_errors.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
