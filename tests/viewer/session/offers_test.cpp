@@ -110,7 +110,6 @@ TEST_F(Offers, SayWhatTheyAre) {
     EXPECT_EQ(uneven.about.rfind("7 slices", 0), 0u) << uneven.about;
     EXPECT_THAT(uneven.about, HasSubstr("uneven slices, which are interpolated"));
     EXPECT_TRUE(uneven.pick.resampleZ);
-    EXPECT_FALSE(uneven.pick.allowMissing);
     EXPECT_EQ(uneven.problem, "");
     EXPECT_EQ(uneven.path, folder_ / "scan");
     EXPECT_FALSE(asksForChoice(one.about + uneven.about));

@@ -223,6 +223,25 @@ TEST(SliceThread, ComesToTheLastWish) {
     EXPECT_EQ(thread.takeProblem(), "");
 }
 
+TEST(SliceThread, HasNoValueOutsideTheVolume) {
+    const VolumeInfo info = sheared();
+    Volume volume(info);
+    MemoryBudget ram("RAM", "--ram", std::size_t{32} << 20);
+    SliceThread thread(volume.store, ram, 2, [] {});
+    SliceWish wish;
+    wish.window = {0, 1000};
+    wish.sizes = {glm::ivec2(30, 30), glm::ivec2(0), glm::ivec2(0)};
+    for (const double x : {-0.5, 70.5, 35.0}) {
+        wish.placeMm = glm::dvec3(info.patientFromVoxel * glm::dvec4(x, 22, 30, 1));
+        thread.show(wish);
+        const auto end = std::chrono::steady_clock::now() + 30s;
+        while ((!thread.shown() || !(thread.shown()->wish == wish)) && std::chrono::steady_clock::now() < end)
+            std::this_thread::sleep_for(2ms);
+        ASSERT_TRUE(thread.shown() && thread.shown()->wish == wish);
+        EXPECT_EQ(std::isnan(thread.shown()->value), x != 35) << x;
+    }
+}
+
 /// Whoever goes back to what is shown while another place is drawn sees what was asked for last.
 TEST(SliceThread, GoesBack) {
     const VolumeInfo info = sheared();
