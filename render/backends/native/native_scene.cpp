@@ -64,7 +64,8 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
         f.lastVoxel[axis] = info.extentVoxels[axis] - 1;
         f.last[axis] = last[axis];
     }
-    for (int level = 0; level + 1 < kLevelCount; ++level) {
+    static_assert(sizeof(f.rowPitch) / sizeof(f.rowPitch[0]) == kLevelCount);
+    for (int level = 0; level < kLevelCount; ++level) {
         f.rowPitch[level] = plane.rowPitch(level);
         f.slicePitch[level] = plane.slicePitch(level);
     }

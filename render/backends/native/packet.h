@@ -38,7 +38,7 @@ struct PacketField {
     const PacketBrick* bricks = nullptr; // [z][y][x]
     std::int32_t grid[3] = {};           // bricks
     std::int32_t extentVoxels[3] = {}, lastVoxel[3] = {};
-    std::int32_t rowPitch[5] = {}, slicePitch[5] = {}; // samples, by level
+    std::int32_t rowPitch[6] = {}, slicePitch[6] = {}; // samples, by level
     bool mixed = false;
     std::int32_t level = 0;    // for one level: of all bricks
     std::int32_t last[3] = {}; // of its samples
