@@ -5,15 +5,42 @@
 one_a_feature='^(prepare_test_stores$|Engines\.|Planes\.|Features\.|Gradients\.TheScenesChoice|Isosurfaces\.CompositeInOrder'
 one_a_feature+='|Isosurfaces\.ThinSheets|Visibility\.MarchCounts|BlockRanges\.|NativeBlocks\.|NativeTypes\.|NativeBorders\.'
 one_a_feature+='|Passes\.|Cuts\.|Frames\.|Renderers\.|Engines/Symmetries\.|Unfolded\.|LitPlanes\.|Emission\.|MaxError\.|Determinism\.|Gates\.|Framing\.'
-one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudgets|FollowsAnEdit|Cuts)|MeasuredErrors\.|[A-Za-z]+/Interactive[A-Za-z]*\..*/native'
-# Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. ctest bears few parentheses.
-one_a_feature+='|(AreaPicture|AutomaticIntegrator|AutomaticSamples|BestLevels|CutNothing|CutScissors|Cuts/CutRay|DeepShadowMap|DistanceMap'
-one_a_feature+='|FirstPicture|GradedCulling|GradedNothing|GradedVisibility|IntegratorBound|LevelsWithin|MirrorAgainstReference|NativeLevels'
-one_a_feature+='|NativeSurfaceHits|NativeVisibility|Occupancy|Phases|PictureErrors|PixelPlaces|RayArray|ReferenceThroughStore|RenderBudget'
-one_a_feature+='|ShownRanges|SlicePoses|SphereDirections|SurfaceTracer|Texels|ValueWindow)\.|Gradients\.[ACHNSZ]|ReferenceLight\.[OSL]'
-one_a_feature+='|SurfaceLight\.[A-HRT]|SurfaceReference\.Sides|MixedLevels\.[NO]|MixedLevels\.ValuesStay|MixedLevels\.Empty|Stiff\.Boundary'
-one_a_feature+='|Places\.AreCharged|Places\.[NO]|SampledPictures\.[CN]|Isosurfaces\.AS|Isosurfaces\.All|Isosurfaces\.Occupy|ShadowMaps\.LookFrom'
-one_a_feature+='|LightPicture\.[CDW]|Skipping\.RefiningIs|Interactive\.ThePaths|Interactive\.ADamaged)'
+one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudgets|FollowsAnEdit|Cuts)|MeasuredErrors\.|[A-Za-z]+/Interactive[A-Za-z]*\..*/native)'
+# Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. Whole suites, then tests of
+# suites whose others are slow. One list without parentheses: CMake's expressions bear few.
+quick_suites=(
+    AreaPicture AutomaticIntegrator AutomaticSamples BestLevels CutNothing CutScissors Cuts/CutRay DeepShadowMap
+    DistanceMap FirstPicture GradedCulling GradedNothing GradedVisibility IntegratorBound LevelsWithin
+    MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
+    RayArray ReferenceThroughStore RenderBudget ShownRanges SlicePoses SphereDirections SurfaceTracer Texels
+    ValueWindow
+)
+quick_tests=(
+    Gradients.AnalyticOneIsTheDerivativeOfMixedLevels Gradients.AreExactForWhatTheirFormulaIs
+    Gradients.CentralIsTrilinearBetweenTheDifferencesOfTheLattice
+    Gradients.CubicIsSmoothAndConvolvesTheSamplesWithTheSpline Gradients.HaveTheirOrders
+    Gradients.NormalsOfASphereAreRadialUnderAnySpacing Gradients.SobelIsThatOfTheNeighbouringSamples
+    Gradients.ZeroIsUnlitAndNeverNan Interactive.ADamagedChunkIsToldOfOnce
+    Interactive.ThePathsNextBricksAreLoadedAhead Isosurfaces.ASphereIsHitWhereARayMeetsIt
+    Isosurfaces.AllCrossingsAreFoundWhateverTheStep Isosurfaces.OccupyOnlyWhereTheyAre
+    LightPicture.CostsNothingWhereItIsNotAskedFor LightPicture.CutsAndThreadsChangeNothing
+    LightPicture.DarkensWhatIsHidden LightPicture.WhatIsBehindASurfaceTakesLight MixedLevels.EmptyCellsShowNothing
+    MixedLevels.NearestBrickJumpsAtBorders MixedLevels.OneLevelIsPlainTrilinear
+    MixedLevels.ValuesStayInTheHullOfTheirSamples Places.AreChargedWhereTheyAreKept
+    Places.NativePicturesHaveTheMirrorsBits Places.NativeSurfacesAndHitsAreTheMirrors
+    Places.OfTheReferenceAreThoseOfLargerPictures ReferenceLight.LightsAreWhereShadowMapsHaveThem
+    ReferenceLight.OcclusionBesideAWall ReferenceLight.OcclusionInARisingMedium ReferenceLight.OcclusionInOneMedium
+    ReferenceLight.OtherSums ReferenceLight.ShadowsOfASlab SampledPictures.ComeToTheMeanOfThePixel
+    SampledPictures.NeedTheMemoryThatTheySay ShadowMaps.LookFromBeforeAPlace
+    Skipping.RefiningIsLeftOutWhereItDoesNotPay Stiff.BoundaryLayer Stiff.BoundaryLayerOnGradedSegments
+    SurfaceLight.ACornerIsAsDarkAsItsFormula SurfaceLight.BricksBesideThePictureStay
+    SurfaceLight.CostsNothingWhereItIsNotAskedFor SurfaceLight.CutsOpen SurfaceLight.DirectionsAreSpreadByTheCosine
+    SurfaceLight.EnginesAgree SurfaceLight.ErrorFallsWithDirections SurfaceLight.GlassLetsSomeThrough
+    SurfaceLight.RefusalsHelp SurfaceLight.TakesFromTheAmbientLightAlone SurfaceLight.TakesThePlaceOfTheVoxels
+    SurfaceLight.TheFilterKnowsNoVoxels SurfaceLight.TheFilterSmoothsAndKeepsEdges
+    SurfaceReference.SidesAndOrderAreTheSame
+)
+one_a_feature+=$(printf '|^%s[.]' "${quick_suites[@]}")$(printf '|^%s$' "${quick_tests[@]}")
 # What engines have in common with the mirror, on one of the scans' stores.
 one_store='^[A-Za-z]+/(Contract|CutPicture|Values|Graded|Native|NativeSurfaces|NativeMixed|Gates|MixedPicture)\..*/torso'
 

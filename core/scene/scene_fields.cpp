@@ -167,7 +167,7 @@ const Fields<Quality>& qualityFields() {
         f.add("terminationTransmittance", &Quality::terminationTransmittance, numberIn(0, 0.5),
               "Transmittance below which a ray stops; 0: never.");
         f.add("skipping", &Quality::skipping, trueOrFalse(),
-              "Empty-space skipping; it never changes the picture.")
+              "Empty-space skipping; the picture is the same, unless automatic samples take other rays.")
             .setBy("--no-skipping", "disable empty-space skipping; slower, and may change --samples auto, "
                                     "else the same picture");
         Field<Quality>& samples =
@@ -266,7 +266,7 @@ const Fields<Scene>& sceneFields() {
         f.add("window", &Scene::window, windowKind(),
               "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
               "centre - width/2, white at centre + width/2. auto: abdomen where values are in HU, else all "
-              "values.")
+              "values but for a few of the highest.")
             .unlessDefault()
             .setBy("--window",
                    "grey of single values, CENTRE,WIDTH or {names} (default: {default}: abdomen for "

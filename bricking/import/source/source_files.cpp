@@ -13,6 +13,28 @@
 #include <utility>
 
 namespace tessera {
+namespace {
+
+/// Bytes read from an offset on: fewer than `out` has only at the end of the file.
+/// @param fault  makes what is thrown where reading fails, from the reason
+template <typename Fault>
+std::size_t readOf(int descriptor, std::uint64_t offset, std::span<std::byte> out, const Fault& fault) {
+    std::size_t done = 0;
+    while (done < out.size()) {
+        const ssize_t got =
+            ::pread(descriptor, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            throw fault(std::strerror(errno));
+        if (got == 0)
+            break;
+        done += static_cast<std::size_t>(got);
+    }
+    return done;
+}
+
+} // namespace
 
 InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)) {
     // O_NONBLOCK: opening a pipe must not wait for a writer before fstat can refuse it.
@@ -44,19 +66,8 @@ InputFile::~InputFile() {
 }
 
 std::size_t InputFile::readSome(std::uint64_t offset, std::span<std::byte> out) const {
-    std::size_t done = 0;
-    while (done < out.size()) {
-        const ssize_t got =
-            ::pread(descriptor_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got < 0)
-            throw Error(path_.string() + ": reading failed: " + std::strerror(errno));
-        if (got == 0)
-            break;
-        done += static_cast<std::size_t>(got);
-    }
-    return done;
+    return readOf(descriptor_, offset, out,
+                  [this](const char* why) { return Error(path_.string() + ": reading failed: " + why); });
 }
 
 void InputFile::readAt(std::uint64_t offset, std::span<std::byte> out) const {
@@ -99,17 +110,11 @@ void SpoolFile::append(std::span<const std::byte> bytes) {
 }
 
 void SpoolFile::readAt(std::uint64_t offset, std::span<std::byte> out) const {
-    std::size_t done = 0;
-    while (done < out.size()) {
-        const ssize_t got =
-            ::pread(descriptor_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0)
-            throw Error(folder_.string() + ": cannot read a temporary file: " +
-                        (got == 0 ? "it is too short" : std::strerror(errno)));
-        done += static_cast<std::size_t>(got);
-    }
+    const auto fault = [this](const char* why) {
+        return Error(folder_.string() + ": cannot read a temporary file: " + why);
+    };
+    if (readOf(descriptor_, offset, out, fault) < out.size())
+        throw fault("it is too short");
 }
 
 } // namespace tessera
