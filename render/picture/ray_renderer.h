@@ -62,8 +62,9 @@ class RayPixels : public PixelSource {
     const FrameTask& task_;
     Engine& engine_;
     std::unique_ptr<RayCaster>& caster_;
-    double step_; // voxels
-    float ends_;  // of rays of the picture
+    double step_;         // voxels
+    float ends_;          // of rays of the picture
+    bool phased_ = false; // rays of the truth
 };
 
 } // namespace tessera

@@ -101,14 +101,16 @@ double StepSearch::chooseStep(const Goal& goal) {
     for (const Integrator integrator : integrators) {
         plan_.setIntegrator(integrator);
         std::vector<Image> drawn;
+        const auto cost = [&](double step) { return costOfSegment(integrator) / step; };
         for (std::size_t n = 0; n < kJudged; ++n) {
+            if (best && cost(kBetween[0] * kSteps[n]) >= best->cost)
+                break; // neither this step nor a longer one beside it would be taken
             while (drawn.size() < n + 3) {
                 plan_.setStep(kSteps[drawn.size()]);
                 drawn.push_back(draw(kSteps[drawn.size()]));
             }
             const StepError e = stepError(drawn[n], drawn[n + 1], drawn[n + 2]);
-            const Choice choice{integrator, kSteps[n], measured(e.error),
-                                costOfSegment(integrator) / kSteps[n], e};
+            const Choice choice{integrator, kSteps[n], measured(e.error), cost(kSteps[n]), e};
             if (!closest || choice.error < closest->error)
                 closest = choice;
             if (!(choice.error <= goal.limit))
@@ -120,11 +122,7 @@ double StepSearch::chooseStep(const Goal& goal) {
                     const double step = times * kSteps[n];
                     plan_.setStep(step);
                     const EstimatedError between = errorBetween(draw(step), drawn[n + 2]);
-                    const Choice longer{integrator,
-                                        step,
-                                        measured(between),
-                                        costOfSegment(integrator) / step,
-                                        {between, e.order}};
+                    const Choice longer{integrator, step, measured(between), cost(step), {between, e.order}};
                     if (!(longer.error <= goal.limit && between.luvP99 <= kLuvOfLonger))
                         continue;
                     if (longer.cost < best->cost)
@@ -143,24 +141,28 @@ double StepSearch::chooseStep(const Goal& goal) {
 }
 
 PictureErrors StepSearch::errorsOf(const Image& picture, double brightest) {
-    return errorsOfGrid(grid_.of(picture), brightest);
+    return errorsOfGrid([&] { return grid_.of(picture); }, brightest);
 }
 
 PictureErrors StepSearch::errors(double brightest) {
-    return errorsOfGrid(draw(plan_.view.quality.stepVoxels), brightest);
+    return errorsOfGrid([&] { return draw(plan_.view.quality.stepVoxels); }, brightest);
 }
 
-PictureErrors StepSearch::errorsOfGrid(const Image& mine, double brightest) {
+PictureErrors StepSearch::errorsOfGrid(const std::function<Image()>& drawMine, double brightest) {
     PictureErrors e;
     const double step = plan_.view.quality.stepVoxels;
+    const bool known =
+        chosen_ && chosen_->integrator == plan_.layer().optics.integrator && chosen_->step == step;
+    const bool filters = plan_.view.quality.fetch == Fetch::hardware;
+    const Image mine = known && !filters ? Image() : drawMine();
     e.pixels = grid_.size().x * grid_.size().y;
     e.terminationBound = static_cast<double>(plan_.layer().optics.termination) * brightest;
     e.tableRelativeError = plan_.layer().table.relativeError;
-    if (chosen_ && chosen_->integrator == plan_.layer().optics.integrator && chosen_->step == step)
+    if (known)
         e.step = chosen_->estimate;
     else
         e.step = stepError(mine, draw(step / 2), draw(step / 4));
-    if (plan_.view.quality.fetch == Fetch::hardware) {
+    if (filters) {
         plan_.setFetch(Fetch::exact);
         e.filtering = errorBetween(mine, draw(step));
     }

@@ -90,7 +90,8 @@ class StepSearch {
 
   private:
     Image draw(double stepVoxels);
-    PictureErrors errorsOfGrid(const Image& mine, double brightest);
+    /// @param drawMine  gives the picture's pixels; called where they are needed
+    PictureErrors errorsOfGrid(const std::function<Image()>& drawMine, double brightest);
 
     struct Chosen {
         Integrator integrator;

@@ -34,6 +34,18 @@ namespace single {
 TESSERA_LANE bool any(M m) {
     return bits(m) != 0;
 }
+#if defined(__AVX512F__) || !defined(__AVX2__)
+/// Words of 32 bits, or pairs of them, where samples of 16 bits lie: four from every lane's index on, each so
+/// many samples beyond it. Those of lanes that are not of m have no meaning.
+TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, I (&out)[4]) {
+    for (int n = 0; n < 4; ++n)
+        out[n] = gather<2>(samples, index + I(of[n]), m);
+}
+TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, Pair (&out)[4]) {
+    for (int n = 0; n < 4; ++n)
+        out[n] = gatherPair<2>(samples, index + I(of[n]), m);
+}
+#endif
 #include "render/backends/native/lanes_derived.h"
 } // namespace single
 #include "render/backends/native/lanes_derived.h"

@@ -175,6 +175,52 @@ template <int Scale> TESSERA_LANE Pair gatherPair(const void* base, I index, M m
             I::make(_mm256_permute4x64_epi64(_mm256_castps_si256(high), 0xd8))};
 }
 
+TESSERA_LANE int wordAt(const void* from) {
+    int word;
+    __builtin_memcpy(&word, from, sizeof word);
+    return word;
+}
+/// Of eight lanes four words each, lane by lane; by word.
+TESSERA_LANE void acrossLanes(const __m128i (&lane)[8], I (&out)[4]) {
+    const auto two = [&](int n) { // half of the register each
+        return _mm256_castsi256_ps(_mm256_inserti128_si256(_mm256_castsi128_si256(lane[n]), lane[n + 4], 1));
+    };
+    const __m256 a = two(0), b = two(1), c = two(2), d = two(3);
+    const __m256 low = _mm256_unpacklo_ps(a, b), lowNext = _mm256_unpacklo_ps(c, d);
+    const __m256 high = _mm256_unpackhi_ps(a, b), highNext = _mm256_unpackhi_ps(c, d);
+    const auto put = [](__m256 v) { return I::make(_mm256_castps_si256(v)); };
+    out[0] = put(_mm256_shuffle_ps(low, lowNext, 0x44));
+    out[1] = put(_mm256_shuffle_ps(low, lowNext, 0xee));
+    out[2] = put(_mm256_shuffle_ps(high, highNext, 0x44));
+    out[3] = put(_mm256_shuffle_ps(high, highNext, 0xee));
+}
+// By loads: gathers are slow on many processors that have no wider registers.
+TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, I (&out)[4]) {
+    alignas(32) std::int32_t at[kWidth];
+    store(at, I::make(_mm256_and_si256(index.v, _mm256_castps_si256(m.v))));
+    __m128i lanes[kWidth];
+    for (int lane = 0; lane < kWidth; ++lane) {
+        const auto* const from = static_cast<const std::int16_t*>(samples) + at[lane];
+        const __m128i a = _mm_insert_epi32(_mm_loadu_si32(from + of[0]), wordAt(from + of[1]), 1);
+        lanes[lane] = _mm_insert_epi32(_mm_insert_epi32(a, wordAt(from + of[2]), 2), wordAt(from + of[3]), 3);
+    }
+    acrossLanes(lanes, out);
+}
+TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, Pair (&out)[4]) {
+    alignas(32) std::int32_t at[kWidth];
+    store(at, I::make(_mm256_and_si256(index.v, _mm256_castps_si256(m.v))));
+    for (int n = 0; n < 4; n += 2) {
+        __m128i lanes[kWidth];
+        for (int lane = 0; lane < kWidth; ++lane) {
+            const auto* const from = static_cast<const std::int16_t*>(samples) + at[lane];
+            lanes[lane] = _mm_unpacklo_epi64(_mm_loadu_si64(from + of[n]), _mm_loadu_si64(from + of[n + 1]));
+        }
+        I words[4];
+        acrossLanes(lanes, words);
+        out[n] = {words[0], words[1]}, out[n + 1] = {words[2], words[3]};
+    }
+}
+
 TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
     alignas(32) std::int32_t at[kWidth];
     store(at, index);

@@ -14,40 +14,118 @@ using native::PacketBrick;
 using native::PacketField;
 using native::SampleKind;
 
-TESSERA_LANE F powerOfTwo(F n) {
-    return asFloat(shl<23>(truncated(n) + I(127)));
-}
+#include "render/backends/native/packet_cell.h"
 
-/// Four samples beside one another.
-struct Row4 {
-    F a, b, c, d;
+namespace single {
+#include "render/backends/native/packet_cell.h"
+
+/// Places of four rows, from one that a lane has an index of.
+struct RowPlaces {
+    int rows[4], slices[4]; // -1 to 2
 };
-template <SampleKind K> TESSERA_LANE Row4 row4(const void* samples, I index, M m) {
-    if constexpr (K == SampleKind::f32) {
-        const Row2 low = row2<K>(samples, index, m), high = row2<K>(samples, index + I(2), m);
-        return {low.a, low.b, high.a, high.b};
+constexpr RowPlaces kOfCell{{0, 1, 0, 1}, {0, 0, 1, 1}}, kBesideAlongY{{-1, -1, 2, 2}, {0, 1, 0, 1}},
+    kBesideAlongZ{{0, 1, 0, 1}, {-1, -1, 2, 2}};
+
+/// The same in samples, of lanes whose bricks are of one level.
+struct RowOffsets {
+    std::int32_t of[4];
+    __attribute__((always_inline)) RowOffsets(const PacketField& f, const RowPlaces& places) {
+        for (int n = 0; n < 4; ++n)
+            of[n] = places.rows[n] * f.rowPitch[f.level] + places.slices[n] * f.slicePitch[f.level];
+    }
+};
+template <bool Mixed> TESSERA_LANE I indexOfRow(const Here<Mixed>& here, I index, int rows, int slices) {
+    const auto times = [](int n, F pitch) {
+        const I one = truncated(pitch);
+        return n == -1 ? I(0) - one : n == 0 ? I(0) : n == 1 ? one : one + one;
+    };
+    return index + (times(rows, here.row) + times(slices, here.slice));
+}
+template <SampleKind K, bool Mixed>
+TESSERA_LANE void rows2(const PacketField& f, const Here<Mixed>& here, I index, const RowPlaces& places, M m,
+                        Row2 (&out)[4]) {
+    if constexpr (K != SampleKind::f32 && !Mixed) {
+        I words[4];
+        gatherRows(f.samples, index, RowOffsets(f, places).of, m, words);
+        for (int n = 0; n < 4; ++n)
+            out[n] = row2Of<K>(words[n]);
     } else {
-        const Pair four = gatherPair<2>(samples, index, m);
-        if constexpr (K == SampleKind::i16)
-            return {number(sar<16>(shl<16>(four.low))), number(sar<16>(four.low)),
-                    number(sar<16>(shl<16>(four.high))), number(sar<16>(four.high))};
-        else
-            return {number(four.low & I(0xffff)), number(shr<16>(four.low)), number(four.high & I(0xffff)),
-                    number(shr<16>(four.high))};
+        for (int n = 0; n < 4; ++n)
+            out[n] = row2<K>(f.samples, indexOfRow(here, index, places.rows[n], places.slices[n]), m);
     }
 }
 
-/// The brick that each lane is in; none at first.
-template <bool Mixed> struct Here {
-    static constexpr float kNowhere = Mixed ? 1e9f : 0.0f;
-    F3 origin{F(kNowhere), F(kNowhere), F(kNowhere)}; // lattice coordinates of its first sample
-    F3 low{F(1), F(1), F(1)}, high{F(0), F(0), F(0)}; // between them it needs no other brick; from origin on
-    /// Mixed levels: beyond these, along two axes or three, it does, all the same.
-    F3 innerLow{F(1), F(1), F(1)}, innerHigh{F(0), F(0), F(0)};
-    I base{0};
-    F perVoxel{1};      // samples
-    F row{0}, slice{0}; // pitches
+/// The rows along x that hold a cell's corners, a sample longer at either end, by slice and row. A value and
+/// a central difference at one place share them.
+struct LongRows {
+    Row4 row[4];
 };
+/// @param left  index of the sample before the cell's first
+template <SampleKind K, bool Mixed>
+TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I left, M m) {
+    LongRows rows; // HostPlane::kAround: no row leaves the memory, whoever's samples it has
+    if constexpr (K != SampleKind::f32 && !Mixed) {
+        Pair words[4];
+        gatherRows(f.samples, left, RowOffsets(f, kOfCell).of, m, words);
+        for (int n = 0; n < 4; ++n)
+            rows.row[n] = row4Of<K>(words[n]);
+    } else {
+        for (int n = 0; n < 4; ++n)
+            rows.row[n] = row4<K>(f.samples, indexOfRow(here, left, kOfCell.rows[n], kOfCell.slices[n]), m);
+    }
+    return rows;
+}
+
+/// The value of lanes that need no other brick.
+/// @param x  inBrick()
+/// @param rows  null, or takes the rows of these lanes' cells; those of other lanes have no meaning
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
+    const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
+    const F3 part = x - cell;
+    const I index = indexOf(here, cell);
+    if (rows) {
+        *rows = longRows<K>(f, here, index - I(1), m);
+        const Row4(&r)[4] = rows->row;
+        return leaf::trilinear(r[0].b, r[0].c, r[1].b, r[1].c, r[2].b, r[2].c, r[3].b, r[3].c, part.x, part.y,
+                               part.z);
+    }
+    Row2 r[4];
+    rows2<K>(f, here, index, kOfCell, m, r);
+    return leaf::trilinear(r[0].a, r[0].b, r[1].a, r[1].b, r[2].a, r[2].b, r[3].a, r[3].b, part.x, part.y,
+                           part.z);
+}
+
+} // namespace single
+
+template <bool Mixed> TESSERA_LANE single::Here<Mixed> lowerHalf(const Here<Mixed>& here) {
+    return {lowerHalf(here.origin),   lowerHalf(here.low),       lowerHalf(here.high),
+            lowerHalf(here.innerLow), lowerHalf(here.innerHigh), here.base.a,
+            here.perVoxel.a,          here.row.a,                here.slice.a};
+}
+template <bool Mixed> TESSERA_LANE single::Here<Mixed> upperHalf(const Here<Mixed>& here) {
+    return {upperHalf(here.origin),   upperHalf(here.low),       upperHalf(here.high),
+            upperHalf(here.innerLow), upperHalf(here.innerHigh), here.base.b,
+            here.perVoxel.b,          here.row.b,                here.slice.b};
+}
+
+/// Of both registers. Whatever takes many numbers is done for one after the other: of both together they
+/// would not fit the processor's registers.
+struct LongRows {
+    single::LongRows a, b;
+};
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
+    const single::F a =
+        single::valueHere<K>(f, lowerHalf(here), lowerHalf(x), m.a, rows ? &rows->a : nullptr);
+    const single::F b =
+        single::valueHere<K>(f, upperHalf(here), upperHalf(x), m.b, rows ? &rows->b : nullptr);
+    return {a, b};
+}
+
+TESSERA_LANE F powerOfTwo(F n) {
+    return asFloat(shl<23>(truncated(n) + I(127)));
+}
 
 TESSERA_LANE F byteOf(I word, int shift) {
     return number((shr(word, I(shift)) & I(255)) - I(8));
@@ -112,76 +190,6 @@ template <bool Mixed> TESSERA_LANE void enter(const PacketField& f, Here<Mixed>&
     }
     const F half(0.5f);
     here.origin = select(m, F3{first.x + half, first.y + half, first.z + half}, here.origin);
-}
-
-TESSERA_LANE M within(F3 x, F3 low, F3 high) {
-    return (low.x <= x.x) & (low.y <= x.y) & (low.z <= x.z) & (x.x < high.x) & (x.y < high.y) &
-           (x.z < high.z);
-}
-
-/// Along which axes a lane is not beyond its brick's inner box.
-struct Inner {
-    M x, y, z;
-    /// But for one of them at most: then, inside low and high, no other brick has weight.
-    __attribute__((always_inline)) M enough() const { return (x & y) | (z & (x | y)); }
-};
-template <bool Mixed> TESSERA_LANE Inner innerOf(const Here<Mixed>& here, F3 x) {
-    return {(here.innerLow.x <= x.x) & (x.x < here.innerHigh.x),
-            (here.innerLow.y <= x.y) & (x.y < here.innerHigh.y),
-            (here.innerLow.z <= x.z) & (x.z < here.innerHigh.z)};
-}
-/// Lanes whose value needs no other brick.
-/// @param x  inBrick()
-template <bool Mixed> TESSERA_LANE M isHere(const Here<Mixed>& here, F3 x) {
-    const M inside = within(x, here.low, here.high);
-    if constexpr (Mixed)
-        return inside & innerOf(here, x).enough();
-    else
-        return inside;
-}
-
-/// Samples of the lattice from the brick's first one: exact, whatever p is (the numbers below the point are
-/// those of p, or fewer).
-template <bool Mixed> TESSERA_LANE F3 inBrick(const Here<Mixed>& here, F3 p) {
-    return here.perVoxel * p - here.origin;
-}
-
-template <bool Mixed> TESSERA_LANE I indexOf(const Here<Mixed>& here, F3 cell) {
-    return here.base + truncated((cell.z * here.slice + cell.y * here.row) + cell.x);
-}
-
-/// The rows along x that hold a cell's corners, a sample longer at either end, by slice and row. A value and
-/// a central difference at one place share them.
-struct LongRows {
-    Row4 r00, r01, r10, r11;
-};
-/// @param left  index of the sample before the cell's first
-template <SampleKind K, bool Mixed>
-TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I left, M m) {
-    const I row = truncated(here.row), slice = truncated(here.slice);
-    const void* const s = f.samples; // HostPlane::kAround: no row leaves the memory, whoever's samples it has
-    return {row4<K>(s, left, m), row4<K>(s, left + row, m), row4<K>(s, left + slice, m),
-            row4<K>(s, left + (slice + row), m)};
-}
-
-/// The value of lanes that need no other brick.
-/// @param x  inBrick()
-/// @param rows  null, or takes the rows of these lanes' cells; those of other lanes are 0
-template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
-    const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
-    const F3 part = x - cell;
-    const I index = indexOf(here, cell);
-    if (rows) {
-        *rows = longRows<K>(f, here, index - I(1), m);
-        const LongRows& r = *rows;
-        return leaf::trilinear(r.r00.b, r.r00.c, r.r01.b, r.r01.c, r.r10.b, r.r10.c, r.r11.b, r.r11.c, part.x,
-                               part.y, part.z);
-    }
-    const I row = truncated(here.row), slice = truncated(here.slice);
-    const Row2 r00 = row2<K>(f.samples, index, m), r01 = row2<K>(f.samples, index + row, m);
-    const Row2 r10 = row2<K>(f.samples, index + slice, m), r11 = row2<K>(f.samples, index + (slice + row), m);
-    return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y, part.z);
 }
 
 TESSERA_LANE I laneNumbers() {

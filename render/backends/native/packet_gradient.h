@@ -10,6 +10,7 @@ namespace tessera::TESSERA_LANES {
 using native::PacketGradient;
 using native::PacketHelp;
 
+namespace single {
 /// The values that differences are made of: at sides of p as side() numbers them.
 struct Sides {
     F value[6];
@@ -47,29 +48,45 @@ TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 
         to.known[5] = to.known[5] & Inner{at.x, at.y, below.z}.enough();
     }
     const F3 partUp = ahead - up, partDown = behind - down;
-    const I row = truncated(here.row), slice = truncated(here.slice);
     const I index = indexOf(here, cell);
-    const auto [r00, r01, r10, r11] = rows ? *rows : longRows<K>(f, here, index - I(1), m);
+    const auto [r00, r01, r10, r11] = (rows ? *rows : longRows<K>(f, here, index - I(1), m)).row;
     to.value[0] =
         leaf::trilinear(r00.c, r00.d, r01.c, r01.d, r10.c, r10.d, r11.c, r11.d, partUp.x, part.y, part.z);
     to.value[1] =
         leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, partDown.x, part.y, part.z);
     const F c00 = partWay(r00.b, r00.c, part.x), c01 = partWay(r01.b, r01.c, part.x);
     const F c10 = partWay(r10.b, r10.c, part.x), c11 = partWay(r11.b, r11.c, part.x);
-    const auto along = [&](I at) {
-        const Row2 r = row2<K>(f.samples, at, m);
-        return partWay(r.a, r.b, part.x);
+    const auto along = [&](const RowPlaces& places, F(&value)[4]) {
+        Row2 r[4];
+        rows2<K>(f, here, index, places, m, r);
+        for (int n = 0; n < 4; ++n)
+            value[n] = partWay(r[n].a, r[n].b, part.x);
     };
-    const I row2nd = row + row, slice2nd = slice + slice;
-    const F y0 = along(index - row), y1 = along(index + (slice - row));
-    const F y2 = along(index + row2nd), y3 = along(index + (slice + row2nd));
-    to.value[2] = partWay(partWay(c01, y2, partUp.y), partWay(c11, y3, partUp.y), part.z);
-    to.value[3] = partWay(partWay(y0, c00, partDown.y), partWay(y1, c10, partDown.y), part.z);
-    const F z0 = along(index - slice), z1 = along(index + (row - slice));
-    const F z2 = along(index + slice2nd), z3 = along(index + (slice2nd + row));
+    F y[4], z[4];
+    along(kBesideAlongY, y);
+    to.value[2] = partWay(partWay(c01, y[2], partUp.y), partWay(c11, y[3], partUp.y), part.z);
+    to.value[3] = partWay(partWay(y[0], c00, partDown.y), partWay(y[1], c10, partDown.y), part.z);
+    along(kBesideAlongZ, z);
     const F middle0 = partWay(c00, c01, part.y), middle1 = partWay(c10, c11, part.y);
-    to.value[4] = partWay(middle1, partWay(z2, z3, part.y), partUp.z);
-    to.value[5] = partWay(partWay(z0, z1, part.y), middle0, partDown.z);
+    to.value[4] = partWay(middle1, partWay(z[2], z[3], part.y), partUp.z);
+    to.value[5] = partWay(partWay(z[0], z[1], part.y), middle0, partDown.z);
+}
+} // namespace single
+
+struct Sides {
+    F value[6];
+    M known[6];
+};
+template <SampleKind K, bool Mixed>
+TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m, Sides& to,
+                              const LongRows* rows) {
+    single::Sides a, b;
+    single::centralHere<K>(f, lowerHalf(here), lowerHalf(p), lowerHalf(x), h.a, m.a, a, rows ? &rows->a : nullptr);
+    for (int n = 0; n < 6; ++n)
+        to.value[n].a = a.value[n], to.known[n].a = a.known[n];
+    single::centralHere<K>(f, upperHalf(here), upperHalf(p), upperHalf(x), h.b, m.b, b, rows ? &rows->b : nullptr);
+    for (int n = 0; n < 6; ++n)
+        to.value[n].b = b.value[n], to.known[n].b = b.known[n];
 }
 
 /// Sobel's operator from the values at 27 sides, x fastest.

@@ -13,16 +13,19 @@ TESSERA_LANE F samplesPerVoxel(I level) {
 struct Row2 {
     F a, b;
 };
+/// Of samples of 16 bits, the first in the lower half of a word.
+template <SampleKind K> TESSERA_LANE Row2 row2Of(I word) {
+    if constexpr (K == SampleKind::i16)
+        return {number(sar<16>(shl<16>(word))), number(sar<16>(word))};
+    else
+        return {number(word & I(0xffff)), number(shr<16>(word))};
+}
 template <SampleKind K> TESSERA_LANE Row2 row2(const void* samples, I index, M m) {
     if constexpr (K == SampleKind::f32) {
         const Pair pair = gatherPair<4>(samples, index, m);
         return {asFloat(pair.low), asFloat(pair.high)};
     } else {
-        const I pair = gather<2>(samples, index, m);
-        if constexpr (K == SampleKind::i16)
-            return {number(sar<16>(shl<16>(pair))), number(sar<16>(pair))};
-        else
-            return {number(pair & I(0xffff)), number(shr<16>(pair))};
+        return row2Of<K>(gather<2>(samples, index, m));
     }
 }
 
