@@ -318,8 +318,11 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
             pitch = select(other, min(pitchElsewhere<Mixed>(f, p, other), F(16.0f)), pitch);
         valuesOfSides<K, Mixed>(f, p, pitch, sides, rest);
         m = known | rest;
+        return differencesOf(sides, pitch);
     }
-    return differencesOf(sides, pitch);
+    const F perBoth = F(0.5f) * here.perVoxel; // a power of two: as to divide by two pitches
+    return {perBoth * (sides.value[0] - sides.value[1]), perBoth * (sides.value[2] - sides.value[3]),
+            perBoth * (sides.value[4] - sides.value[5])};
 }
 
 } // namespace tessera::TESSERA_LANES
