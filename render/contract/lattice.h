@@ -11,6 +11,7 @@
 #include "render/contract/level_map.h"
 #include "render/contract/sampler.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstring>
@@ -95,19 +96,24 @@ class LatticeReader {
 
     /// Stored value of sample i, inside [0,extent).
     double at(const glm::ivec3& i) {
-        if (selection_) {
-            const std::size_t brick = linearIndex(i >> (5 - level_), selection_->bricks);
-            if (selection_->levels[brick] == Selection::kEmpty)
-                return static_cast<double>(selection_->means[brick]);
-        }
+        if (selection_)
+            if (const glm::ivec3 brick = i >> (5 - level_); isEmpty(brick))
+                return meanOf(brick);
         return reader_.at(level_, i);
     }
     /// Edge^3 samples from `first` on, x fastest; those beyond the outermost are the outermost.
     template <int Edge> void cube(const glm::ivec3& first, double* out) {
         const glm::ivec3 last = first + (Edge - 1);
-        if (!selection_ && glm::clamp(first, glm::ivec3(0), extent_ - 1) == first &&
-            glm::min(last, extent_ - 1) == last)
-            return reader_.cube<Edge>(level_, first, out);
+        if (glm::clamp(first, glm::ivec3(0), extent_ - 1) == first && glm::min(last, extent_ - 1) == last) {
+            const glm::ivec3 brick = first >> (5 - level_);
+            if (!selection_)
+                return reader_.cube<Edge>(level_, first, out);
+            if (brick == last >> (5 - level_)) {
+                if (isEmpty(brick))
+                    return void(std::fill_n(out, Edge * Edge * Edge, meanOf(brick)));
+                return reader_.cube<Edge>(level_, first, out);
+            }
+        }
         for (int z = 0; z < Edge; ++z)
             for (int y = 0; y < Edge; ++y)
                 for (int x = 0; x < Edge; ++x)
@@ -115,6 +121,13 @@ class LatticeReader {
     }
 
   private:
+    bool isEmpty(const glm::ivec3& brick) const {
+        return selection_->levels[linearIndex(brick, selection_->bricks)] == Selection::kEmpty;
+    }
+    double meanOf(const glm::ivec3& brick) const {
+        return static_cast<double>(selection_->means[linearIndex(brick, selection_->bricks)]);
+    }
+
     SampleReader reader_;
     int level_;
     glm::ivec3 extent_;

@@ -3,7 +3,8 @@
 // in exact mode, from the same leaves (leaves.h). No other code here turns a position into a value or a
 // gradient. Positions are in level-0 voxels, values as stored, gradients in stored units per voxel.
 //
-// Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value).
+// Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value); or also cube<2>(ivec3 first,
+// double* out), the eight from there on at once, x fastest, beyond the outermost that one.
 // Samples of mixed levels: const LevelMap& map() const; Real at(int level, ivec3) (stored value of a resident
 // brick's sample); Real mean(ivec3 brick).
 #pragma once
@@ -18,12 +19,27 @@
 
 namespace tessera {
 
+/// The samples at the corners of a cell, x fastest.
+template <typename Real, typename Samples>
+std::array<Real, 8> cellCorners(Samples& samples, const glm::ivec3& low, const glm::ivec3& high) {
+    std::array<Real, 8> v;
+    if constexpr (requires(double* out) { samples.template cube<2>(low, out); }) {
+        double stored[8];
+        samples.template cube<2>(low, stored);
+        for (std::size_t n = 0; n < 8; ++n)
+            v[n] = static_cast<Real>(stored[n]);
+    } else {
+        for (std::size_t n = 0; n < 8; ++n)
+            v[n] = static_cast<Real>(samples.at({(n & 1) != 0 ? high.x : low.x, (n & 2) != 0 ? high.y : low.y,
+                                                 (n & 4) != 0 ? high.z : low.z}));
+    }
+    return v;
+}
+
 template <typename Real, typename Samples>
 Real trilinear(Samples& samples, const glm::ivec3& low, const glm::ivec3& high, const glm::vec<3, Real>& f) {
-    const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
-    return leaf::trilinear(at(low.x, low.y, low.z), at(high.x, low.y, low.z), at(low.x, high.y, low.z),
-                           at(high.x, high.y, low.z), at(low.x, low.y, high.z), at(high.x, low.y, high.z),
-                           at(low.x, high.y, high.z), at(high.x, high.y, high.z), f.x, f.y, f.z);
+    const auto v = cellCorners<Real>(samples, low, high);
+    return leaf::trilinear(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f.x, f.y, f.z);
 }
 
 /// Stored value at p of the field whose samples are all of one level.
@@ -147,11 +163,8 @@ template <typename Real> struct Slope {
 template <typename Real, typename Samples>
 Slope<Real> trilinearSlope(Samples& samples, const glm::ivec3& low, const glm::ivec3& high,
                            const glm::vec<3, Real>& f) {
-    const auto at = [&](int x, int y, int z) { return static_cast<Real>(samples.at({x, y, z})); };
-    const auto s =
-        leaf::trilinearSlope(at(low.x, low.y, low.z), at(high.x, low.y, low.z), at(low.x, high.y, low.z),
-                             at(high.x, high.y, low.z), at(low.x, low.y, high.z), at(high.x, low.y, high.z),
-                             at(low.x, high.y, high.z), at(high.x, high.y, high.z), f.x, f.y, f.z);
+    const auto v = cellCorners<Real>(samples, low, high);
+    const auto s = leaf::trilinearSlope(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f.x, f.y, f.z);
     return {{s.x, s.y, s.z}, s.value};
 }
 
