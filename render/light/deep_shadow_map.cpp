@@ -84,14 +84,16 @@ float DeepShadowMap::fit(const glm::ivec2& at, std::span<const LightLeft> sample
     return error;
 }
 
+/// Lines may miss 0 or 1 by the error.
 float DeepShadowMap::lightOf(const Ray& ray, float mm) {
-    if (mm <= ray.mm[0])
-        return ray.light[0];
-    for (std::size_t n = 1; n < kLayers; ++n)
-        if (mm < ray.mm[n])
-            return ray.light[n - 1] +
-                   (ray.light[n] - ray.light[n - 1]) * ((mm - ray.mm[n - 1]) / (ray.mm[n] - ray.mm[n - 1]));
-    return ray.light[kLayers - 1];
+    std::size_t n = 0; // points that are not beyond: a count takes no branches
+    for (const float at : ray.mm)
+        n += at <= mm ? 1 : 0;
+    if (n == 0 || n == kLayers)
+        return std::clamp(ray.light[n == 0 ? 0 : kLayers - 1], 0.0f, 1.0f);
+    const float light = ray.light[n - 1] + (ray.light[n] - ray.light[n - 1]) *
+                                               ((mm - ray.mm[n - 1]) / (ray.mm[n] - ray.mm[n - 1]));
+    return std::clamp(light, 0.0f, 1.0f);
 }
 
 float DeepShadowMap::nearest(const glm::vec2& at, float mm) const {
@@ -99,15 +101,24 @@ float DeepShadowMap::nearest(const glm::vec2& at, float mm) const {
     if (!(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
         return 1;
     const std::size_t ray = static_cast<std::size_t>(static_cast<int>(at.y) * size_ + static_cast<int>(at.x));
-    return std::clamp(lightOf(rays_[ray], mm), 0.0f, 1.0f); // lines may miss either by the error
+    return lightOf(rays_[ray], mm);
 }
 
 float DeepShadowMap::between(const glm::vec2& at, float mm) const {
     const glm::vec2 corner(std::floor(at.x - 0.5f), std::floor(at.y - 0.5f));
     const glm::vec2 part = at - 0.5f - corner;
-    const auto light = [&](float x, float y) { return nearest({corner.x + x, corner.y + y}, mm); };
-    const float above = light(0.5f, 0.5f) + part.x * (light(1.5f, 0.5f) - light(0.5f, 0.5f));
-    const float below = light(0.5f, 1.5f) + part.x * (light(1.5f, 1.5f) - light(0.5f, 1.5f));
+    const auto edge = static_cast<float>(size_ - 1);
+    float l00, l10, l01, l11;
+    if (corner.x >= 0 && corner.y >= 0 && corner.x < edge && corner.y < edge) {
+        const Ray* const ray = rays_.data() + static_cast<int>(corner.y) * size_ + static_cast<int>(corner.x);
+        l00 = lightOf(ray[0], mm), l10 = lightOf(ray[1], mm);
+        l01 = lightOf(ray[size_], mm), l11 = lightOf(ray[size_ + 1], mm);
+    } else {
+        const auto light = [&](float x, float y) { return nearest({corner.x + x, corner.y + y}, mm); };
+        l00 = light(0.5f, 0.5f), l10 = light(1.5f, 0.5f), l01 = light(0.5f, 1.5f), l11 = light(1.5f, 1.5f);
+    }
+    const float above = l00 + part.x * (l10 - l00);
+    const float below = l01 + part.x * (l11 - l01);
     return above + part.y * (below - above);
 }
 

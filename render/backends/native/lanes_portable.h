@@ -1,5 +1,5 @@
-// render/backends/native/lanes_portable.h: lanes of the compiler's own vectors, four a register.
-// For lanes.h alone.
+// render/backends/native/lanes_portable.h: lanes of the compiler's own vectors, four a register; where the
+// compiler has no operation of its own, that of SSE2 or NEON. For lanes.h alone.
 #pragma once
 
 namespace tessera::TESSERA_LANES::single {
@@ -120,16 +120,20 @@ TESSERA_LANE M operator~(M a) {
     return {~a.v};
 }
 TESSERA_LANE unsigned bits(M a) {
+#if defined(__SSE2__)
+    return static_cast<unsigned>(_mm_movemask_ps((__m128)a.v));
+#elif defined(__aarch64__)
+    return vaddvq_u32((uint32x4_t)(a.v & Ints{1, 2, 4, 8}));
+#else
     unsigned all = 0;
     for (unsigned k = 0; k < kWidth; ++k)
         all |= (a.v[k] != 0 ? 1u : 0u) << k;
     return all;
+#endif
 }
 TESSERA_LANE M fromBits(unsigned bits) {
-    M m;
-    for (unsigned k = 0; k < kWidth; ++k)
-        m.v[k] = (bits >> k & 1u) != 0 ? -1 : 0;
-    return m;
+    const Ints one{1, 2, 4, 8};
+    return {((Ints{} + static_cast<std::int32_t>(bits)) & one) == one};
 }
 TESSERA_LANE F select(M m, F a, F b) {
     return F::make((Floats)(((Ints)a.v & m.v) | ((Ints)b.v & ~m.v)));
@@ -138,10 +142,16 @@ TESSERA_LANE I select(M m, I a, I b) {
     return I::make((Words)(((Ints)a.v & m.v) | ((Ints)b.v & ~m.v)));
 }
 TESSERA_LANE F sqrt(F a) {
+#if defined(__SSE2__)
+    return F::make(_mm_sqrt_ps(a.v));
+#elif defined(__aarch64__)
+    return F::make(vsqrtq_f32(a.v));
+#else
     F r;
     for (int k = 0; k < kWidth; ++k)
         r.v[k] = __builtin_sqrtf(a.v[k]);
     return r;
+#endif
 }
 TESSERA_LANE F abs(F a) {
     return F::make((Floats)((Ints)a.v & 0x7fffffff));
