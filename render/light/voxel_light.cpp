@@ -348,17 +348,22 @@ void VoxelLight::fill(const BrickToLight& b, std::size_t part, int n, std::uint1
     const int coarse = kBrickExtent >> level, width = coarse + 2;
     std::vector<float> samples(static_cast<std::size_t>(width * width * width));
     bool any = false;
+    const LitPart* lit = nullptr; // of the chunk that holds the sample before
+    ChunkKey held{-1, 0, 0, 0};
     for (int z = 0; z < width; ++z)
         for (int y = 0; y < width; ++y)
             for (int x = 0; x < width; ++x) {
                 const glm::ivec3 sample =
                     glm::clamp(at * coarse + glm::ivec3(x, y, z) - 1, glm::ivec3(0), last);
-                const LitPart& lit = chunks_.at(chunkHolding(sample, level)).parts[part];
-                any = any || !lit.texels.empty();
+                if (const ChunkKey key = chunkHolding(sample, level); !lit || key != held) {
+                    lit = &chunks_.at(key).parts[part];
+                    held = key;
+                    any = any || !lit->texels.empty();
+                }
                 samples[linearIndex({x, y, z}, glm::ivec3(width))] =
-                    lit.texels.empty()
+                    lit->texels.empty()
                         ? lightTexel(1)
-                        : lit.texels[texels + linearIndex(sample & (kChunkExtent - 1), chunkEdge)];
+                        : lit->texels[texels + linearIndex(sample & (kChunkExtent - 1), chunkEdge)];
             }
     if (any)
         fillBetween(samples, width, std::ldexp(1.0f, b.level - level), edge, out);

@@ -1,5 +1,5 @@
-// render/backends/native/packet_cell.h: a place in a brick and the samples around it, the same for one register
-// of lanes as for two: for packet_field.h alone, which includes it in the namespace of each.
+// render/backends/native/packet_cell.h: a place in a brick and the samples around it, the same for one
+// register of lanes as for two: for packet_field.h alone, which includes it in the namespace of each.
 
 /// Four samples beside one another.
 struct Row4 {

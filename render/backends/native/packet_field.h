@@ -99,14 +99,26 @@ TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M 
 } // namespace single
 
 template <bool Mixed> TESSERA_LANE single::Here<Mixed> lowerHalf(const Here<Mixed>& here) {
-    return {lowerHalf(here.origin),   lowerHalf(here.low),       lowerHalf(here.high),
-            lowerHalf(here.innerLow), lowerHalf(here.innerHigh), here.base.a,
-            here.perVoxel.a,          here.row.a,                here.slice.a};
+    return {lowerHalf(here.origin),
+            lowerHalf(here.low),
+            lowerHalf(here.high),
+            lowerHalf(here.innerLow),
+            lowerHalf(here.innerHigh),
+            here.base.a,
+            here.perVoxel.a,
+            here.row.a,
+            here.slice.a};
 }
 template <bool Mixed> TESSERA_LANE single::Here<Mixed> upperHalf(const Here<Mixed>& here) {
-    return {upperHalf(here.origin),   upperHalf(here.low),       upperHalf(here.high),
-            upperHalf(here.innerLow), upperHalf(here.innerHigh), here.base.b,
-            here.perVoxel.b,          here.row.b,                here.slice.b};
+    return {upperHalf(here.origin),
+            upperHalf(here.low),
+            upperHalf(here.high),
+            upperHalf(here.innerLow),
+            upperHalf(here.innerHigh),
+            here.base.b,
+            here.perVoxel.b,
+            here.row.b,
+            here.slice.b};
 }
 
 /// Of both registers. Whatever takes many numbers is done for one after the other: of both together they

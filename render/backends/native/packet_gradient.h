@@ -81,10 +81,12 @@ template <SampleKind K, bool Mixed>
 TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, F h, M m, Sides& to,
                               const LongRows* rows) {
     single::Sides a, b;
-    single::centralHere<K>(f, lowerHalf(here), lowerHalf(p), lowerHalf(x), h.a, m.a, a, rows ? &rows->a : nullptr);
+    single::centralHere<K>(f, lowerHalf(here), lowerHalf(p), lowerHalf(x), h.a, m.a, a,
+                           rows ? &rows->a : nullptr);
     for (int n = 0; n < 6; ++n)
         to.value[n].a = a.value[n], to.known[n].a = a.known[n];
-    single::centralHere<K>(f, upperHalf(here), upperHalf(p), upperHalf(x), h.b, m.b, b, rows ? &rows->b : nullptr);
+    single::centralHere<K>(f, upperHalf(here), upperHalf(p), upperHalf(x), h.b, m.b, b,
+                           rows ? &rows->b : nullptr);
     for (int n = 0; n < 6; ++n)
         to.value[n].b = b.value[n], to.known[n].b = b.known[n];
 }
