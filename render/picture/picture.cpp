@@ -168,15 +168,11 @@ class SomeMeans {
 
 } // namespace
 
-bool mayHavePhases(const FramePlan& plan) {
-    const Optics& optics = plan.layer().optics;
-    return optics.integrator == Integrator::midpoint && optics.surfaces.empty() && !plan.view.frame.cuts &&
-           !plan.view.frame.flat;
-}
-
 std::optional<double> stepOfMeans(const FramePlan& plan, double rms,
                                   const std::function<Image(const Rays&)>& draw) {
-    if (!mayHavePhases(plan) || plan.view.imageSize.x * plan.view.imageSize.y < kFewestPixels)
+    const Optics& optics = plan.layer().optics;
+    if (optics.integrator != Integrator::midpoint || !optics.surfaces.empty() || plan.view.frame.cuts ||
+        plan.view.imageSize.x * plan.view.imageSize.y < kFewestPixels)
         return std::nullopt;
     const SomeMeans some(plan);
     const double own = plan.view.quality.stepVoxels;

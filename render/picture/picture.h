@@ -38,16 +38,14 @@ Rays raysOf(const FramePlan& plan);
 /// The same with another step, in voxels.
 Rays raysOf(const FramePlan& plan, double stepVoxels);
 
-// Means over several rays of a pixel, eight at least. Their phases differ (RayFrame::phased), so one ray
-// takes samples between those of the others. Their mean then errs far less than one of them.
-
-/// True where rays may have phases: not with integrators that take ends, with surfaces, which no step moves,
-/// with cuts, and on planes.
-bool mayHavePhases(const FramePlan& plan);
+// The step of rays where a pixel shows the mean of several, eight at least. Their phases differ
+// (RayFrame::phased), so one ray takes samples between those of the others. Their mean then errs far less
+// than one of them.
 
 /// The longest step, up to eight times the plan's, at which means over eight rays of a pixel are within the
 /// limit, and within StepSearch::kLuvOfLonger; voxels. None where the plan's own is as good: where none is
-/// within it, in pictures so small that the search would cost more, and where rays may have no phases.
+/// within it, and in pictures so small that the search would cost more. None too where rays have no phases:
+/// integrators that take ends, surfaces, which no step moves, and cuts.
 /// @param rms   linear light, over up to 24 x 24 of the picture's pixels, against the plan's step with phases
 /// @param draw  rays to their end, as the picture's are
 std::optional<double> stepOfMeans(const FramePlan& plan, double rms,

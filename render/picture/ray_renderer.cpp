@@ -84,7 +84,7 @@ void RayRenderer::close() {
 }
 
 std::unique_ptr<PixelSource> RayRenderer::pixels(const FrameTask& task) {
-    return std::make_unique<RayPixels>(task, *engine_, caster_);
+    return std::make_unique<RayPixels>(task, *engine_, caster_, stepOfMeans_);
 }
 
 Image RayRenderer::drawSome(const FrameTask& task, const Rays& rays) {
@@ -192,6 +192,7 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
         progress.stage("choosing the step");
         chooseStep(task, search, result);
     }
+    stepOfMeans_ = result.stepOfMeans.value_or(0);
     progress.stage("drawing");
     bool wentOn = false;
     if (p.view.quality.pixels.samples != 1) {
@@ -232,9 +233,9 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
 
 namespace {
 
-/// In a step of the picture. With phases the means over a pixel's rays converge faster than rays do: half of
-/// the step errs less than a quarter without (docs/measurements/measured-errors.md).
-constexpr double kStepsOfTruth = 4, kStepsOfPhasedTruth = 2;
+/// In a step of the picture. Where phases allow means a step so many times as long, half of the step with
+/// them is as near to the truth as a quarter without (docs/measurements/measured-errors.md).
+constexpr double kStepsOfTruth = 4, kStepsOfPhasedTruth = 2, kTimesForPhases = 3;
 /// Rays of the truth end at this part of the light at which those of the picture end. They do end,
 /// because most of the way behind an opaque part would be traversed for nothing.
 constexpr float kEndsOfTruth = 1.0f / 64;
@@ -258,9 +259,10 @@ int brickPixels(const RayFrame<double>& frame) {
 
 } // namespace
 
-RayPixels::RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster)
+RayPixels::RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster,
+                     double stepOfMeans)
     : task_(task), engine_(engine), caster_(caster), step_(task.plan.view.quality.stepVoxels),
-      ends_(task.plan.layer().optics.termination) {
+      stepOfMeans_(stepOfMeans), ends_(task.plan.layer().optics.termination) {
     task.plan.setFetch(engine.about().filters ? task.scene.quality.fetch
                                               : Fetch::exact); // estimates fetch exactly
 }
@@ -308,7 +310,7 @@ std::string RayPixels::toTruth() {
         engine_.open(plans, plan.chosen.atlasPages);
         caster_ = engine_.caster({false, false, true}, task_.context.gpu);
     }
-    phased_ = mayHavePhases(plan) && !plan.layer().reduces(); // the least of means is no mean
+    phased_ = stepOfMeans_ >= kTimesForPhases * step_ && !plan.layer().reduces();
     plan.setStep(step_ / (phased_ ? kStepsOfPhasedTruth : kStepsOfTruth));
     plan.setTermination(ends_ * kEndsOfTruth);
     return {};

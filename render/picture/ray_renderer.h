@@ -38,18 +38,19 @@ class RayRenderer : public Renderer {
     bool exact_;
     std::unique_ptr<RayCaster> caster_;
     std::unique_ptr<Samples> samples_; // of the round before: the next one of the same rays goes on from them
+    double stepOfMeans_ = 0;           // of the picture's rays with phases, voxels; 0: there are none
 };
 
 // Pixels of a picture that rays drew, again by rays of the same engine: as they are, and through the finest
-// level with a quarter of the step.
+// level with a quarter of the step, or where phases help much with half of it and phases.
 
 class RayPixels : public PixelSource {
   public:
     /// All outlive it.
     /// @param caster  of the engine; where coarser levels were drawn, toTruth() makes another, and the plan
-    /// is
-    ///     of the finest levels from then on
-    RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster);
+    ///     is of the finest levels from then on
+    /// @param stepOfMeans  of the picture's rays with phases, voxels; 0: there are none
+    RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster, double stepOfMeans);
     /// Rays end where they did.
     ~RayPixels() override;
 
@@ -62,9 +63,9 @@ class RayPixels : public PixelSource {
     const FrameTask& task_;
     Engine& engine_;
     std::unique_ptr<RayCaster>& caster_;
-    double step_;         // voxels
-    float ends_;          // of rays of the picture
-    bool phased_ = false; // rays of the truth
+    double step_, stepOfMeans_; // voxels
+    float ends_;                // of rays of the picture
+    bool phased_ = false;       // rays of the truth
 };
 
 } // namespace tessera
