@@ -1,5 +1,5 @@
-# Builds for arm64 on another Debian machine, and runs what is built by qemu: -DCMAKE_TOOLCHAIN_FILE=cmake/arm64.cmake. Packages:
-# cmake/debian-packages-arm64.txt.
+# Builds for arm64 on another Debian machine, and runs tests by qemu: -DCMAKE_TOOLCHAIN_FILE=cmake/arm64.cmake. Its
+# packages are those of debian-packages-arm64.txt (.ci/full has the commands).
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

@@ -18,7 +18,7 @@ missing_packages() {
 ensure_packages() {
     local installed="" list missing=() sudo=()
     if command -v dpkg-query >/dev/null; then
-        installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n')
+        installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n${Package}:${Architecture} ${db:Status-Status}\n')
     fi
     for list in "$@"; do
         mapfile -t -O "${#missing[@]}" missing < <(missing_packages "$list")
