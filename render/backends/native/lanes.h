@@ -30,6 +30,7 @@
 #else
 #include "render/backends/native/lanes_portable.h"
 #endif
+
 #include "render/backends/native/lanes_twice.h"
 
 namespace tessera::TESSERA_LANES {
@@ -38,23 +39,23 @@ namespace single {
 TESSERA_LANE bool any(M m) {
     return bits(m) != 0;
 }
-#if defined(__AVX512F__) || !defined(__AVX2__)
-/// Words of 32 bits, or pairs of them, where samples of 16 bits lie: four from every lane's index on, each so
-/// many samples beyond it. Those of lanes that are not of m have no meaning.
-TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, I (&out)[4]) {
-    for (int n = 0; n < 4; ++n)
-        out[n] = gather<2>(samples, index + I(of[n]), m);
-}
-TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, Pair (&out)[4]) {
-    for (int n = 0; n < 4; ++n)
-        out[n] = gatherPair<2>(samples, index + I(of[n]), m);
-}
-#endif
 #include "render/backends/native/lanes_derived.h"
 } // namespace single
 #include "render/backends/native/lanes_derived.h"
 
 constexpr int kColumns = kWidth == 32 ? 8 : 4; // of a packet's pixels
+// Of the processor: its registers, and whether four rows of samples come by loads (lanes_avx2.h) or by
+// gathers.
+#if defined(__AVX512F__) || defined(__aarch64__)
+constexpr int kRegisters = 32;
+#else
+constexpr int kRegisters = 16;
+#endif
+#if defined(__AVX2__) && !defined(__AVX512F__)
+constexpr bool kLoadsRows = true;
+#else
+constexpr bool kLoadsRows = false;
+#endif
 
 constexpr float kMostFloat = 3.402823466e38f;
 

@@ -93,15 +93,6 @@ TESSERA_LANE I shr(I a, I n) {
 TESSERA_LANE I sar(I a, I n) {
     return I::make(_mm256_srav_epi32(a.v, n.v));
 }
-template <int N> TESSERA_LANE I shl(I a) {
-    return I::make(_mm256_slli_epi32(a.v, N));
-}
-template <int N> TESSERA_LANE I shr(I a) {
-    return I::make(_mm256_srli_epi32(a.v, N));
-}
-template <int N> TESSERA_LANE I sar(I a) {
-    return I::make(_mm256_srai_epi32(a.v, N));
-}
 TESSERA_LANE M operator&(M a, M b) {
     return {_mm256_and_ps(a.v, b.v)};
 }
@@ -203,25 +194,33 @@ TESSERA_LANE void acrossLanes(const __m128i (&lane)[8], I (&out)[4]) {
     out[2] = put(_mm256_shuffle_ps(high, highNext, 0x44));
     out[3] = put(_mm256_shuffle_ps(high, highNext, 0xee));
 }
-// By loads: gathers are slow on many processors that have no wider registers.
-TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, I (&out)[4]) {
+/// Words, or pairs of them, where samples of 16 bits lie: four from every lane's index on, each so many
+/// samples beyond it. Those of lanes that are not of m have no meaning. By loads: gathers are slow on many
+/// processors that have no wider registers.
+template <typename Sample>
+TESSERA_LANE void loadRows(const Sample* samples, I index, const std::int32_t (&of)[4], M m, I (&out)[4]) {
+    static_assert(sizeof(Sample) == 2);
     alignas(32) std::int32_t at[kWidth];
     store(at, I::make(_mm256_and_si256(index.v, _mm256_castps_si256(m.v))));
     __m128i lanes[kWidth];
+#pragma GCC unroll 8
     for (int lane = 0; lane < kWidth; ++lane) {
-        const auto* const from = static_cast<const std::int16_t*>(samples) + at[lane];
+        const Sample* const from = samples + at[lane];
         const __m128i a = _mm_insert_epi32(_mm_loadu_si32(from + of[0]), wordAt(from + of[1]), 1);
         lanes[lane] = _mm_insert_epi32(_mm_insert_epi32(a, wordAt(from + of[2]), 2), wordAt(from + of[3]), 3);
     }
     acrossLanes(lanes, out);
 }
-TESSERA_LANE void gatherRows(const void* samples, I index, const std::int32_t (&of)[4], M m, Pair (&out)[4]) {
+template <typename Sample>
+TESSERA_LANE void loadRows(const Sample* samples, I index, const std::int32_t (&of)[4], M m, Pair (&out)[4]) {
     alignas(32) std::int32_t at[kWidth];
     store(at, I::make(_mm256_and_si256(index.v, _mm256_castps_si256(m.v))));
+#pragma GCC unroll 2
     for (int n = 0; n < 4; n += 2) {
         __m128i lanes[kWidth];
+#pragma GCC unroll 8
         for (int lane = 0; lane < kWidth; ++lane) {
-            const auto* const from = static_cast<const std::int16_t*>(samples) + at[lane];
+            const Sample* const from = samples + at[lane];
             lanes[lane] = _mm_unpacklo_epi64(_mm_loadu_si64(from + of[n]), _mm_loadu_si64(from + of[n + 1]));
         }
         I words[4];

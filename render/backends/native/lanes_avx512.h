@@ -94,15 +94,6 @@ TESSERA_LANE I shr(I a, I n) {
 TESSERA_LANE I sar(I a, I n) {
     return I::make(_mm512_srav_epi32(a.v, n.v));
 }
-template <int N> TESSERA_LANE I shl(I a) {
-    return I::make(_mm512_slli_epi32(a.v, N));
-}
-template <int N> TESSERA_LANE I shr(I a) {
-    return I::make(_mm512_srli_epi32(a.v, N));
-}
-template <int N> TESSERA_LANE I sar(I a) {
-    return I::make(_mm512_srai_epi32(a.v, N));
-}
 TESSERA_LANE M operator&(M a, M b) {
     return {static_cast<__mmask16>(a.v & b.v)};
 }

@@ -25,6 +25,16 @@ TESSERA_LANE M none() {
 TESSERA_LANE M every() {
     return fromBits(static_cast<unsigned>((std::uint64_t{1} << kWidth) - 1u));
 }
+template <int N> TESSERA_LANE I shl(I a) {
+    return shl(a, I(N));
+}
+template <int N> TESSERA_LANE I shr(I a) {
+    return shr(a, I(N));
+}
+template <int N> TESSERA_LANE I sar(I a) {
+    return sar(a, I(N));
+}
+
 /// Three of them: a place or a direction.
 struct F3 {
     F x, y, z;

@@ -101,15 +101,6 @@ TESSERA_LANE I shr(I a, I n) {
 TESSERA_LANE I sar(I a, I n) {
     return I::make((Words)((Ints)a.v >> (Ints)n.v));
 }
-template <int N> TESSERA_LANE I shl(I a) {
-    return I::make(a.v << N);
-}
-template <int N> TESSERA_LANE I shr(I a) {
-    return I::make(a.v >> N);
-}
-template <int N> TESSERA_LANE I sar(I a) {
-    return I::make((Words)((Ints)a.v >> N));
-}
 TESSERA_LANE M operator&(M a, M b) {
     return {a.v & b.v};
 }

@@ -83,16 +83,6 @@ TESSERA_TWICE_OF_TWO(I, shr)
 TESSERA_TWICE_OF_TWO(I, sar)
 #undef TESSERA_TWICE_OF_TWO
 
-template <int N> TESSERA_LANE I shl(I x) {
-    return {single::shl<N>(x.a), single::shl<N>(x.b)};
-}
-template <int N> TESSERA_LANE I shr(I x) {
-    return {single::shr<N>(x.a), single::shr<N>(x.b)};
-}
-template <int N> TESSERA_LANE I sar(I x) {
-    return {single::sar<N>(x.a), single::sar<N>(x.b)};
-}
-
 TESSERA_LANE unsigned bits(M m) {
     return single::bits(m.a) | single::bits(m.b) << single::kWidth;
 }

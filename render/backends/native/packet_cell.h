@@ -65,3 +65,83 @@ template <bool Mixed> TESSERA_LANE F3 inBrick(const Here<Mixed>& here, F3 p) {
 template <bool Mixed> TESSERA_LANE I indexOf(const Here<Mixed>& here, F3 cell) {
     return here.base + truncated((cell.z * here.slice + cell.y * here.row) + cell.x);
 }
+
+/// Places of four rows, from one that a lane has an index of.
+struct RowPlaces {
+    int rows[4], slices[4]; // -1 to 2
+};
+constexpr RowPlaces kOfCell{{0, 1, 0, 1}, {0, 0, 1, 1}}, kBesideAlongY{{-1, -1, 2, 2}, {0, 1, 0, 1}},
+    kBesideAlongZ{{0, 1, 0, 1}, {-1, -1, 2, 2}};
+
+/// The same in samples, of lanes whose bricks are of one level.
+struct RowOffsets {
+    std::int32_t of[4];
+    __attribute__((always_inline)) RowOffsets(const PacketField& f, const RowPlaces& places) {
+        for (int n = 0; n < 4; ++n)
+            of[n] = places.rows[n] * f.rowPitch[f.level] + places.slices[n] * f.slicePitch[f.level];
+    }
+};
+template <SampleKind K> using Stored = std::conditional_t<K == SampleKind::i16, std::int16_t, std::uint16_t>;
+/// By loads, where these are faster: not of mixed levels, whose lanes have pitches of their own.
+template <SampleKind K, bool Mixed> constexpr bool kRowsByLoads = kLoadsRows&& K != SampleKind::f32 && !Mixed;
+/// Between two samples of each of four rows.
+/// @param index, part  of the first one at its row's place; way to the other
+template <SampleKind K>
+TESSERA_LANE void betweenInRows(const PacketField& f, I index, F part, const RowPlaces& places, M m,
+                                F (&out)[4]) {
+    I words[4];
+    loadRows(static_cast<const Stored<K>*>(f.samples), index, RowOffsets(f, places).of, m, words);
+    for (int n = 0; n < 4; ++n) {
+        const Row2 row = row2Of<K>(words[n]);
+        out[n] = leaf::partWay(row.a, row.b, part);
+    }
+}
+
+/// The rows along x that hold a cell's corners, a sample longer at either end, by slice and row. A value and
+/// a central difference at one place share them.
+struct LongRows {
+    Row4 r00, r01, r10, r11;
+};
+/// @param left  index of the sample before the cell's first
+template <SampleKind K, bool Mixed>
+TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I left, M m) {
+    // HostPlane::kAround: no row leaves the memory, whoever's samples it has
+    if constexpr (kRowsByLoads<K, Mixed>) {
+        Pair words[4];
+        loadRows(static_cast<const Stored<K>*>(f.samples), left, RowOffsets(f, kOfCell).of, m, words);
+        return {row4Of<K>(words[0]), row4Of<K>(words[1]), row4Of<K>(words[2]), row4Of<K>(words[3])};
+    } else {
+        const I row = truncated(here.row), slice = truncated(here.slice);
+        const void* const s = f.samples;
+        return {row4<K>(s, left, m), row4<K>(s, left + row, m), row4<K>(s, left + slice, m),
+                row4<K>(s, left + (slice + row), m)};
+    }
+}
+
+/// The value of lanes that need no other brick.
+/// @param x  inBrick()
+/// @param rows  null, or takes the rows of these lanes' cells; those of other lanes have no meaning
+template <SampleKind K, bool Mixed>
+TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows) {
+    const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
+    const F3 part = x - cell;
+    const I index = indexOf(here, cell);
+    if (rows) {
+        *rows = longRows<K>(f, here, index - I(1), m);
+        const LongRows& r = *rows;
+        return leaf::trilinear(r.r00.b, r.r00.c, r.r01.b, r.r01.c, r.r10.b, r.r10.c, r.r11.b, r.r11.c, part.x,
+                               part.y, part.z);
+    }
+    if constexpr (kRowsByLoads<K, Mixed>) {
+        F r[4];
+        betweenInRows<K>(f, index, part.x, kOfCell, m, r);
+        return leaf::partWay(leaf::partWay(r[0], r[1], part.y), leaf::partWay(r[2], r[3], part.y), part.z);
+    } else {
+        const I row = truncated(here.row), slice = truncated(here.slice);
+        const Row2 r00 = row2<K>(f.samples, index, m), r01 = row2<K>(f.samples, index + row, m);
+        const Row2 r10 = row2<K>(f.samples, index + slice, m),
+                   r11 = row2<K>(f.samples, index + (slice + row), m);
+        return leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, part.x, part.y,
+                               part.z);
+    }
+}

@@ -8,6 +8,8 @@
 #include "render/backends/native/packet_points.h"
 #include "render/contract/leaves.h"
 
+#include <type_traits>
+
 namespace tessera::TESSERA_LANES {
 
 using native::PacketBrick;
@@ -18,84 +20,6 @@ using native::SampleKind;
 
 namespace single {
 #include "render/backends/native/packet_cell.h"
-
-/// Places of four rows, from one that a lane has an index of.
-struct RowPlaces {
-    int rows[4], slices[4]; // -1 to 2
-};
-constexpr RowPlaces kOfCell{{0, 1, 0, 1}, {0, 0, 1, 1}}, kBesideAlongY{{-1, -1, 2, 2}, {0, 1, 0, 1}},
-    kBesideAlongZ{{0, 1, 0, 1}, {-1, -1, 2, 2}};
-
-/// The same in samples, of lanes whose bricks are of one level.
-struct RowOffsets {
-    std::int32_t of[4];
-    __attribute__((always_inline)) RowOffsets(const PacketField& f, const RowPlaces& places) {
-        for (int n = 0; n < 4; ++n)
-            of[n] = places.rows[n] * f.rowPitch[f.level] + places.slices[n] * f.slicePitch[f.level];
-    }
-};
-template <bool Mixed> TESSERA_LANE I indexOfRow(const Here<Mixed>& here, I index, int rows, int slices) {
-    const auto times = [](int n, F pitch) {
-        const I one = truncated(pitch);
-        return n == -1 ? I(0) - one : n == 0 ? I(0) : n == 1 ? one : one + one;
-    };
-    return index + (times(rows, here.row) + times(slices, here.slice));
-}
-template <SampleKind K, bool Mixed>
-TESSERA_LANE void rows2(const PacketField& f, const Here<Mixed>& here, I index, const RowPlaces& places, M m,
-                        Row2 (&out)[4]) {
-    if constexpr (K != SampleKind::f32 && !Mixed) {
-        I words[4];
-        gatherRows(f.samples, index, RowOffsets(f, places).of, m, words);
-        for (int n = 0; n < 4; ++n)
-            out[n] = row2Of<K>(words[n]);
-    } else {
-        for (int n = 0; n < 4; ++n)
-            out[n] = row2<K>(f.samples, indexOfRow(here, index, places.rows[n], places.slices[n]), m);
-    }
-}
-
-/// The rows along x that hold a cell's corners, a sample longer at either end, by slice and row. A value and
-/// a central difference at one place share them.
-struct LongRows {
-    Row4 row[4];
-};
-/// @param left  index of the sample before the cell's first
-template <SampleKind K, bool Mixed>
-TESSERA_LANE LongRows longRows(const PacketField& f, const Here<Mixed>& here, I left, M m) {
-    LongRows rows; // HostPlane::kAround: no row leaves the memory, whoever's samples it has
-    if constexpr (K != SampleKind::f32 && !Mixed) {
-        Pair words[4];
-        gatherRows(f.samples, left, RowOffsets(f, kOfCell).of, m, words);
-        for (int n = 0; n < 4; ++n)
-            rows.row[n] = row4Of<K>(words[n]);
-    } else {
-        for (int n = 0; n < 4; ++n)
-            rows.row[n] = row4<K>(f.samples, indexOfRow(here, left, kOfCell.rows[n], kOfCell.slices[n]), m);
-    }
-    return rows;
-}
-
-/// The value of lanes that need no other brick.
-/// @param x  inBrick()
-/// @param rows  null, or takes the rows of these lanes' cells; those of other lanes have no meaning
-template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
-    const F3 cell{floor(x.x), floor(x.y), floor(x.z)};
-    const F3 part = x - cell;
-    const I index = indexOf(here, cell);
-    if (rows) {
-        *rows = longRows<K>(f, here, index - I(1), m);
-        const Row4(&r)[4] = rows->row;
-        return leaf::trilinear(r[0].b, r[0].c, r[1].b, r[1].c, r[2].b, r[2].c, r[3].b, r[3].c, part.x, part.y,
-                               part.z);
-    }
-    Row2 r[4];
-    rows2<K>(f, here, index, kOfCell, m, r);
-    return leaf::trilinear(r[0].a, r[0].b, r[1].a, r[1].b, r[2].a, r[2].b, r[3].a, r[3].b, part.x, part.y,
-                           part.z);
-}
-
 } // namespace single
 
 template <bool Mixed> TESSERA_LANE single::Here<Mixed> lowerHalf(const Here<Mixed>& here) {
@@ -121,19 +45,22 @@ template <bool Mixed> TESSERA_LANE single::Here<Mixed> upperHalf(const Here<Mixe
             here.slice.b};
 }
 
-/// Of both registers. Whatever takes many numbers is done for one after the other: of both together they
-/// would not fit the processor's registers.
-struct LongRows {
+/// Rows of the first register's lanes and of the second's. Who keeps them so takes samples and gradients of
+/// one register after the other.
+struct RowsApart {
     single::LongRows a, b;
 };
 template <SampleKind K, bool Mixed>
-TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, LongRows* rows = nullptr) {
+TESSERA_LANE F valueHere(const PacketField& f, const Here<Mixed>& here, F3 x, M m, RowsApart* rows) {
     const single::F a =
         single::valueHere<K>(f, lowerHalf(here), lowerHalf(x), m.a, rows ? &rows->a : nullptr);
     const single::F b =
         single::valueHere<K>(f, upperHalf(here), upperHalf(x), m.b, rows ? &rows->b : nullptr);
     return {a, b};
 }
+/// A gradient takes more numbers than sixteen registers hold for one register of lanes.
+using PacketRows = std::conditional_t < kRegisters<32, RowsApart, LongRows>;
+constexpr PacketRows* kNoRows = nullptr;
 
 TESSERA_LANE F powerOfTwo(F n) {
     return asFloat(shl<23>(truncated(n) + I(127)));
@@ -231,7 +158,7 @@ inline __attribute__((noinline)) F valueElsewhere(const PacketField& f, F3 p, M&
 /// @param rows  as valueHere()
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F valueAt(const PacketField& f, const Here<Mixed>& here, F3 p, F3 x, M inside, M& m,
-                       LongRows* rows = nullptr) {
+                       PacketRows* rows = kNoRows) {
     F value = valueHere<K>(f, here, x, inside, rows);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {

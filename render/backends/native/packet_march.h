@@ -104,7 +104,7 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
 ///     some of a gradient's values are beyond
 /// @param rows  as valueHere()
 template <SampleKind K, bool Gradients = false, bool Mixed>
-TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, LongRows* rows = nullptr) {
+TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, PacketRows* rows = kNoRows) {
     F3 x = inBrick(here, p);
     M inside = m & isHere(here, x);
     M outside = m & ~inside;
@@ -271,9 +271,9 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
         End back;
         TableLook look;
         F place; // of the values that are lit
-        LongRows rows;
+        PacketRows rows;
         const bool shares = !Ends && Graded && o.gradient == PacketGradient::central;
-        LongRows* const kept = shares ? &rows : nullptr;
+        PacketRows* const kept = shares ? &rows : nullptr;
         if constexpr (Ends) {
             const M unknown = m & ~known;
             if (any(unknown)) {
@@ -384,7 +384,7 @@ void bareSamplesOf(const PacketScene& s, const std::int32_t (&brick)[3], int tur
     for (int turn = 0; turn < turns; ++turn) {
         const F along(static_cast<float>(turn % kTurnsInside) * 0.5f);
         const F3 p{first.x + along * F(0.3f), first.y + along * F(0.2f), first.z + along};
-        sum = sum + valueHere<K>(s.field, here, inBrick(here, p), m);
+        sum = sum + valueHere<K>(s.field, here, inBrick(here, p), m, kNoRows);
     }
     store(job.colour[0], load(job.colour[0]) + sum);
 }
