@@ -327,8 +327,8 @@ TEST(Occupancy, EmptyCellsShowNothingAtAnyLevels) {
     }
 }
 
-// What shows lies two to twelve voxels behind a face, before which all is empty: a coarser sample there reaches
-// across the face, whichever way it looks and whatever levels meet.
+// What shows lies two to twelve voxels behind a face, before which all is empty. A coarser sample there
+// reaches across the face, whichever way it looks and whatever levels meet.
 TEST(Occupancy, WhatShowsAcrossAFaceIsInNoEmptyCell) {
     std::mt19937 random(41);
     std::uniform_real_distribution<float> unit(0, 1);
