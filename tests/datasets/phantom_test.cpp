@@ -1,6 +1,7 @@
 // tests/datasets/phantom_test.cpp: the generated volumes: their formulas, gradients and determinism.
 #include "core/base/error.h"
 #include "datasets/analytic_field.h"
+#include "datasets/colon_shape.h"
 #include "datasets/phantom.h"
 #include "datasets/torso_parts.h"
 
@@ -270,6 +271,28 @@ TEST(Torso, OrgansLieWhereTheyShould) {
     EXPECT_NEAR(share(lung), 0.065, 0.02);
     EXPECT_NEAR(share(fat), 0.14, 0.05);
     EXPECT_NEAR(share(bone), 0.015, 0.008);
+}
+
+/// In each of three directions about the course the lumen has crests of folds, 28 mm apart but for a quarter
+/// of it.
+TEST(Torso, FoldsOfTheColonAreEvenlySpread) {
+    const ColonCourse course;
+    const float from = 40, to = 0.85F * course.lengthMm();
+    for (const float angle : {0.0F, 2.0943951F, 4.1887902F}) {
+        const auto radiusAt = [&](float arcMm) {
+            return course.lumen(arcMm, std::cos(angle), std::sin(angle), true).radiusMm;
+        };
+        std::vector<float> crests;
+        for (float arc = from; arc < to; arc += 0.25F) {
+            const float here = radiusAt(arc);
+            if (here < radiusAt(arc - 0.25F) && here <= radiusAt(arc + 0.25F) &&
+                here < radiusAt(arc + 3) - 2 && here < radiusAt(arc - 3) - 2)
+                crests.push_back(arc);
+        }
+        ASSERT_GT(crests.size(), 15u);
+        for (std::size_t i = 1; i < crests.size(); ++i)
+            EXPECT_NEAR(crests[i] - crests[i - 1], 28, 7) << angle << ", " << crests[i];
+    }
 }
 
 TEST(Torso, PruningTilesChangesNoVoxel) {

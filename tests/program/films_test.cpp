@@ -177,6 +177,8 @@ TEST_F(Films, SpeedAndSeconds) {
     const std::string film = "render scene.json --path flight.json --engine native --size 4x4 --json -o ";
     EXPECT_EQ(json::parse(run(film + "a --speed 30").out)["frames"], 31); // 90 mm in 3 s, 10 a second
     EXPECT_EQ(json::parse(run(film + "b --seconds 2 --fps 4").out)["frames"], 9);
+    EXPECT_EQ(json::parse(run(film + "c --speed 0.5 --fps 0.1").out)["frames"], 19); // 180 s, one in 10 s
+    EXPECT_EQ(json::parse(run(film + "d --seconds 0.5").out)["frames"], 6);
 }
 
 /// Without ffmpeg a film is refused before any work; with one, it gets the frames in their order.

@@ -67,6 +67,16 @@ TEST_F(Manifest, MillimetresPerPixelAreTheScaleOfParallelPictures) {
                   {"--mm-per-pixel", "parallel", "perspective"});
 }
 
+// In the volume's unit, from its least value to its largest, as `info` tells them.
+TEST_F(Manifest, TellsWhatValuesTheVolumeHas) {
+    const json info = json::parse(run("info s.zarr --json").out);
+    EXPECT_LT(info["lowest"], -900);
+    EXPECT_GT(info["highest"], 900);
+    const json store = of("s.zarr --preset auto --size 8x8")["store"];
+    EXPECT_EQ(store["lowest"], info["lowest"]);
+    EXPECT_EQ(store["highest"], info["highest"]);
+}
+
 // A bar is drawn where it is asked for; the manifest says how long it is, and where that holds.
 TEST_F(Manifest, AScaleBarIsDrawnAndToldOf) {
     const std::string render = "render s.zarr -q --engine native --preset auto --no-check --samples 1 "

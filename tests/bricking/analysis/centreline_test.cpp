@@ -181,6 +181,27 @@ TEST(Centreline, ACollapsedSegmentIsBridgedOnlyWhereASeedSaysSo) {
     EXPECT_NEAR(static_cast<double>(outside) * bridged.lines[0].spacingMm, 30, 12) << "the gap alone";
 }
 
+/// Behind a gap the line goes on from seed to seed, each of which it meets once and in order.
+TEST(Centreline, SeedsBehindAGapAreMetInOrder) {
+    const std::vector<glm::dvec3> before = {{0, 0, 0}, {0, 0, 30}}, after = {{0, 0, 50}, {0, 0, 110}};
+    const Field first = tube(before, 5, 1), second = tube(after, 5, 1);
+    const FieldChunks chunks(boxInfo({30, 30, 130}, glm::dvec3(1), {-15, -15, -10}),
+                             [=](const glm::dvec3& p) { return std::min(first(p), second(p)); });
+    CentrelineRequest request;
+    request.seeds = {{{0, 0, 4}, "--from"},
+                     {{0, 0, 60}, "--through", true},
+                     {{0, 0, 80}, "--through"},
+                     {{0, 0, 104}, "--to"}};
+    const Centrelines found = find(chunks, request);
+    ASSERT_EQ(found.bridges.size(), 1u);
+    const std::vector<glm::dvec3>& points = found.lines[0].points;
+    EXPECT_NEAR(points.front().z, 4, 2);
+    EXPECT_NEAR(points.back().z, 104, 2);
+    EXPECT_NEAR(found.lines[0].lengthMm(), 100, 6);
+    for (std::size_t i = 1; i < points.size(); ++i)
+        ASSERT_GT(points[i].z, points[i - 1].z - 0.1) << "it turns back at point " << i;
+}
+
 TEST(Centreline, CroppingMovesNoLine) {
     const glm::ivec3 low(13, 9, 21), size(150, 121, 189);
     const PhantomChunks whole("torso", kTorso), part("torso", kTorso, low, size);

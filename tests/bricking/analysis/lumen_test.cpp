@@ -195,15 +195,55 @@ TEST(Lumen, TheRadiusIsTheDistanceToTheSurfaceForAnyAffine) {
     EXPECT_EQ(shape.wallMm(middle + glm::dvec3(10, 0, 0), values, rule), 0);
 }
 
+void set(VoxelSet& voxels, const glm::ivec3& v) {
+    voxels.edit(linearIndex(
+        v >> 5, voxels.chunks()))[static_cast<std::size_t>((v.y & 31) + 32 * (v.z & 31))] |= 1u << (v.x & 31);
+}
+
+/// A quarter of the rays are shorter: those within 60 degrees of a flat wall's normal meet it before twice
+/// its distance, and just as many meet one of two that are parallel before one and a third of theirs.
+TEST(Lumen, TheRoughRadiusIsTheLowerQuartileOfRays) {
+    const glm::ivec3 extent(96);
+    const VolumeInfo info = boxInfo(extent, glm::dvec3(0.5), glm::dvec3(0));
+    const auto roughBetween = [&](int low, int high, const glm::dvec3& mm) {
+        MemoryBudget ram("RAM", "--ram", 64u << 20);
+        VoxelSet voxels(extent, ram);
+        for (int z = low; z < high; ++z)
+            for (int y = 0; y < extent.y; ++y)
+                for (int x = 0; x < extent.x; ++x)
+                    set(voxels, {x, y, z});
+        return LumenShape(voxels, info).roughRadiusMm(mm);
+    };
+    EXPECT_NEAR(roughBetween(40, 96, {24, 24, 24}), 2 * 4, 1.2);
+    EXPECT_NEAR(roughBetween(0, 56, {24, 24, 24}), 2 * 4, 1.2);
+    EXPECT_NEAR(roughBetween(40, 56, {24, 24, 24}), 4 / 0.75, 0.8);
+}
+
+/// Voxels of every border of a volume count as others do.
+TEST(Lumen, TheNearestVoxelMayLieAtAnyBorder) {
+    const glm::ivec3 extent(40, 37, 33);
+    const VolumeInfo info = boxInfo(extent, {0.7, 1.3, 2}, {5, 6, 7});
+    for (const glm::ivec3 corner : {glm::ivec3(0), extent - 1})
+        for (int axis = 0; axis < 3; ++axis) {
+            MemoryBudget ram("RAM", "--ram", 64u << 20);
+            VoxelSet voxels(extent, ram), other(extent, ram);
+            const glm::ivec3 far(20, 18, 16);
+            glm::ivec3 near = far;
+            near[axis] = corner[axis];
+            set(voxels, far), set(voxels, near);
+            const LumenShape shape(voxels, info);
+            const NearestVoxel found = nearestVoxel(shape, shape.middleOf(near));
+            EXPECT_EQ(found.voxel, near);
+            EXPECT_NEAR(found.mm, 0, 1e-9);
+            set(other, near);
+            EXPECT_NEAR(nearestGap(LumenShape(other, info), shape, ram).mm, 0, 1e-9);
+        }
+}
+
 TEST(Lumen, WhereTwoPartsComeNearestIsExact) {
     const Maze maze{{64, 40, 40}, 1};
     MemoryBudget ram("RAM", "--ram", 64u << 20);
     VoxelSet a(maze.extent, ram), b(maze.extent, ram);
-    const auto set = [](VoxelSet& voxels, const glm::ivec3& v) {
-        voxels.edit(
-            linearIndex(v >> 5, voxels.chunks()))[static_cast<std::size_t>((v.y & 31) + 32 * (v.z & 31))] |=
-            1u << (v.x & 31);
-    };
     std::vector<glm::ivec3> ofA, ofB;
     for (int i = 0; i < 4000; ++i) {
         const glm::ivec3 v(static_cast<int>(64 * hash({i, 1, 0})), static_cast<int>(40 * hash({i, 2, 0})),

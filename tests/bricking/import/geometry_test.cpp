@@ -1,5 +1,7 @@
 // tests/bricking/import/geometry_test.cpp: headers that lie about geometry or values are refused with the
 // field that lies, in every format; and what the gantry's tilt is called.
+#include "bricking/import/source/plausible.h"
+#include "core/base/error.h"
 #include "core/base/volume.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
@@ -108,6 +110,23 @@ TEST(ImportGeometry, ExtremesAreRefusedWithTheirTag) {
             << text;
     EXPECT_THAT(refusedDicom([](DicomImage& i, int n) { i.positionText = "0\\1e30\\" + std::to_string(n); }),
                 AllOf(HasSubstr("(0020,0032)"), HasSubstr("1e+30")));
+}
+
+/// Values may reach what they must not exceed.
+TEST(ImportGeometry, LargestValuesAreTakenAndLargerOnesRefused) {
+    const auto check = [](double slope, double intercept, double largest, bool isHounsfield) {
+        requirePlausibleRescale(slope, intercept, largest, isHounsfield, "slope", "intercept", "f");
+    };
+    for (const bool isHounsfield : {true, false})
+        for (const double sign : {1.0, -1.0}) {
+            const double most = isHounsfield ? 1e7 : 1e12, more = most * (1 + 1e-12);
+            EXPECT_NO_THROW(check(sign * most, 0, 1, isHounsfield));
+            EXPECT_NO_THROW(check(sign * most / 4, 0, 4, isHounsfield));
+            EXPECT_NO_THROW(check(most / 1e6, sign * most, 1, isHounsfield));
+            EXPECT_THROW(check(sign * more, 0, 1, isHounsfield), InputError);
+            EXPECT_THROW(check(sign * more / 4, 0, 4, isHounsfield), InputError);
+            EXPECT_THROW(check(most / 1e6, sign * more, 1, isHounsfield), InputError);
+        }
 }
 
 TEST(ImportGeometry, NiftiFieldsThatLieAreNamed) {

@@ -5,6 +5,7 @@
 #include "core/base/ownership.h"
 #include "core/base/program_folders.h"
 
+#include <cerrno>
 #include <csignal>
 #include <fstream>
 #include <functional>
@@ -12,8 +13,22 @@
 #include <gtest/gtest.h>
 #include <iterator>
 #include <string>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+namespace {
+int renamesRefuse = 0; // error of a rename with flags; 0: they work
+} // namespace
+
+// In place of the C library's, in this program: as on file systems that cannot exchange names.
+extern "C" int renameat2(int fromFolder, const char* from, int toFolder, const char* to, unsigned flags) {
+    if (renamesRefuse != 0 && flags != 0) {
+        errno = renamesRefuse;
+        return -1;
+    }
+    return static_cast<int>(::syscall(SYS_renameat2, fromFolder, from, toFolder, to, flags));
+}
 
 namespace tessera {
 namespace {
@@ -78,6 +93,23 @@ TEST_F(Publishing, ReplacesWithAndWithoutExchange) {
         fs::remove_all(folder_ / "a.zarr");
         publishFolder(make("new", "first"), folder_ / "a.zarr", false, exchanges);
         EXPECT_EQ(text("a.zarr"), "first");
+    }
+}
+
+TEST_F(Publishing, ReplacesWhereTheFileSystemKnowsNoExchange) {
+    for (const int error : {EINVAL, ENOSYS, ENOTSUP}) {
+        make("a.zarr", "old");
+        renamesRefuse = error;
+        EXPECT_NO_THROW(publishFolder(make("new", "new"), folder_ / "a.zarr", true)) << error;
+        EXPECT_EQ(text("a.zarr"), "new");
+        EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+        EXPECT_THROW(publishFolder(make("new", "newer"), folder_ / "a.zarr", false), InputError);
+        EXPECT_EQ(text("a.zarr"), "new");
+        fs::remove_all(folder_ / "a.zarr");
+        EXPECT_NO_THROW(publishFolder(folder_ / "new", folder_ / "a.zarr", false)) << error;
+        EXPECT_EQ(text("a.zarr"), "newer");
+        renamesRefuse = 0;
+        fs::remove_all(folder_ / "a.zarr");
     }
 }
 

@@ -5,6 +5,7 @@
 #include "core/animation/film.h"
 #include "core/base/error.h"
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -216,6 +217,26 @@ TEST(CameraCurves, MeetTheirKeyframesWhereverTheyLook) {
             EXPECT_LT(glm::length(a[axis] - b[axis]), 1e-4) << i << " " << axis;
         EXPECT_NEAR(near.viewAngle, exact.viewAngle, 1e-3);
         EXPECT_NEAR(near.parallelScale, exact.parallelScale, 1e-2);
+    }
+}
+
+/// Three cameras side by side that look the same way: between them the camera goes along their line, as fast
+/// all the way from one to the next, however far apart they are and however wide they see.
+TEST(CameraCurves, GoStraightAndEvenlyAlongALine) {
+    const glm::dvec3 way = glm::normalize(glm::dvec3(2, -1, 0.5));
+    for (const double angle : {10.0, 40.0, 120.0}) {
+        std::vector<Camera> cameras(3, lookingFrom({1, -300, 3}, {0, 0, 1}));
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::dvec3 off = way * std::array{0.0, 10.0, 100.0}[i];
+            cameras[i].position += off, cameras[i].focalPoint += off;
+            cameras[i].viewAngle = angle;
+        }
+        const CameraCurve curve({0, 1, 2}, cameras, std::vector<Easing>(3, Easing::linear), "test");
+        for (double t = 0; t < 2; t += 0.125) {
+            const double along = t < 1 ? 10 * t : 10 + 90 * (t - 1);
+            EXPECT_LT(glm::length(curve.at(t).position - cameras[0].position - along * way), 1e-6) << t;
+            EXPECT_NEAR(curve.at(t).viewAngle, angle, 1e-9);
+        }
     }
 }
 

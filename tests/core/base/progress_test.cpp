@@ -45,5 +45,19 @@ TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
     EXPECT_THAT(seen, testing::EndsWith("\r\033[K"));
 }
 
+TEST(Progress, AStageBeginsAtNothingAndNeverGoesBack) {
+    Progress progress(Verbosity::quiet, true);
+    EXPECT_EQ(progress.now().what, "");
+    for (const char* what : {"counting", "reading"}) {
+        progress.stage(what);
+        EXPECT_EQ(progress.now().what, what);
+        EXPECT_EQ(progress.now().share, 0);
+        for (const auto& [told, share] : {std::pair{0.25, 0.25}, {0.75, 0.75}, {0.5, 0.75}, {2.0, 1.0}}) {
+            progress.update(told);
+            EXPECT_EQ(progress.now().share, share) << what << ", " << told;
+        }
+    }
+}
+
 } // namespace
 } // namespace tessera

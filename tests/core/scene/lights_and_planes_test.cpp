@@ -163,6 +163,26 @@ TEST(Modes, DrawWhatTheyShow) {
     EXPECT_THROW(asDrawn(scene), InputError);
 }
 
+TEST(Cuts, AnOutlineHas3To1024Points) {
+    Scissors scissors;
+    scissors.camera.position = {0, 0, 5};
+    scissors.camera.viewUp = {0, 1, 0};
+    for (const std::size_t points : {3, 1024}) {
+        scissors.outline.assign(points, {0.5, 0.5});
+        EXPECT_NO_THROW(checkScissors(scissors, "f")) << points;
+    }
+    for (const std::size_t points : {2, 1025}) {
+        scissors.outline.assign(points, {0.5, 0.5});
+        try {
+            checkScissors(scissors, "f");
+            ADD_FAILURE() << points << " points are taken";
+        } catch (const InputError& error) {
+            EXPECT_EQ(error.what(),
+                      "f: expected an outline of 3 to 1024 points, found " + std::to_string(points));
+        }
+    }
+}
+
 TEST(Cuts, BoundsAreMetExactly) {
     CropBox box;
     box.low = {0, 0, 0}, box.high = {1, 1, 1};

@@ -76,7 +76,14 @@ TEST(TransferFunction, RefusesWhatIsNotFinite) {
                  inf = std::numeric_limits<double>::infinity();
     EXPECT_THROW(TransferFunction::fromOpacity({{nan, 0}}, {}, 1), InputError);
     EXPECT_THROW(TransferFunction::fromOpacity({{0, inf}}, {}, 1), InputError);
-    EXPECT_THROW(TransferFunction::fromOpacity({{0, 0}}, {{0, glm::dvec3(nan)}}, 1), InputError);
+    for (int c = 0; c < 3; ++c)
+        for (const double bad : {nan, inf, -inf}) {
+            glm::dvec3 colour(0.5);
+            colour[c] = bad;
+            EXPECT_THROW(TransferFunction::fromOpacity({{0, 0}}, {{0, colour}, {1, glm::dvec3(1)}}, 1),
+                         InputError)
+                << "component " << c;
+        }
     EXPECT_THROW(TransferFunction::fromOpacity({{0, 0}}, {}, 0), InputError);
     EXPECT_THROW(TransferFunction::fromOpacity({{0, 0}}, {}, inf), InputError);
 }

@@ -71,6 +71,8 @@ void expectWithinRanges(Prepared& prepared, bool ghostLayers, unsigned seed, dou
                 (std::max(std::abs(r.low), std::abs(r.high)) + 1) / 131072.0f; // as fine_blocks.cpp
             ASSERT_GE(low, r.blockLow[block] - slack) << "cell " << cell.x << "," << cell.y << "," << cell.z;
             ASSERT_LE(high, r.blockHigh[block] + slack) << "block " << block;
+            ASSERT_LE(r.low, r.blockLow[block]) << "a cell holds what its blocks hold";
+            ASSERT_GE(r.high, r.blockHigh[block]);
             widths += static_cast<double>(r.blockHigh[block] - r.blockLow[block]);
             found += static_cast<double>(high - low);
         }

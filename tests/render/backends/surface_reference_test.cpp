@@ -4,6 +4,7 @@
 #include "render/backends/mirror/mirror.h"
 #include "render/backends/reference/reference.h"
 #include "render/backends/reference/reference_proof.h"
+#include "render/backends/reference/simpson_ray.h"
 #include "tests/support/surface_fixture.h"
 
 #include <cmath>
@@ -57,6 +58,34 @@ TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
             EXPECT_LE(off, truth.size() / 100);
             EXPECT_LE(far, truth.size() / 500);
         }
+}
+
+// Values whose plateau is the function's first point, in units in which rounding tells the two apart: the
+// integrators of the verification see what rises above it.
+TEST(SurfaceReference, BothIntegratorsSeeWhatBeginsAtAPointOfTheFunction) {
+    const double slope = 0.7;
+    ASSERT_LT(3 * slope / slope, 3);
+    const Stored stored(
+        [](const glm::dvec3& p) { return 3 + std::max(0.0, 6 - glm::length(p - glm::dvec3(20, 21, 22))); },
+        glm::ivec3(44, 40, 48), true, slope, ValueType::f32);
+    Scene scene = stored.scene({}, 0, 12);
+    scene.shading.on = false;
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction(
+        {{3 * slope, 0}, {30 * slope, 3}}, {{3 * slope, {1, 0.5, 0}}, {9 * slope, {0, 0.5, 1}}});
+    const auto prepared = stored.prepare(scene);
+    const FramePlan& p = prepared->p;
+    const ReferenceInput input{
+        p.layer().cache.get(), &p.info(), &p.layer().function, scene.shading, &p.layer().statistics, 1, {}};
+    const auto truth = truthOf(*prepared, scene);
+    const auto rays = referenceRays(p.view.camera, p.info(), p.view.imageSize);
+    LatticeReader samples(*p.layer().cache, p.info(), 0, nullptr);
+    SimpsonRay simpson(input, p.layer().optics, samples);
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_LT(largestOf(simpson(rays[i]), truth[i]), 1e-9) << i;
+        seen += truth[i].a > 0.01;
+    }
+    EXPECT_GT(seen, 3u);
 }
 
 // Plateaus at the isovalues, surfaces of one value, and values that fall where stored ones rise. The side of

@@ -2,6 +2,7 @@
 // sequence of changes of levels and functions bit for bit. Its empty cells are invisible.
 #include "core/scene/preset.h"
 #include "tests/support/scene_fixture.h"
+#include "tests/support/surface_fixture.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -324,6 +325,58 @@ TEST(Occupancy, EmptyCellsShowNothingAtAnyLevels) {
         }
         EXPECT_GT(checked, 2000) << store;
     }
+}
+
+// What shows lies two to twelve voxels behind a face, before which all is empty. A coarser sample there
+// reaches across the face, whichever way it looks and whatever levels meet.
+TEST(Occupancy, WhatShowsAcrossAFaceIsInNoEmptyCell) {
+    std::mt19937 random(41);
+    std::uniform_real_distribution<float> unit(0, 1);
+    const TransferTable table = makeTable(TransferFunction::fromExtinction({{1, 0}, {100, 1}}, {}));
+    for (int axis = 0; axis < 3; ++axis)
+        for (const bool above : {false, true}) {
+            const Stored stored(
+                [&](const glm::dvec3& p) {
+                    const double in = above ? p[axis] - 34 : 30 - p[axis];
+                    return in > 0 && in < 10 ? 100 : 0;
+                },
+                glm::ivec3(64), true);
+            Budgets budgets;
+            const StoreReader reader(stored.folder / "v.zarr", budgets.ram);
+            const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
+            const Optics optics = makeOptics(table, reader.info(), {}, 0);
+            BrickCache cache(reader, budgets.ram, std::size_t{64} << 20, 2);
+            int shown = 0;
+            constexpr int kStates = Selection::kEmpty + 1; // a level, or empty
+            for (int pair = 0; pair < kStates * kStates; ++pair)
+                for (const EdgeFunction edge : kEdgeFunctions) {
+                    const int here = pair % kStates, there = pair / kStates;
+                    Selection s = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
+                    s.counts = {};
+                    for (std::size_t b = 0; b < s.levels.size(); ++b) {
+                        const bool shows = (gridPosition(b, s.bricks)[axis] > 0) == above;
+                        s.levels[b] = static_cast<std::uint8_t>(shows ? there : here);
+                        ++s.counts[s.levels[b]];
+                    }
+                    Quality quality;
+                    quality.edgeFunction = edge;
+                    const LevelMap levels = makeLevelMap(s, reader.info().extentVoxels, quality, budgets.ram);
+                    const Occupancy occupancy({statistics, table, reader.info(), s, quality.edgeFunction},
+                                              MapScale::cells, budgets.ram);
+                    MixedReader samples(cache, reader.info(), s, levels);
+                    for (int i = 0; i < 100; ++i) {
+                        glm::vec3 at = 64.0f * glm::vec3(unit(random), unit(random), unit(random));
+                        at[axis] = above ? 32 - 24 * unit(random) * unit(random)
+                                         : 32 + 24 * unit(random) * unit(random);
+                        const bool shows = lookUp(optics, interblockValue(samples, at)).a > 0;
+                        shown += shows;
+                        ASSERT_FALSE(shows && occupancy.isEmpty(glm::ivec3(at) / kCellExtent))
+                            << "axis " << axis << (above ? " up" : " down") << ", levels " << here << " and "
+                            << there << ", " << at.x << " " << at.y << " " << at.z;
+                    }
+                }
+            EXPECT_GT(shown, 200);
+        }
 }
 
 // Sharp: at level 0 beside level 0 and beside proven emptiness, a cell counts by its own range alone.

@@ -130,6 +130,39 @@ TEST(ReferenceLight, OtherSums) {
     }
 }
 
+/// Shadows in a volume that rises and falls from sample to sample, against fine steps through it.
+TEST(ReferenceLight, ShadowsInAnyVolume) {
+    const Stored stored([](const glm::dvec3& p) {
+        const double x = std::sin(12.9898 * p.x + 78.233 * p.y + 37.719 * p.z) * 43758.5453;
+        return x - std::floor(x);
+    });
+    Lighting lighting;
+    lighting.lights = {keyLight()};
+    Scene scene = stored.scene({});
+    scene.lighting = lighting;
+    const double most = 0.4;
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{0, 0}, {1, most}}, {});
+    const auto prepared = stored.prepare(scene);
+    RaysOfLight rays(*prepared, scene);
+    LatticeReader samples(*prepared->p.layer().cache, prepared->p.info(), 0, nullptr);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int ray = 0; ray < 20; ++ray) {
+        const glm::dvec3 extent(stored.info.extentVoxels);
+        const glm::dvec3 from = extent * (0.3 + 0.4 * glm::dvec3(unit(random), unit(random), unit(random)));
+        const glm::dvec3 direction =
+            glm::normalize(glm::dvec3(unit(random), unit(random), unit(random)) - 0.5);
+        const glm::dvec3 along = rays.voxelsPerMm(direction);
+        constexpr int kSteps = 20000;
+        const double mm = 5;
+        double depth = 0;
+        for (int n = 0; n < kSteps; ++n)
+            depth +=
+                most * fieldValue<double>(samples, from + mm * (n + 0.5) / kSteps * along, 1.0) * mm / kSteps;
+        EXPECT_NEAR(rays.light.shadow(rays.patient(from), direction, mm), std::exp(-depth), 1e-6) << ray;
+    }
+}
+
 /// A slab between two steps of the function, and isosurfaces, behind which it is as dense as they are opaque.
 TEST(ReferenceLight, ShadowsOfASlab) {
     const Ramp ramp;

@@ -4,6 +4,7 @@
 #include "render/light/directions.h"
 #include "render/light/occlusion.h"
 #include "tests/support/native_fixture.h"
+#include "tests/support/surface_fixture.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -221,6 +222,24 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
             EXPECT_GT(shade, 0.1 * static_cast<double>(compared)); // something is in the shade at all
             EXPECT_EQ(shine > 0.01 * static_cast<double>(compared), c.occlusion.emission > 0);
         }
+    }
+}
+
+/// Of three chunks in a row the middle one alone shows something: the light of the first and of the middle
+/// one reads no other.
+TEST(Occluder, ReadsWhatShowsAlone) {
+    const Stored stored([](const glm::dvec3& p) { return p.x > 33 && p.x < 60 ? 1 : 0; }, {96, 32, 32}, true);
+    Scene scene = stored.scene({});
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{0.5, 0}, {1, 1}}, {});
+    const auto prepared = stored.prepare(scene);
+    const Planner& p = prepared->p;
+    Occluder occluder(p.info(), p.layer().statistics, Occlusion{.rays = 32, .radiusMm = 20});
+    occluder.setFunction(p.layer().table, p.layer().optics);
+    OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission());
+    for (const int chunk : {0, 1}) {
+        BrickCache cache(prepared->reader, prepared->budgets.ram, std::size_t{64} << 20, 1);
+        occluder.find({0, chunk, 0, 0}, {}, true, cache, room);
+        EXPECT_EQ(cache.counters().misses, 1u) << chunk;
     }
 }
 

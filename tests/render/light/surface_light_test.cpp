@@ -77,6 +77,7 @@ TEST(SurfaceTracer, NativeIsTheMirror) {
             for (const bool skipping : {true, false}) {
                 Scene scene = occludedScene(mixed ? 1 : 0, {40, 40});
                 scene.quality.skipping = skipping;
+                scene.quality.integrator = refine ? Integrator::linear : Integrator::preintegrated;
                 Prepared prepared("torso", scene);
                 Planner& p = prepared.p;
                 if (mixed)
