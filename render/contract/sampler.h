@@ -3,10 +3,10 @@
 // in exact mode, from the same leaves (leaves.h). No other code here turns a position into a value or a
 // gradient. Positions are in level-0 voxels, values as stored, gradients in stored units per voxel.
 //
-// Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value); or also cube<2>(ivec3 first,
-// double* out), the eight from there on at once, x fastest, beyond the outermost that one.
-// Samples of mixed levels: const LevelMap& map() const; Real at(int level, ivec3) (stored value of a resident
-// brick's sample); Real mean(ivec3 brick).
+// Samples of one level: glm::ivec3 extent() const; Real at(ivec3) (stored value); or also cube<2>(ivec3
+// first, double* out), the eight from there on at once, x fastest, beyond the outermost that one. Samples of
+// mixed levels: const LevelMap& map() const; Real at(int level, ivec3) (stored value of a resident brick's
+// sample); Real mean(ivec3 brick).
 #pragma once
 
 #include "core/scene/scene.h" // Gradient
