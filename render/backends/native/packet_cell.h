@@ -5,9 +5,14 @@
 struct Row4 {
     F a, b, c, d;
 };
-template <SampleKind K> TESSERA_LANE Row4 row4Of(const Pair& words) {
-    const Row2 low = row2Of<K>(words.low), high = row2Of<K>(words.high);
-    return {low.a, low.b, high.a, high.b};
+/// Of samples of 16 bits, two in a word.
+template <SampleKind K> TESSERA_LANE Row4 row4Of(Pair four) {
+    if constexpr (K == SampleKind::i16)
+        return {number(sar<16>(shl<16>(four.low))), number(sar<16>(four.low)),
+                number(sar<16>(shl<16>(four.high))), number(sar<16>(four.high))};
+    else
+        return {number(four.low & I(0xffff)), number(shr<16>(four.low)), number(four.high & I(0xffff)),
+                number(shr<16>(four.high))};
 }
 template <SampleKind K> TESSERA_LANE Row4 row4(const void* samples, I index, M m) {
     if constexpr (K == SampleKind::f32) {

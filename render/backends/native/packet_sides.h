@@ -46,29 +46,33 @@ TESSERA_LANE void centralHere(const PacketField& f, const Here<Mixed>& here, F3 
         leaf::trilinear(r00.a, r00.b, r01.a, r01.b, r10.a, r10.b, r11.a, r11.b, partDown.x, part.y, part.z);
     const F c00 = partWay(r00.b, r00.c, part.x), c01 = partWay(r01.b, r01.c, part.x);
     const F c10 = partWay(r10.b, r10.c, part.x), c11 = partWay(r11.b, r11.c, part.x);
-    F y[4], z[4];
     const I row = truncated(here.row), slice = truncated(here.slice);
     const auto along = [&](I at) {
         const Row2 r = row2<K>(f.samples, at, m);
         return partWay(r.a, r.b, part.x);
     };
+    F y0, y1, y2, y3, z0, z1, z2, z3;
     if constexpr (kRowsByLoads<K, Mixed>) {
-        betweenInRows<K>(f, index, part.x, kBesideAlongY, m, y);
+        F between[4];
+        betweenInRows<K>(f, index, part.x, kBesideAlongY, m, between);
+        y0 = between[0], y1 = between[1], y2 = between[2], y3 = between[3];
     } else {
         const I row2nd = row + row;
-        y[0] = along(index - row), y[1] = along(index + (slice - row));
-        y[2] = along(index + row2nd), y[3] = along(index + (slice + row2nd));
+        y0 = along(index - row), y1 = along(index + (slice - row));
+        y2 = along(index + row2nd), y3 = along(index + (slice + row2nd));
     }
-    to.value[2] = partWay(partWay(c01, y[2], partUp.y), partWay(c11, y[3], partUp.y), part.z);
-    to.value[3] = partWay(partWay(y[0], c00, partDown.y), partWay(y[1], c10, partDown.y), part.z);
+    to.value[2] = partWay(partWay(c01, y2, partUp.y), partWay(c11, y3, partUp.y), part.z);
+    to.value[3] = partWay(partWay(y0, c00, partDown.y), partWay(y1, c10, partDown.y), part.z);
     if constexpr (kRowsByLoads<K, Mixed>) {
-        betweenInRows<K>(f, index, part.x, kBesideAlongZ, m, z);
+        F between[4];
+        betweenInRows<K>(f, index, part.x, kBesideAlongZ, m, between);
+        z0 = between[0], z1 = between[1], z2 = between[2], z3 = between[3];
     } else {
         const I slice2nd = slice + slice;
-        z[0] = along(index - slice), z[1] = along(index + (row - slice));
-        z[2] = along(index + slice2nd), z[3] = along(index + (slice2nd + row));
+        z0 = along(index - slice), z1 = along(index + (row - slice));
+        z2 = along(index + slice2nd), z3 = along(index + (slice2nd + row));
     }
     const F middle0 = partWay(c00, c01, part.y), middle1 = partWay(c10, c11, part.y);
-    to.value[4] = partWay(middle1, partWay(z[2], z[3], part.y), partUp.z);
-    to.value[5] = partWay(partWay(z[0], z[1], part.y), middle0, partDown.z);
+    to.value[4] = partWay(middle1, partWay(z2, z3, part.y), partUp.z);
+    to.value[5] = partWay(partWay(z0, z1, part.y), middle0, partDown.z);
 }
