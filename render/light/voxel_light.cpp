@@ -39,9 +39,9 @@ ChunkKey chunkHolding(const glm::ivec3& sample, int level) {
 } // namespace
 
 std::uint16_t lightTexel(float light) {
-    // Not std::lround(), which is a call: of numbers from 0 on this is the same.
+    // Not std::lround(), which is a call: of numbers from 0 on this is the same. What is no number is dark.
     const double rounded = static_cast<double>(light * leaf::kLightOne) + 0.5;
-    return static_cast<std::uint16_t>(std::clamp(rounded, 0.0, 65535.0));
+    return static_cast<std::uint16_t>(std::min(std::max(0.0, rounded), 65535.0));
 }
 
 VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,

@@ -232,17 +232,14 @@ TESSERA_LANE void loadRows(const Sample* samples, I index, const std::int32_t (&
 TESSERA_LANE void rows4(const float* words, I index, F (&out)[4]) {
     alignas(32) std::int32_t at[kWidth];
     store(at, index);
-    const auto row = [&](int lane) { return _mm_loadu_ps(words + at[lane]); };
-    const auto two = [&](int lane) { // half of the register each
-        return _mm256_insertf128_ps(_mm256_castps128_ps256(row(lane)), row(lane + 4), 1);
-    };
-    const __m256 a = two(0), b = two(1), c = two(2), d = two(3);
-    const __m256 low = _mm256_unpacklo_ps(a, b), lowNext = _mm256_unpacklo_ps(c, d);
-    const __m256 high = _mm256_unpackhi_ps(a, b), highNext = _mm256_unpackhi_ps(c, d);
-    out[0] = F::make(_mm256_shuffle_ps(low, lowNext, 0x44));
-    out[1] = F::make(_mm256_shuffle_ps(low, lowNext, 0xee));
-    out[2] = F::make(_mm256_shuffle_ps(high, highNext, 0x44));
-    out[3] = F::make(_mm256_shuffle_ps(high, highNext, 0xee));
+    __m128i lanes[kWidth];
+#pragma GCC unroll 8
+    for (int lane = 0; lane < kWidth; ++lane)
+        lanes[lane] = _mm_castps_si128(_mm_loadu_ps(words + at[lane]));
+    I numbers[4];
+    acrossLanes(lanes, numbers);
+    for (int n = 0; n < 4; ++n)
+        out[n] = asFloat(numbers[n]);
 }
 
 TESSERA_LANE __m256i lowestOnes(M m) {
