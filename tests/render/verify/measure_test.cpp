@@ -191,6 +191,29 @@ TEST(MeasuredErrors, NoisyPixelsOfTheTruthGetMoreSamples) {
     EXPECT_EQ(quick.measured->mostSamples, quick.measured->samples) << "its cost is bounded";
 }
 
+// Where phases help much the truth has them, and longer steps: what rays err by comes out as it does through
+// shorter steps without.
+TEST(MeasuredErrors, ThroughPhasesAreThoseThroughShorterSteps) {
+    Scene scene = sceneOf("torso", "lung", glm::ivec2(256));
+    scene.shading.on = true;
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromExtinction({{-950, 0}, {-600, 0.01}, {500, 0.03}}, {{-900, {0.5, 0.3, 0.2}}});
+    scene.quality.pixels.samples = PixelSampling::kAutomatic;
+    scene.quality.automaticStep = true;
+    const RenderResult phased = drawn(scene, EngineKind::native, Verify::quick);
+    ASSERT_TRUE(phased.stepOfMeans);
+    ASSERT_GE(*phased.stepOfMeans, 3 * phased.stepVoxels) << "phases would not be used";
+    scene.quality.automaticStep = false;
+    scene.quality.stepVoxels = phased.stepVoxels;
+    const RenderResult plain = drawn(scene, EngineKind::native, Verify::quick);
+    ASSERT_FALSE(plain.stepOfMeans);
+    ASSERT_TRUE(phased.measured->rays.rms && plain.measured->rays.rms);
+    EXPECT_NEAR(phased.measured->rays.rms->value, plain.measured->rays.rms->value,
+                0.1 * plain.measured->rays.rms->value);
+    EXPECT_NEAR(phased.measured->rays.luvMean->value, plain.measured->rays.luvMean->value,
+                0.1 * plain.measured->rays.luvMean->value);
+}
+
 // Measuring changes no pixel; errors that budgets have no room for are not guessed.
 TEST(MeasuredErrors, ChangeNoPictureAndKeepToBudgets) {
     Scene scene = sceneOf("torso", "soft-tissue", glm::ivec2(40));
