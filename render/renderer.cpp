@@ -15,6 +15,7 @@ void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& resul
     result.window = layer.look.window;
     result.lowest = values.lowest;
     result.highest = values.highest;
+    result.patientTable = layer.patientTable;
     result.tableRelativeError = layer.table.relativeError;
 }
 

@@ -1,6 +1,7 @@
 // bricking/import/importer.cpp: see importer.h.
 #include "bricking/import/importer.h"
 
+#include "bricking/analysis/body/kept_table.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/store_writer.h"
@@ -68,6 +69,8 @@ ImportReport importToStore(SlabSource& source, const std::filesystem::path& stor
         progress.stage("computing statistics");
         const StoreReader reader(writer.folder(), ram);
         buildStatistics(reader, writer.folder(), ram, options.threads, progress.shares());
+        if (info.unit == "HU" && ram.freeBytes() >= tableMaskBytes(info)) // else at first use
+            keepTable(findTable(reader, ram, options.threads), reader, writer.folder());
     }
     progress.stage("finishing the store");
     writer.commit(options.durable);

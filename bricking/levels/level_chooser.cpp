@@ -17,8 +17,10 @@ std::size_t predictionBytes(std::size_t bricks) {
 
 } // namespace
 
-LevelChooser::LevelChooser(const StoreReader& store, MemoryBudget& ram, int threads)
-    : store_(store), ram_(ram), threads_(threads), rays_(noBrickRays(store.info(), kBrickRayParts, ram)),
+LevelChooser::LevelChooser(const StoreReader& store, MemoryBudget& ram, int threads,
+                           const MaskedSource* masked)
+    : store_(store), masked_(masked), ram_(ram), threads_(threads),
+      rays_(noBrickRays(store.info(), kBrickRayParts, ram)),
       charge_(ram.charge(predictionBytes(rays_.rowOf.size()), "the prediction of errors")) {}
 
 std::size_t LevelChooser::bytes(std::size_t shownBricks, std::size_t bricks) {
@@ -32,7 +34,7 @@ void LevelChooser::setFunction(const Statistics& statistics, const TransferTable
     std::vector<std::uint8_t> shows(culled.levels.size());
     std::transform(culled.levels.begin(), culled.levels.end(), shows.begin(),
                    [](std::uint8_t level) { return level == Selection::kEmpty ? 0 : 1; });
-    addBrickRays(store_, shows, rays_, ram_, threads_);
+    addBrickRays(store_, shows, rays_, ram_, threads_, masked_);
     errors_ = {};
     if (table.surfaces.empty()) {
         errors_ = predictErrors(rays_, std::move(shows), table, store_.info(), threads_);

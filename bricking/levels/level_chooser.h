@@ -17,7 +17,9 @@ class LevelChooser {
   public:
     /// store must outlive this.
     /// @param threads  0: all processors
-    LevelChooser(const StoreReader& store, MemoryBudget& ram, int threads);
+    /// @param masked   what is drawn in place of the store, or null; outlives this as well
+    LevelChooser(const StoreReader& store, MemoryBudget& ram, int threads,
+                 const MaskedSource* masked = nullptr);
 
     /// Upper bound on memory for so many non-empty bricks of all, before and after the sampled rays are
     /// released.
@@ -47,6 +49,7 @@ class LevelChooser {
 
   private:
     const StoreReader& store_;
+    const MaskedSource* masked_;
     MemoryBudget& ram_;
     int threads_;
     BrickRays rays_;

@@ -15,6 +15,7 @@
 // For equal bytes, more samples per ray give better predictions than more rays.
 #pragma once
 
+#include "bricking/mask/masked_source.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/brick.h"
 #include "core/base/budget.h"
@@ -107,8 +108,11 @@ BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram);
 /// or those of another version, are no error: rays are then sampled from the voxels, which takes as long as
 /// at import.
 /// @param wanted  [z][y][x] over bricks
+/// @param masked  what is drawn in place of the store, or null: bricks that are hidden in part have their
+/// rays
+///     sampled from it
 /// Throws InputError when ram cannot hold them, or when voxels cannot be read.
 void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
-                  MemoryBudget& ram, int threads = 0);
+                  MemoryBudget& ram, int threads = 0, const MaskedSource* masked = nullptr);
 
 } // namespace tessera

@@ -119,6 +119,13 @@ std::span<std::byte> layerOf(std::vector<float>& values, const ArraySpec& spec, 
                                                             slice * static_cast<std::size_t>(end - first)));
 }
 
+/// The hidden part of a cell or brick and of so many voxels around it.
+Mask::Part partOf(const MaskedSource& masked, std::size_t at, const glm::ivec3& grid, int edge, int around) {
+    const glm::ivec3 low = gridPosition(at, grid) * edge;
+    return masked.mask().of(glm::max(low - around, glm::ivec3(0)),
+                            glm::min(low + edge + around, masked.info().extentVoxels));
+}
+
 constexpr const char* kGroupFile = "stats/zarr.json";
 
 /// The document of the statistics' group, with checks of its checksum, version and store.
@@ -302,6 +309,45 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
     return statistics;
 }
 
+void hideMasked(Statistics& statistics, const MaskedSource& masked, MemoryBudget& ram, int threads) {
+    const auto air = static_cast<float>(masked.airStored());
+    const Charge charge = ram.charge(3 * sizeof(float) * cellCount(statistics.bricks), "hiding a part");
+    {
+        BufferPool pool(ram, 1, masked.chunkBytes(), "reading brick means");
+        gatherMeans(masked, statistics, pool);
+    }
+    const auto hide = [&](std::vector<float>& low, std::vector<float>& high, std::size_t at,
+                          Mask::Part part) {
+        low[at] = part == Mask::Part::all ? air : std::min(low[at], air);
+        high[at] = part == Mask::Part::all ? air : std::max(high[at], air);
+    };
+    std::vector<std::size_t> changed; // bricks
+    for (std::size_t brick = 0; brick < cellCount(statistics.bricks); ++brick)
+        if (partOf(masked, brick, statistics.bricks, kBrickExtent, 2) != Mask::Part::none)
+            changed.push_back(brick);
+    parallelFor(changed.size(), threads, [&](std::size_t n) {
+        const glm::ivec3 own = gridPosition(changed[n], statistics.bricks) * kCellsPerBrick;
+        const glm::ivec3 count = glm::min(glm::ivec3(kCellsPerBrick), statistics.cells - own);
+        for (std::size_t cell = 0; cell < cellCount(count); ++cell) {
+            const std::size_t at = linearIndex(own + gridPosition(cell, count), statistics.cells);
+            const Mask::Part part = partOf(masked, at, statistics.cells, kCellExtent, 1);
+            if (part != Mask::Part::none)
+                hide(statistics.cellMin, statistics.cellMax, at, part);
+        }
+    });
+    const std::vector<float> wideMin = statistics.wideMin, wideMax = statistics.wideMax;
+    foldBricks(statistics, threads);
+    boundWideRanges(statistics);
+    std::vector<std::uint8_t> isChanged(cellCount(statistics.bricks));
+    for (const std::size_t brick : changed)
+        isChanged[brick] = 1;
+    for (std::size_t brick = 0; brick < isChanged.size(); ++brick)
+        if (!isChanged[brick]) {
+            statistics.wideMin[brick] = wideMin[brick];
+            statistics.wideMax[brick] = wideMax[brick];
+        }
+}
+
 // -- rays of bricks (brick_rays.h)
 
 namespace {
@@ -356,7 +402,7 @@ BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram) {
 }
 
 void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
-                  MemoryBudget& ram, int threads) {
+                  MemoryBudget& ram, int threads, const MaskedSource* masked) {
     TESSERA_CHECK(wanted.size() == rays.rowOf.size());
     const Charge flags = ram.charge(wanted.size(), "rays of bricks");
     std::vector<std::uint8_t> isNew(wanted.size());
@@ -377,22 +423,29 @@ void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted
     for (std::size_t brick = 0; brick < wanted.size(); ++brick)
         if (isNew[brick])
             rays.rowOf[brick] = static_cast<std::uint32_t>(rays.rows++);
+    const auto sample = [&](const ChunkSource& volume, const auto& takes) {
+        BufferPool pool(ram, threadCount(threads), volume.chunkBytes(), "sampling rays");
+        gatherRays(
+            volume, nullptr, pool, ram, threads, takes,
+            [&](std::size_t brick, const std::array<BrickRayPart, kBrickRayParts>& parts) {
+                const std::span<std::uint8_t> row = rays.row(rays.rowOf[brick]);
+                for (std::size_t part = 0; part < static_cast<std::size_t>(rays.parts); ++part)
+                    encode(parts[part], std::span<std::uint8_t, kBrickRayBytes>(
+                                            row.data() + part * kBrickRayBytes, kBrickRayBytes));
+            },
+            [](int) {});
+    };
     try {
         readRays(store, isNew, rays, ram, threads);
-        return;
     } catch (const InputError&) {
         // An optional cache, as in loadStatistics.
+        sample(store, [&](std::size_t brick) { return isNew[brick] != 0; });
     }
-    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "sampling rays");
-    gatherRays(
-        store, nullptr, pool, ram, threads, [&](std::size_t brick) { return isNew[brick] != 0; },
-        [&](std::size_t brick, const std::array<BrickRayPart, kBrickRayParts>& parts) {
-            const std::span<std::uint8_t> row = rays.row(rays.rowOf[brick]);
-            for (std::size_t part = 0; part < static_cast<std::size_t>(rays.parts); ++part)
-                encode(parts[part], std::span<std::uint8_t, kBrickRayBytes>(
-                                        row.data() + part * kBrickRayBytes, kBrickRayBytes));
-        },
-        [](int) {});
+    if (masked)
+        sample(*masked, [&](std::size_t brick) {
+            return isNew[brick] != 0 &&
+                   partOf(*masked, brick, rays.bricks, kBrickExtent, 1) != Mask::Part::none;
+        });
 }
 
 } // namespace tessera

@@ -4,6 +4,7 @@
 // brick has sampled rays, read only for visible bricks (brick_rays.h).
 #pragma once
 
+#include "bricking/mask/masked_source.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/brick.h"
 #include "core/base/budget.h"
@@ -50,5 +51,10 @@ void buildStatistics(const StoreReader& store, const std::filesystem::path& fold
 /// Loads statistics without rays. Missing or inconsistent ones, or those of another version, are rebuilt in
 /// memory (not written).
 Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threads);
+
+/// Makes statistics of a volume those of its visible part: ranges of cells and bricks, and means. What is
+/// hidden in part keeps its range, which air joins; two layers around a brick count by cells. The range and
+/// the histogram of the whole volume stay, so that presets do.
+void hideMasked(Statistics& statistics, const MaskedSource& masked, MemoryBudget& ram, int threads);
 
 } // namespace tessera

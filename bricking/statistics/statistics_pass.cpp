@@ -166,18 +166,18 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
     });
 }
 
-void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& pool) {
+void gatherMeans(const ChunkSource& volume, Statistics& statistics, BufferPool& pool) {
     constexpr int level = kLevelCount - 1;
     static_assert(kBrickExtent >> level == 1, "a sample of the coarsest level is a brick");
-    const glm::ivec3 grid = chunkGrid(store.info().extentVoxels, level);
+    const glm::ivec3 grid = chunkGrid(volume.info().extentVoxels, level);
     const BufferPool::Lease buffer(pool);
     for (int k = 0; k < grid.z; ++k)
         for (int j = 0; j < grid.y; ++j)
             for (int i = 0; i < grid.x; ++i) {
-                store.readChunk({level, i, j, k}, buffer.bytes());
+                volume.readChunk({level, i, j, k}, buffer.bytes());
                 const glm::ivec3 first = glm::ivec3(i, j, k) * kChunkExtent;
                 const glm::ivec3 size = glm::min(statistics.bricks - first, glm::ivec3(kChunkExtent));
-                withValueType(store.info().type, [&](auto value) {
+                withValueType(volume.info().type, [&](auto value) {
                     const auto* values = reinterpret_cast<const decltype(value)*>(buffer.bytes().data());
                     for (int z = 0; z < size.z; ++z)
                         for (int y = 0; y < size.y; ++y)
@@ -203,9 +203,9 @@ int windowSlices(int level) {
     return (kRayLayers * kBrickExtent >> level) + 2;
 }
 
-void loadWindow(const StoreReader& store, int level, int firstLayer, int endLayer, BufferPool& pool,
+void loadWindow(const ChunkSource& volume, int level, int firstLayer, int endLayer, BufferPool& pool,
                 int threads, Window& window) {
-    const std::size_t bytes = bytesPerValue(store.info().type);
+    const std::size_t bytes = bytesPerValue(volume.info().type);
     const int brick = kBrickExtent >> level;
     window.first = std::max(firstLayer * brick - 1, 0);
     window.end = std::min(endLayer * brick + 1, window.extent.z);
@@ -215,7 +215,7 @@ void loadWindow(const StoreReader& store, int level, int firstLayer, int endLaye
     parallelFor(cellCount(grid), threads, [&](std::size_t n) {
         const glm::ivec3 chunk = gridPosition(n, grid) + glm::ivec3(0, 0, firstChunk);
         const BufferPool::Lease buffer(pool);
-        store.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+        volume.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 origin = chunk * kChunkExtent;
         const glm::ivec3 size = glm::min(window.extent - origin, glm::ivec3(kChunkExtent));
         for (int z = std::max(origin.z, window.first); z < std::min(origin.z + size.z, window.end); ++z)
@@ -330,11 +330,11 @@ std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
            windowBytes(info);
 }
 
-void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
+void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
                 int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
                 const std::function<void(int)>& groupDone) {
     static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
-    const VolumeInfo& info = store.info();
+    const VolumeInfo& info = volume.info();
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     BufferPool rooms(ram, static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()),
                      kFieldFloats * sizeof(float), "sampling rays");
@@ -363,7 +363,7 @@ void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& poo
                 continue;
             }
             for (int level = 1; level < kLevelCount; ++level)
-                loadWindow(store, level, firstZ, endZ, pool, threads,
+                loadWindow(volume, level, firstZ, endZ, pool, threads,
                            windows[static_cast<std::size_t>(level)]);
             parallelFor(cellCount(grid), threads, [&](std::size_t n) {
                 const bool want = wanted(firstBrick + n);
@@ -373,7 +373,7 @@ void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& poo
                 const glm::ivec3 valid =
                     glm::min(info.extentVoxels - brick * kBrickExtent, glm::ivec3(kBrickExtent));
                 const BufferPool::Lease buffer(pool);
-                store.readChunk({0, brick.x, brick.y, brick.z}, buffer.bytes());
+                volume.readChunk({0, brick.x, brick.y, brick.z}, buffer.bytes());
                 const auto* values = reinterpret_cast<const Value*>(buffer.bytes().data());
                 if (histogram)
                     countChunk(binOf, valid, values, mutex, histogram->histogram);

@@ -20,7 +20,7 @@ constexpr int kRayLayers = 2;
 void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
 
 /// Fills brickMean (sized already) from the coarsest level.
-void gatherMeans(const StoreReader& store, Statistics& statistics, BufferPool& pool);
+void gatherMeans(const ChunkSource& volume, Statistics& statistics, BufferPool& pool);
 
 /// Adds every voxel to statistics.histogram; lowest and highest must be known.
 void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
@@ -34,7 +34,7 @@ using BrickRaysDone = std::function<void(std::size_t, const std::array<BrickRayP
 /// @param histogram  if not null: as gatherHistogram, over all bricks, in the same pass
 /// @param brickDone  called from any thread with a brick's position and its rays
 /// @param groupDone  called in order, after the last brick of each group of layers
-void gatherRays(const StoreReader& store, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
+void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
                 int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
                 const std::function<void(int)>& groupDone);
 

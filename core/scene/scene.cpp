@@ -116,6 +116,10 @@ template <> const NameTable<Gradient>& namesOf<Gradient>() {
                                             {Gradient::cubic, "cubic"}}};
     return names;
 }
+template <> const NameTable<HideTable>& namesOf<HideTable>() {
+    static const NameTable<HideTable> names{{{HideTable::no, "no"}, {HideTable::automatic, "auto"}}};
+    return names;
+}
 template <> const NameTable<PixelFilter>& namesOf<PixelFilter>() {
     static const NameTable<PixelFilter> names{
         {{PixelFilter::box, "box"}, {PixelFilter::gaussian, "gaussian"}}};

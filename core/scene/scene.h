@@ -116,11 +116,16 @@ struct Quality {
 /// A transfer function by the name of a preset, or spelled out.
 using TransferChoice = std::variant<std::string, TransferFunction>;
 
+/// The table under the patient in a CT: drawn, or left out of pictures but slices where it is found
+/// (bricking/analysis/body/table_mask.h).
+enum class HideTable { no, automatic };
+
 struct SceneVolume {
     std::filesystem::path path; // store or source; absolute once a scene is loaded
     TransferChoice transferFunction = std::string("bone-1");
     std::string unit = {};    // "HU": overrides the volume's unit; "": the volume's unit
     SourceChoice source = {}; // of source files
+    HideTable hideTable = HideTable::no;
 };
 
 /// The target of a fitted camera: all that the transfer function and the isosurfaces show, the volume's box,
@@ -196,6 +201,7 @@ template <> const NameTable<Sampling>& namesOf<Sampling>();
 template <> const NameTable<Integrator>& namesOf<Integrator>();
 template <> const NameTable<Gradient>& namesOf<Gradient>();
 template <> const NameTable<PixelFilter>& namesOf<PixelFilter>();
+template <> const NameTable<HideTable>& namesOf<HideTable>();
 template <> const NameTable<ShadingModel>& namesOf<ShadingModel>();
 /// In the order of the enums.
 inline const std::vector<std::string>& viewNames() {

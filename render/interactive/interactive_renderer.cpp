@@ -69,7 +69,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
     if (!volume.reduces() && ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
-        chooser_ = std::make_unique<LevelChooser>(store, ram, options.threads);
+        chooser_ = std::make_unique<LevelChooser>(store, ram, options.threads, p_.layer().masked.get());
         chooser_->setFunction(volume.statistics, volume.table,
                               cullingFor(scene_.shading)); // before the cache takes the remaining memory
         predicts_ = true;
@@ -122,7 +122,7 @@ std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
         return std::nullopt;
     Scene scene = scene_;
     scene.camera = view;
-    return plannedCamera(scene, *p_.layer().store, p_.layer().statistics, p_.layer().table, p_.view.part,
+    return plannedCamera(scene, p_.layer().voxels(), p_.layer().statistics, p_.layer().table, p_.view.part,
                          ram_, options_.threads);
 }
 

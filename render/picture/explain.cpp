@@ -63,6 +63,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
          r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks + r.unseenBricks));
     if (r.unseenBricks > 0)
         line("bricks: %zu lie outside the picture, or of what is drawn, and take no memory", r.unseenBricks);
+    if (r.patientTable && r.patientTable->why.empty())
+        line("table: left out, %.2g l of it", r.patientTable->litres);
+    else if (r.patientTable)
+        line("table: nothing is left out, because %s", r.patientTable->why.c_str());
     if (reduction != Reduction::composite)
         line("leaps: %s", !scene.quality.skipping || reduction == Reduction::average
                               ? "none"

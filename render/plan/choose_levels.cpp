@@ -3,6 +3,7 @@
 
 #include "bricking/levels/level_chooser.h"
 #include "core/base/error.h"
+#include "render/plan/frame_plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -138,14 +139,15 @@ int finestForValues(const Scene& scene, const ViewWeights& weights) {
 
 } // namespace
 
-ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
-                          const Statistics& statistics, const TransferTable& table, const StoreReader& store,
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part, const Layer& layer,
                           const TextureLimits& limits, LevelChoice choice, std::size_t gpuFixed,
                           std::size_t ramKept, const FrameContext& context) {
+    const Statistics& statistics = layer.statistics;
+    const TransferTable& table = layer.table;
     const MemoryBudget& gpu = context.gpu;
     MemoryBudget& ram = context.ram;
     const int threads = context.threads;
-    const VolumeInfo& info = store.info();
+    const VolumeInfo& info = layer.info();
     ChosenLevels chosen;
     const Culling culling = cullingFor(scene.shading);
     const bool takesGradients = scene.shading.on || !table.gradientOpacity.isOne();
@@ -222,7 +224,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         chooseOneForAll();
         return chosen;
     }
-    auto chooser = std::make_unique<LevelChooser>(store, ram, threads);
+    auto chooser = std::make_unique<LevelChooser>(*layer.store, ram, threads, layer.masked.get());
     chooser->setFunction(statistics, table, culling);
     chooser->keepFunction();
     chooser->setCamera(camera, scene.imageSize);

@@ -15,6 +15,8 @@
 
 namespace tessera {
 
+struct Layer; // frame_plan.h
+
 /// The choice of levels. perBrick: by the scene's quality. quick: one coarse level for all bricks, for a fast
 /// first picture. finest: the finest levels, in as many passes as the budget needs. Others are for tests and
 /// comparisons: the finest single level that fits.
@@ -68,8 +70,7 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 /// @param ramKept  bytes of ram that must stay free for later allocations
 /// Throws InputError naming the minimum if gpu cannot hold the scene's minimum memory. Throws it if ram
 /// cannot hold the statistics that a scene with an error bound needs.
-ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part,
-                          const Statistics& statistics, const TransferTable& table, const StoreReader& store,
+ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part, const Layer& layer,
                           const TextureLimits& limits, LevelChoice choice, std::size_t gpuFixed,
                           std::size_t ramKept, const FrameContext& context);
 

@@ -2,8 +2,10 @@
 // read it; a Planner (planner.h) makes it, and makes it again when something is learnt.
 #pragma once
 
+#include "bricking/analysis/body/table_mask.h"
 #include "bricking/cache/brick_cache.h"
 #include "bricking/levels/selection.h"
+#include "bricking/mask/masked_source.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
@@ -29,6 +31,7 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -146,7 +149,9 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 // every brick, occupancy, and the chunk cache.
 
 struct Layer {
-    const StoreReader* store = nullptr; // outlives this
+    const StoreReader* store = nullptr;   // outlives this
+    std::unique_ptr<MaskedSource> masked; // the store without what the scene hides; null: all is shown
+    std::optional<TableReport> patientTable;     // where the scene may hide it
     Statistics statistics;
     TransferFunction function;
     TransferTable table;
@@ -169,6 +174,8 @@ struct Layer {
     std::unique_ptr<BrickCache> cache; // last member: destroyed first, because its threads read the store
 
     const VolumeInfo& info() const { return store->info(); }
+    /// What is drawn.
+    const ChunkSource& voxels() const { return masked ? static_cast<const ChunkSource&>(*masked) : *store; }
     bool mixed() const { return !levels.corners.empty(); }
     /// True if rays keep one value instead of compositing.
     bool reduces() const { return optics.reduction != Reduction::composite; }

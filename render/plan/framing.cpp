@@ -292,29 +292,29 @@ std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int thre
 
 } // namespace
 
-Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                     MemoryBudget& ram, int threads) {
-    const VolumeInfo& info = store.info();
+    const VolumeInfo& info = volume.info();
     const ViewAxes axes = axesOf(view);
     const Camera whole = fitCamera(info, axes, view.projection, imageSize);
     if (view.fit == Fit::volume)
         return whole;
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
-    BrickCache cache(store, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
+    BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
     const ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part),
                                    imageSize, threads);
     return fit.empty() ? whole : fit.camera();
 }
 
-Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                      MemoryBudget& ram, int threads) {
     // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
     constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
-    const VolumeInfo& info = store.info();
+    const VolumeInfo& info = volume.info();
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
-    BrickCache cache(store, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
+    BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
     std::vector<ViewFit> fits;
     for (int n = 0; n < kDirections; ++n) {
         const ViewAxes axes = viewAxes(ViewAngles{n * 180.0 / kDirections, 0});

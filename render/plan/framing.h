@@ -21,13 +21,13 @@ constexpr double kLeastOpacityFramed = 0.015;
 /// decide. So nearly invisible cells, and cells that are only possibly visible by their range, do not move
 /// the camera. Only voxels near the picture's edges are read. Independent of threads, engine and budgets.
 /// Throws InputError if ram cannot hold framingBytes().
-Camera fittedCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                     MemoryBudget& ram, int threads);
 
 /// The camera of a turntable: fitted for every turn about the patient's axis through its focal point,
 /// starting from the view's side. Some 12 times the work. Throws as fittedCamera() does.
-Camera turningCamera(const FittedView& view, const StoreReader& store, const Statistics& statistics,
+Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                      MemoryBudget& ram, int threads);
 

@@ -1,6 +1,7 @@
 // render/plan/planner.cpp: see planner.h.
 #include "render/plan/planner.h"
 
+#include "bricking/analysis/body/kept_table.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/threads.h"
@@ -226,20 +227,49 @@ void Planner::chooseByVisibility(std::span<const SeenBrick> seen) {
     setSelection(std::move(better.selection));
 }
 
-Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
+Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!view)
         return std::get<Camera>(scene.camera);
     Camera camera = !view->named && scene.mode == Mode::slice
-                        ? sliceCamera(scene.slice, store.info(), scene.imageSize)
-                        : fittedCamera(*view, store, statistics, table, part, scene.imageSize, ram, threads);
+                        ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
+                        : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads);
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return camera;
 }
 
 namespace {
+
+constexpr double kAirHu = -1000;
+
+/// Hides the table in the layer, where the scene asks for it, values are in HU and memory has room.
+void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor, MemoryBudget& ram,
+               int threads, Layer& layer) {
+    if (scene.volumes.at(0).hideTable == HideTable::no || scene.mode == Mode::slice ||
+        !(values.isHu || looksLikeHu(values)))
+        return;
+    const StoreReader& store = *layer.store;
+    FoundTable found;
+    try {
+        const Charge rest = ram.charge(floor - std::min(floor, ram.usedBytes()), "the scene");
+        found = tableOf(store, ram, threads);
+    } catch (const InputError&) {
+        found.why = ram.option() + " has no room for looking";
+    }
+    layer.patientTable = found;
+    if (!found.mask)
+        return;
+    const VolumeInfo& info = store.info();
+    const double stored = std::round((kAirHu - info.rescaleIntercept) / info.rescaleSlope);
+    layer.masked =
+        std::make_unique<MaskedSource>(store, std::move(found.mask),
+                                       std::clamp(stored, static_cast<double>(layer.statistics.lowest),
+                                                  static_cast<double>(layer.statistics.highest)),
+                                       ram, threads);
+    hideMasked(layer.statistics, *layer.masked, ram, threads);
+}
 
 /// @param kept  null: read from the store
 Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, MemoryBudget& ram, int threads,
@@ -268,14 +298,15 @@ Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, M
     const ValueSummary values = summarise(p.layer().statistics, info, scene.volumes.at(0).unit);
     for (const double value : {values.lowest, values.highest})
         checkValue(value, "physical values", store.path().string());
+    hideTable(scene, values, floor, ram, threads, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
         p.setFunction(presetFunction(*name, values), scene);
     else
         p.setFunction(std::get<TransferFunction>(function), scene);
     p.view.part = drawnPart(scene, info);
-    p.view.camera =
-        plannedCamera(scene, store, p.layer().statistics, p.layer().table, p.view.part, ram, threads);
+    p.view.camera = plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().table,
+                                  p.view.part, ram, threads);
     p.ramFloorBytes = floor;
     return p;
 }
@@ -365,7 +396,7 @@ void Planner::openCache(bool readsOnce) {
     // First use of memory costs more than its content.
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
-    layer().cache = std::make_unique<BrickCache>(*layer().store, *ram, bytes, used);
+    layer().cache = std::make_unique<BrickCache>(layer().voxels(), *ram, bytes, used);
 }
 
 void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
@@ -392,8 +423,8 @@ void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits,
         leaveOutUndrawn(all, view.part, info(), layer().optics.takesGradients());
         chooseGhostLayers(limits, all.shownBricks(), context);
     }
-    chosen = chooseLevels(scene, view.camera, view.part, layer().statistics, layer().table, *layer().store,
-                          limits, choice, memory.gpuBytes(), memory.ramBytes(), context);
+    chosen = chooseLevels(scene, view.camera, view.part, layer(), limits, choice, memory.gpuBytes(),
+                          memory.ramBytes(), context);
     setSelection(std::move(chosen.selection));
     aim();
     openCache(limits.readsOnce && !scene.quality.maxError); // passes read chunks again

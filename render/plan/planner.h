@@ -109,7 +109,7 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 /// @param scene  as asDrawn() has it
 /// @param part   the part that its cuts keep: drawnPart() Throws InputError where ram cannot hold
 ///     framingBytes() (framing.h).
-Camera plannedCamera(const Scene& scene, const StoreReader& store, const Statistics& statistics,
+Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads);
 
 } // namespace tessera

@@ -212,7 +212,24 @@ void CutHandles::planes(WindowState& desk) {
     }
 }
 
+namespace {
+
+void hideTableBox(WindowState& desk) {
+    Scene scene = desk.scene();
+    HideTable& choice = scene.volumes.front().hideTable;
+    bool hides = choice == HideTable::automatic;
+    if (!ImGui::Checkbox("hide the table, if found", &hides))
+        return;
+    desk.beginEdit();
+    choice = hides ? HideTable::automatic : HideTable::no;
+    desk.setScene(scene, false);
+}
+
+} // namespace
+
 void CutHandles::panel(WindowState& desk) {
+    if (desk.volume()->values.isHu)
+        hideTableBox(desk);
     boxes(desk);
     planes(desk);
 }

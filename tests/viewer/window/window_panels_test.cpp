@@ -51,6 +51,7 @@ TEST(WindowDrawn, PanelOfCutsLightAndSaving) {
     w.chosen("black", "transparent");
     w.clicked("scale bar in the picture");
     w.clicked("save picture (F12)");
+    w.clicked("hide the table, if found");
     w.clicked("crop box (B)");
     w.dragged("40.0 mm", -40);
     w.dragged("0.0 mm@2", 20);

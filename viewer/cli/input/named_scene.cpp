@@ -95,6 +95,7 @@ Scene sceneOf(const std::filesystem::path& path) {
     Scene scene;
     scene.quality.automaticStep = true;
     scene.volumes.push_back({path, std::string()});
+    scene.volumes.back().hideTable = HideTable::automatic;
     return scene;
 }
 

@@ -151,6 +151,10 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
+    if (result.patientTable && result.patientTable->why.empty())
+        manifest["patientTable"] = {{"hiddenLitres", result.patientTable->litres}};
+    else if (result.patientTable)
+        manifest["patientTable"] = {{"shownBecause", result.patientTable->why}};
     if (reductionOf(scene) != Reduction::composite) {
         manifest["window"] = {{"centre", result.window.centre}, {"width", result.window.width}};
         manifest["errors"]["levels"] = "not predicted";

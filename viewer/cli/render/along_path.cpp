@@ -130,7 +130,7 @@ Path turnOf(const RenderTask& task) {
     if (scene.mode == Mode::slice)
         throw badFile("--turn", "a volume to turn around", "a slice, which is seen along its normal");
     const Planner plan = planView(scene, task.store, task.ram, task.options.threads);
-    Camera camera = turningCamera(*view, task.store, plan.layer().statistics, plan.layer().table,
+    Camera camera = turningCamera(*view, plan.layer().voxels(), plan.layer().statistics, plan.layer().table,
                                   plan.view.part, scene.imageSize, task.ram, task.options.threads);
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);

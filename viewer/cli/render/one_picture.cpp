@@ -120,6 +120,7 @@ void renderOnePicture(const RenderTask& task) {
     if (result.takenAsHu)
         common.note(
             "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU confirms it");
+    noteTable(task, result);
     const Charge pictures =
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 

@@ -137,6 +137,14 @@ void warnBlank(const RenderTask& task, const RenderResult& result) {
                               : "tessera render " + task.arguments.in + " -o " + task.arguments.out + fix));
 }
 
+void noteTable(const RenderTask& task, const RenderResult& result) {
+    if (result.patientTable && result.patientTable->why.empty())
+        task.common.note("the table is left out (" + formatNumber(result.patientTable->litres, 2) +
+                         " l); --hide-table no draws it");
+    else if (result.patientTable)
+        task.common.detail("nothing is left out as a table: " + result.patientTable->why);
+}
+
 void noteMissingSurfaces(const RenderTask& task, const RenderResult& result) {
     if (reductionOf(task.scene) != Reduction::composite)
         return;

@@ -26,6 +26,9 @@ void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult&
 /// A blank picture is no error, but never a silent one: why it is, and what to try.
 void warnBlank(const RenderTask& task, const RenderResult& result);
 
+/// Says that the table is left out, or with --verbose why not.
+void noteTable(const RenderTask& task, const RenderResult& result);
+
 /// Isosurfaces of values that the volume does not have.
 void noteMissingSurfaces(const RenderTask& task, const RenderResult& result);
 

@@ -1,0 +1,322 @@
+// bricking/analysis/body/table_mask.cpp: see table_mask.h.
+#include "bricking/analysis/body/table_mask.h"
+
+#include "bricking/analysis/body/body_voxels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMostTableSamples = std::size_t{5} << 20;
+constexpr double kLeastBodyLitres = 0.3;
+constexpr double kLeastLengthMm = 40;
+constexpr double kOfVolume = 0.8; // of the volume's length that a table takes at least
+constexpr double kWindowMm = 60;  // to either side along the table
+constexpr double kOfWindow = 0.5; // of a window that the table takes, where its cross-section is even
+constexpr double kOfOpposite =
+    0.25; // of the lines that meet a table, those that meet something on the other side at most
+constexpr double kFirmHu = -900; // boards and cushions are above it, air with its noise is not
+
+/// Samples that are dense and not body, in parts that run along the whole volume.
+Marks longParts(const Marks& rest, const BodyGrid& grid) {
+    Marks found(rest.size());
+    const int least = static_cast<int>(std::ceil(kOfVolume * grid.extent.z));
+    forParts(rest, grid, [&](std::span<const std::int32_t> voxels) {
+        int low = grid.extent.z, high = 0;
+        for (const std::int32_t voxel : voxels) {
+            const int z = gridPosition(static_cast<std::size_t>(voxel), grid.extent).z;
+            low = std::min(low, z), high = std::max(high, z + 1);
+        }
+        if (high - low >= least)
+            for (const std::int32_t voxel : voxels)
+                found[static_cast<std::size_t>(voxel)] = 1;
+    });
+    return found;
+}
+
+/// Drops what does not go on along z: of every sample the share is taken that a window along z has in its
+/// column and the eight around.
+void keepEven(Marks& marks, const BodyGrid& grid) {
+    const glm::ivec3 e = grid.extent;
+    const int half = std::max(1, static_cast<int>(kWindowMm / grid.spacingMm.z));
+    const std::size_t slice = cellCount({e.x, e.y, 1});
+    const Marks all = marks;
+    std::vector<std::uint8_t> wide(all.size()); // marked within one column
+    for (int z = 0; z < e.z; ++z)
+        for (int y = 0; y < e.y; ++y)
+            for (int x = 0; x < e.x; ++x) {
+                bool any = false;
+                for (int v = std::max(y - 1, 0); v <= std::min(y + 1, e.y - 1) && !any; ++v)
+                    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, e.x - 1) && !any; ++u)
+                        any = all[linearIndex({u, v, z}, e)] != 0;
+                wide[linearIndex({x, y, z}, e)] = any;
+            }
+    for (std::size_t column = 0; column < slice; ++column) {
+        int count = 0, first = 0, end = 0; // of the window
+        for (int z = 0; z < e.z; ++z) {
+            const int low = std::max(0, z - half), high = std::min(e.z, z + half + 1);
+            for (; end < high; ++end)
+                count += wide[column + slice * static_cast<std::size_t>(end)];
+            for (; first < low; ++first)
+                count -= wide[column + slice * static_cast<std::size_t>(first)];
+            std::uint8_t& mark = marks[column + slice * static_cast<std::size_t>(z)];
+            mark = mark && count >= kOfWindow * (high - low);
+        }
+    }
+}
+
+/// The samples of a slice as lines from the patient outwards, along x or y.
+struct Outwards {
+    int axis = 1;
+    bool up = true;
+    int lines(const glm::ivec3& extent) const { return extent[1 - axis]; }
+    std::size_t at(const glm::ivec3& extent, int z, int line, int step) const {
+        glm::ivec3 place(0, 0, z);
+        place[axis] = up ? step : extent[axis] - 1 - step;
+        place[1 - axis] = line;
+        return linearIndex(place, extent);
+    }
+};
+/// A side and the opposite one, two times.
+constexpr std::array<Outwards, 4> kSides = {{{1, true}, {1, false}, {0, true}, {0, false}}};
+
+/// Calls line(steps, at(step)) for all lines of all slices.
+template <typename Line> void forLines(const Outwards& side, const glm::ivec3& extent, const Line& line) {
+    for (int z = 0; z < extent.z; ++z)
+        for (int n = 0; n < side.lines(extent); ++n)
+            line(extent[side.axis], [&](int step) { return side.at(extent, z, n, step); });
+}
+
+/// Marks of the air that the borders of each slice reach: what is not firm.
+Marks reached(const Marks& firm, const BodyGrid& grid) {
+    const glm::ivec3 e = grid.extent;
+    Marks marks(firm.size());
+    std::vector<glm::ivec3> next;
+    const auto take = [&](const glm::ivec3& at) {
+        const std::size_t i = linearIndex(at, e);
+        if (!firm[i] && !marks[i]) {
+            marks[i] = 1;
+            next.push_back(at);
+        }
+    };
+    for (int z = 0; z < e.z; ++z) {
+        for (int x = 0; x < e.x; ++x)
+            take({x, 0, z}), take({x, e.y - 1, z});
+        for (int y = 0; y < e.y; ++y)
+            take({0, y, z}), take({e.x - 1, y, z});
+        for (; !next.empty();) {
+            const glm::ivec3 at = next.back();
+            next.pop_back();
+            for (const glm::ivec3& step : {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0)})
+                for (const glm::ivec3& beside : {at - step, at + step})
+                    if (beside.x >= 0 && beside.y >= 0 && beside.x < e.x && beside.y < e.y)
+                        take(beside);
+        }
+    }
+    return marks;
+}
+
+/// Marks of what lies beyond all of the body on one side, of whole lines where there is no body.
+Marks beyond(const Marks& body, const Outwards& side, const glm::ivec3& extent) {
+    Marks marks(body.size());
+    forLines(side, extent, [&](int steps, const auto& at) {
+        for (int step = steps - 1; step >= 0 && !body[at(step)]; --step)
+            marks[at(step)] = 1;
+    });
+    return marks;
+}
+
+/// The number of lines that meet both the body and a marked sample.
+std::size_t facingBody(const Marks& marks, const Marks& body, const Outwards& side,
+                       const glm::ivec3& extent) {
+    std::size_t count = 0;
+    forLines(side, extent, [&](int steps, const auto& at) {
+        bool marked = false, meets = false;
+        for (int step = 0; step < steps; ++step) {
+            marked |= marks[at(step)] != 0;
+            meets |= body[at(step)] != 0;
+        }
+        count += marked && meets;
+    });
+    return count;
+}
+
+/// Marks of every sample with a marked one among the 26 around it, or itself.
+Marks dilated(const Marks& marks, const glm::ivec3& e) {
+    Marks out = marks, before;
+    const std::array<std::size_t, 3> strides = {1, static_cast<std::size_t>(e.x), cellCount({e.x, e.y, 1})};
+    for (int axis = 0; axis < 3; ++axis) {
+        before = out;
+        const std::size_t stride = strides[static_cast<std::size_t>(axis)];
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const int at = static_cast<int>(i / stride % static_cast<std::size_t>(e[axis]));
+            out[i] = before[i] || (at > 0 && before[i - stride]) || (at + 1 < e[axis] && before[i + stride]);
+        }
+    }
+    return out;
+}
+
+/// Adds what is connected to the marked samples, by faces, through `open` alone, as far as kCushionMm.
+void growInto(Marks& marks, const Marks& open, const BodyGrid& grid) {
+    std::vector<std::int32_t> next;
+    std::vector<float> away(marks.size(), 0);
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        if (marks[i])
+            next.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t n = 0; n < next.size(); ++n) {
+        const auto from = static_cast<std::size_t>(next[n]);
+        const glm::ivec3 place = gridPosition(from, grid.extent);
+        grid.beside(from, [&](std::size_t to) {
+            if (marks[to] || !open[to])
+                return;
+            const glm::ivec3 step = gridPosition(to, grid.extent) - place;
+            const int axis = step.x != 0 ? 0 : step.y != 0 ? 1 : 2;
+            const float far = away[from] + static_cast<float>(grid.spacingMm[axis]);
+            if (far > kCushionMm)
+                return;
+            marks[to] = 1;
+            away[to] = far;
+            next.push_back(static_cast<std::int32_t>(to));
+        });
+    }
+}
+
+double litresOf(const Marks& marks, const BodyGrid& grid) {
+    return static_cast<double>(std::count(marks.begin(), marks.end(), 1)) * grid.spacingMm.x *
+           grid.spacingMm.y * grid.spacingMm.z / 1e6;
+}
+
+/// The body with what it encloses in a slice, such as lungs, and with walls around these that are too thin
+/// for an opening. Enclosed is what sees on four sides the body, or nothing but firm samples to the border: a
+/// narrow field of view opens one.
+Marks closedBody(const Marks& dense, const Marks& firm, const BodyGrid& grid) {
+    auto [body, ballMm] = bodyAmong(dense, grid);
+    const Marks outside = reached(firm, grid);
+    std::vector<std::uint8_t> meets(body.size()),
+        sides(body.size()); // of a line outwards: the body; or no air
+    for (const Outwards& each : kSides)
+        forLines(each, grid.extent, [&](int steps, const auto& at) {
+            bool met = false, air = false;
+            for (int step = 0; step < steps; ++step) {
+                met |= body[at(step)] != 0;
+                air |= outside[at(step)] != 0;
+                meets[at(step)] = static_cast<std::uint8_t>(meets[at(step)] + met);
+                sides[at(step)] = static_cast<std::uint8_t>(sides[at(step)] + (met || !air));
+            }
+        });
+    Marks within(body.size());
+    for (std::size_t i = 0; i < within.size(); ++i)
+        within[i] = !body[i] && !dense[i] && !outside[i] && sides[i] == 4 && meets[i] >= 3;
+    if (std::find(within.begin(), within.end(), 1) == within.end())
+        return body;
+    const std::vector<float> away = distancesTo(within, 1, grid);
+    for (std::size_t i = 0; i < body.size(); ++i)
+        body[i] = body[i] || within[i] || (dense[i] && away[i] <= 4 * ballMm * ballMm);
+    return body;
+}
+
+Marks both(const Marks& a, const Marks& b) {
+    Marks out(a.size());
+    std::transform(a.begin(), a.end(), b.begin(), out.begin(),
+                   [](std::uint8_t one, std::uint8_t other) { return one && other; });
+    return out;
+}
+
+/// What is hidden, of a volume's dense and firm samples; else the reason.
+std::string hide(const Marks& dense, Marks firm, const BodyGrid& grid, Marks& hidden) {
+    const glm::ivec3 extent = grid.extent;
+    if (extent.z * grid.spacingMm.z < kLeastLengthMm)
+        return "the volume is shorter than " + std::to_string(static_cast<int>(kLeastLengthMm)) +
+               " mm along the table";
+    const Marks body = closedBody(dense, firm, grid);
+    if (litresOf(body, grid) < kLeastBodyLitres)
+        return "there is no body";
+    // The skin's own samples are firm too, where it is between them.
+    const Marks skin = dilated(body, extent);
+    for (std::size_t i = 0; i < firm.size(); ++i)
+        firm[i] = firm[i] && !skin[i];
+    Marks table;
+    std::array<std::size_t, kSides.size()> counts{};
+    std::size_t best = 0;
+    for (std::size_t n = 0; n < kSides.size(); ++n) {
+        Marks found = longParts(both(firm, beyond(body, kSides[n], extent)), grid);
+        keepEven(found, grid);
+        counts[n] = facingBody(found, body, kSides[n], extent);
+        if (n == 0 || counts[n] > counts[best]) {
+            best = n;
+            table = std::move(found);
+        }
+    }
+    const Outwards side = kSides[best];
+    if (counts[best] == 0)
+        return "nothing beside the body runs along the whole volume";
+    if (static_cast<double>(counts[best ^ 1u]) > kOfOpposite * static_cast<double>(counts[best]))
+        return "what runs along the whole volume lies on opposite sides of the body";
+    // On lines that meet the table: all beyond the body, or where there is none, beyond the table's face.
+    hidden.assign(dense.size(), 0);
+    forLines(side, extent, [&](int steps, const auto& at) {
+        int first = steps, last = -1;
+        for (int step = 0; step < steps; ++step) {
+            if (table[at(step)])
+                first = std::min(first, step);
+            if (body[at(step)])
+                last = step;
+        }
+        if (first == steps)
+            return;
+        for (int step = last >= 0 ? last + 1 : first; step < steps; ++step)
+            hidden[at(step)] = table[at(step)] || !dense[at(step)] || step > first;
+    });
+    // What is dense and not hidden stays, with the samples around it.
+    Marks stays(dense.size());
+    for (std::size_t i = 0; i < stays.size(); ++i)
+        stays[i] = dense[i] && !hidden[i];
+    stays = dilated(stays, extent);
+    for (std::size_t i = 0; i < hidden.size(); ++i)
+        hidden[i] = hidden[i] && !stays[i];
+    // Air and cushions beside it, never a lung that a narrow field of view lays open.
+    Marks open = beyond(body, side, extent);
+    for (std::size_t i = 0; i < open.size(); ++i)
+        open[i] = open[i] && !stays[i];
+    growInto(hidden, open, grid);
+    return "";
+}
+
+} // namespace
+
+std::size_t tableMaskBytes(const VolumeInfo& info) {
+    const int level = bodyLevelOf(info, kMostTableSamples);
+    return kBodyBytesPerSample * cellCount(levelExtent(info.extentVoxels, level)) +
+           cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
+}
+
+FoundTable findTable(const ChunkSource& volume, MemoryBudget& ram, int threads) {
+    const VolumeInfo& info = volume.info();
+    const int level = bodyLevelOf(info, kMostTableSamples);
+    const BodyGrid grid(info, level);
+    FoundTable found;
+    Marks hidden;
+    {
+        const Charge charge = ram.charge(tableMaskBytes(info), "finding the table");
+        const Marks dense = samplesAbove(kBodyHu, volume, level, grid, threads);
+        found.why = hide(dense, samplesAbove(kFirmHu, volume, level, grid, threads), grid, hidden);
+        if (!found.why.empty())
+            return found;
+        Marks seen(dense.size());
+        for (std::size_t i = 0; i < seen.size(); ++i)
+            seen[i] = dense[i] && hidden[i];
+        found.litres = litresOf(seen, grid);
+    }
+    for (std::uint8_t& share : hidden)
+        share = share ? 255 : 0;
+    found.mask = std::make_shared<const Mask>(info.extentVoxels, level, std::move(hidden), ram);
+    return found;
+}
+
+} // namespace tessera

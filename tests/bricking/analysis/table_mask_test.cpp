@@ -1,0 +1,239 @@
+// tests/bricking/analysis/table_mask_test.cpp: tables under patients that are formulas: what is hidden is
+// table and never patient.
+#include "bricking/analysis/body/table_mask.h"
+#include "core/base/error.h"
+#include "tests/support/lumen_tubes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace tessera::test {
+namespace {
+
+constexpr double kAir = -1000;
+
+double ellipseAt(const glm::dvec3& p, const glm::dvec2& middle, const glm::dvec2& half) {
+    return glm::length((glm::dvec2(p) - middle) / half);
+}
+
+/// On the back, y = 100 mm; 300 mm long.
+struct Named {
+    const char* name;
+    Field hu;
+};
+
+double trunk(const glm::dvec3& p) {
+    const bool lungs = std::min(ellipseAt(p, {-75, 0}, {60, 75}), ellipseAt(p, {75, 0}, {60, 75})) < 1;
+    return ellipseAt(p, {0, 0}, {160, 100}) < 1 && !(lungs && p.z > 60) ? 40 : kAir;
+}
+
+const std::vector<Named>& patients() {
+    static const std::vector<Named> all = {
+        {"a trunk", trunk},
+        {"arms on the table",
+         [](const glm::dvec3& p) {
+             const bool arms =
+                 std::min(ellipseAt(p, {-205, 62}, {38, 38}), ellipseAt(p, {205, 62}, {38, 38})) < 1;
+             return arms ? 40 : trunk(p);
+         }},
+        {"a hand with thin fingers on the table",
+         [](const glm::dvec3& p) {
+             const bool fingers = std::abs(p.z) < 60 && p.y > 85 && p.y < 100 && p.x > 165 && p.x < 240 &&
+                                  std::fmod(p.z + 60, 30) < 15;
+             return fingers ? 30 : trunk(p);
+         }},
+        {"legs, one of them raised",
+         [](const glm::dvec3& p) {
+             const bool legs = ellipseAt(p, {-80, 20}, {70, 70}) < 1 ||
+                               ellipseAt(p, {90, 15 - 0.3 * (p.z + 150)}, {65, 65}) < 1;
+             return legs ? 40 : kAir;
+         }},
+        {"a head with ears",
+         [](const glm::dvec3& p) {
+             const bool ears =
+                 std::abs(p.z) < 30 && std::abs(p.y - 10) < 20 && std::abs(std::abs(p.x) - 84) < 6;
+             return ears || glm::length((p - glm::dvec3(0, 0, -20)) / glm::dvec3(78, 100, 125)) < 1 ? 40
+                                                                                                    : kAir;
+         }},
+    };
+    return all;
+}
+
+struct NamedTable : Named {
+    bool isOne = true;
+};
+const std::vector<NamedTable>& namedTables() {
+    static const std::vector<NamedTable> all = {
+        {{"none", [](const glm::dvec3&) { return kAir; }}, false},
+        {{"a blanket, uneven",
+          [](const glm::dvec3& p) {
+              return p.y < -128 - 0.1 * p.z && p.y > -136 - 0.1 * p.z && std::abs(p.z) < 90 ? -150. : kAir;
+          }},
+         false},
+        {{"a tube around the patient",
+          [](const glm::dvec3& p) {
+              return std::abs(ellipseAt(p, {0, 0}, {265, 135}) - 1) < 0.03 ? 100. : kAir;
+          }},
+         false},
+        {{"a plate that touches", [](const glm::dvec3& p) { return p.y > 100 && p.y < 112 ? 100. : kAir; }}},
+        {{"a trough that touches",
+          [](const glm::dvec3& p) {
+              const double r = ellipseAt(p, {0, -400}, {1, 1});
+              return r > 500 && r < 512 && p.y > 60 && std::abs(p.x) < 150 ? 150. : kAir;
+          }}},
+        {{"plates and foam between",
+          [](const glm::dvec3& p) {
+              const bool plates = (p.y > 102 && p.y < 108) || (p.y > 138 && p.y < 146);
+              return plates ? 300. : p.y > 108 && p.y < 138 ? -900. : kAir;
+          }}},
+        {{"a mattress that touches, and a board",
+          [](const glm::dvec3& p) {
+              return p.y > 120 && p.y < 132 ? 0. : p.y > 100 && p.y < 120 ? -700. : kAir;
+          }}},
+        {{"a board of light stuff alone",
+          [](const glm::dvec3& p) { return p.y > 110 && p.y < 140 && std::abs(p.x) < 230 ? -600. : kAir; }}},
+    };
+    return all;
+}
+
+/// How a patient lies: p of the volume to p of the formulas.
+struct Pose {
+    const char* name;
+    glm::dvec3 (*turned)(const glm::dvec3&);
+};
+const Pose kPoses[] = {{"on the back", [](const glm::dvec3& p) { return p; }},
+                       {"on the front", [](const glm::dvec3& p) { return glm::dvec3(p.x, -p.y, p.z); }},
+                       {"on the side", [](const glm::dvec3& p) { return glm::dvec3(-p.y, p.x, p.z); }}};
+
+FoundTable found(const ChunkSource& source, MemoryBudget& ram, int threads = 2) {
+    const FoundTable table = findTable(source, ram, threads);
+    EXPECT_LE(ram.peakBytes(), tableMaskBytes(source.info()) + (table.mask ? ram.usedBytes() : 0));
+    return table;
+}
+
+/// Shares of voxels, of those that the formulas tell to be patient or table.
+struct Hidden {
+    double ofPatient = 0; // the largest share of any voxel
+    double ofTable = 0;   // the mean share, two voxels and more from the patient
+};
+Hidden hidden(const Mask& mask, const VolumeInfo& info, const Field& patient, const Field& table) {
+    Hidden out;
+    std::vector<float> shares(info.voxelCount());
+    mask.read(0, glm::ivec3(0), info.extentVoxels, shares);
+    std::size_t ofTable = 0;
+    const auto place = [&](const glm::ivec3& voxel) {
+        return glm::dvec3(info.patientFromVoxel * glm::dvec4(glm::dvec3(voxel) + 0.5, 1));
+    };
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+        const glm::ivec3 voxel = gridPosition(i, info.extentVoxels);
+        const double share = static_cast<double>(shares[i]);
+        if (patient(place(voxel)) > -300)
+            out.ofPatient = std::max(out.ofPatient, share);
+        if (!(table(place(voxel)) > -950))
+            continue;
+        bool near = false;
+        for (int n = 0; n < 125; ++n)
+            near |=
+                patient(place(voxel + gridPosition(static_cast<std::size_t>(n), glm::ivec3(5)) - 2)) > -300;
+        if (!near) {
+            out.ofTable += share;
+            ++ofTable;
+        }
+    }
+    out.ofTable /= static_cast<double>(std::max<std::size_t>(ofTable, 1));
+    return out;
+}
+
+TEST(PatientTable, IsHiddenAndNothingOfThePatient) {
+    for (const Pose& pose : kPoses)
+        for (const Named& patient : patients())
+            for (const NamedTable& table : namedTables()) {
+                const bool onBack = &pose == kPoses, touches = table.isOne && &table < &namedTables()[5];
+                if (!onBack && !touches)
+                    continue;
+                SCOPED_TRACE(std::string(patient.name) + " " + pose.name + ", " + table.name);
+                const VolumeInfo info = onBack ? boxInfo({112, 64, 30}, {5, 5, 10}, {-280, -140, -150})
+                                               : boxInfo({112, 112, 30}, {5, 5, 10}, {-280, -280, -150});
+                const Field body = [&](const glm::dvec3& p) { return patient.hu(pose.turned(p)); };
+                const Field under = [&](const glm::dvec3& p) { return table.hu(pose.turned(p)); };
+                std::mt19937 random(7);
+                std::normal_distribution<double> noise(0, 25);
+                std::vector<std::int16_t> noises(1 << 16);
+                for (std::int16_t& each : noises)
+                    each = static_cast<std::int16_t>(std::clamp(noise(random), -90., 90.));
+                const FieldChunks scan(info, [&](const glm::dvec3& p) {
+                    const auto n = static_cast<std::size_t>(p.x * 7 + p.y * 1031 + p.z * 577 + 1e6);
+                    return std::max(body(p), under(p)) + noises[n % noises.size()];
+                });
+                MemoryBudget ram("RAM", "--ram", 256u << 20);
+                const FoundTable it = found(scan, ram);
+                EXPECT_EQ(it.mask != nullptr, it.why.empty());
+                EXPECT_EQ(it.mask != nullptr, table.isOne) << it.why;
+                if (!it.mask)
+                    continue;
+                const Hidden share = hidden(*it.mask, info, body, under);
+                EXPECT_EQ(share.ofPatient, 0);
+                EXPECT_GT(share.ofTable, 0.75); // some are two voxels thick
+            }
+}
+
+// A patient wider than the scan: lungs lie open at its sides. Behind walls that an opening removes nothing is
+// hidden at all.
+TEST(PatientTable, ANarrowFieldOfViewLaysNothingOpen) {
+    const VolumeInfo info = boxInfo({44, 56, 30}, {5, 5, 10}, {-110, -130, -150});
+    for (const double half : {70., 75., 85., 92.}) {
+        const Field patient = [half](const glm::dvec3& p) {
+            const bool lung =
+                std::min(ellipseAt(p, {-75, 0}, {75, half}), ellipseAt(p, {75, 0}, {75, half})) < 1;
+            return lung ? -850 : ellipseAt(p, {0, 0}, {160, 100}) < 1 ? 40 : kAir;
+        };
+        const Field table = namedTables()[3].hu;
+        const FieldChunks scan(info, [&](const glm::dvec3& p) { return std::max(patient(p), table(p)); });
+        MemoryBudget ram("RAM", "--ram", 256u << 20);
+        const FoundTable it = found(scan, ram);
+        EXPECT_TRUE(it.mask || half > 70) << half << ": " << it.why;
+        if (!it.mask)
+            continue;
+        std::vector<float> shares(info.voxelCount());
+        it.mask->read(0, glm::ivec3(0), info.extentVoxels, shares);
+        for (std::size_t i = 0; i < shares.size(); ++i) {
+            const glm::dvec3 voxel = glm::dvec3(gridPosition(i, info.extentVoxels)) + 0.5;
+            const glm::dvec3 place(info.patientFromVoxel * glm::dvec4(voxel, 1));
+            if (patient(place) > -900) {
+                ASSERT_EQ(shares[i], 0) << half << ": " << place.x << " " << place.y << " " << place.z;
+            }
+        }
+    }
+}
+
+TEST(PatientTable, ThreadsChangeNothingAndLittleMemoryIsSaid) {
+    const VolumeInfo info = boxInfo({112, 64, 30}, {5, 5, 10}, {-280, -140, -150});
+    const FieldChunks scan(info,
+                           [](const glm::dvec3& p) { return std::max(trunk(p), namedTables()[4].hu(p)); });
+    MemoryBudget ram("RAM", "--ram", 256u << 20), few("RAM", "--ram", 1000);
+    const FoundTable one = found(scan, ram, 1), four = found(scan, ram, 4);
+    ASSERT_TRUE(one.mask && four.mask);
+    EXPECT_THAT(std::vector<std::uint8_t>(one.mask->shares().begin(), one.mask->shares().end()),
+                ::testing::ElementsAreArray(four.mask->shares()));
+    EXPECT_NEAR(one.litres, 0.8, 0.4); // of a shell of 12 mm
+    EXPECT_THROW(findTable(scan, few, 1), InputError);
+}
+
+TEST(PatientTable, SaysWhyNothingIsHidden) {
+    MemoryBudget ram("RAM", "--ram", 256u << 20);
+    const auto why = [&](const VolumeInfo& info, const Field& field) {
+        return findTable(FieldChunks(info, field), ram, 2).why;
+    };
+    const VolumeInfo info = boxInfo({112, 64, 30}, {5, 5, 10}, {-280, -140, -150});
+    EXPECT_THAT(why(info, [](const glm::dvec3&) { return kAir; }), ::testing::HasSubstr("no body"));
+    EXPECT_THAT(why(info, trunk), ::testing::HasSubstr("nothing beside the body"));
+    EXPECT_THAT(why(info, [](const glm::dvec3&) { return 40.; }), ::testing::HasSubstr("nothing beside"));
+    EXPECT_THAT(why(info, [](const glm::dvec3& p) { return std::max(trunk(p), namedTables()[2].hu(p)); }),
+                ::testing::HasSubstr("opposite sides"));
+    EXPECT_THAT(why(boxInfo({112, 64, 3}, {5, 5, 10}, {-280, -140, -15}), trunk),
+                ::testing::HasSubstr("shorter than 40 mm"));
+}
+
+} // namespace
+} // namespace tessera::test
