@@ -4,8 +4,10 @@
 #include "bricking/analysis/body/body_voxels.h"
 #include "core/base/error.h"
 #include "core/base/lower_envelope.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,26 +18,30 @@
 
 namespace tessera {
 
-void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const glm::dvec3& spacingMm) {
-    LowerEnvelope envelope;
-    std::vector<double> line;
+void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const glm::dvec3& spacingMm,
+                      int threads) {
+    constexpr std::size_t kLinesAtOnce = 512;
     const glm::ivec3 strides(1, extent.x, extent.x * extent.y);
     for (int axis = 0; axis < 3; ++axis) {
         glm::ivec3 lines = extent; // one line for each place of the other two axes
         lines[axis] = 1;
-        line.resize(static_cast<std::size_t>(extent[axis]));
-        for (std::size_t n = 0; n < cellCount(lines); ++n) {
-            float* const at = grid.data() + linearIndex(gridPosition(n, lines), extent);
-            for (std::size_t i = 0; i < line.size(); ++i) {
-                const float value = at[static_cast<std::ptrdiff_t>(i) * strides[axis]];
-                line[i] =
-                    value < kFarAway ? static_cast<double>(value) : std::numeric_limits<double>::infinity();
+        const std::size_t count = cellCount(lines);
+        parallelFor((count + kLinesAtOnce - 1) / kLinesAtOnce, threads, [&](std::size_t batch) {
+            LowerEnvelope envelope;
+            std::vector<double> line(static_cast<std::size_t>(extent[axis]));
+            for (std::size_t n = batch * kLinesAtOnce; n < std::min(count, (batch + 1) * kLinesAtOnce); ++n) {
+                float* const at = grid.data() + linearIndex(gridPosition(n, lines), extent);
+                for (std::size_t i = 0; i < line.size(); ++i) {
+                    const float value = at[static_cast<std::ptrdiff_t>(i) * strides[axis]];
+                    line[i] = value < kFarAway ? static_cast<double>(value)
+                                               : std::numeric_limits<double>::infinity();
+                }
+                envelope.transform(line, spacingMm[axis]);
+                for (std::size_t i = 0; i < line.size(); ++i)
+                    at[static_cast<std::ptrdiff_t>(i) * strides[axis]] =
+                        line[i] < static_cast<double>(kFarAway) ? static_cast<float>(line[i]) : kFarAway;
             }
-            envelope.transform(line, spacingMm[axis]);
-            for (std::size_t i = 0; i < line.size(); ++i)
-                at[static_cast<std::ptrdiff_t>(i) * strides[axis]] =
-                    line[i] < static_cast<double>(kFarAway) ? static_cast<float>(line[i]) : kFarAway;
-        }
+        });
     }
 }
 
@@ -61,8 +67,8 @@ BodyBox findBody(const ChunkSource& source, MemoryBudget& ram) {
     BodyBox box;
     box.level = levelOf(info);
     const double voxels = static_cast<double>(1 << box.level); // of level 0, along an axis of a sample
-    const BodyGrid grid(info, box.level);
-    const Marks above = samplesAbove(kBodyHu, source, box.level, grid, 1);
+    const BodyGrid grid(info, box.level, 1);
+    const Marks above = samplesAbove(std::array{kBodyHu}, source, box.level, grid);
     if (std::find(above.begin(), above.end(), 1) == above.end())
         throw badFile("--crop body", "a body: something above -300 HU", "none");
     const Marks body = bodyAmong(above, grid).marks;

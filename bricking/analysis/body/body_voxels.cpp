@@ -16,7 +16,7 @@ std::vector<float> distancesTo(const Marks& marks, std::uint8_t of, const BodyGr
     std::vector<float> field(marks.size());
     std::transform(marks.begin(), marks.end(), field.begin(),
                    [of](std::uint8_t mark) { return mark == of ? 0.f : kFarAway; });
-    squaredDistances(field, grid.extent, grid.spacingMm);
+    squaredDistances(field, grid.extent, grid.spacingMm, grid.threads);
     return field;
 }
 
@@ -27,11 +27,11 @@ int bodyLevelOf(const VolumeInfo& info, std::size_t mostSamples) {
     return level;
 }
 
-Marks samplesAbove(double hu, const ChunkSource& source, int level, const BodyGrid& grid, int threads) {
+Marks samplesAbove(std::span<const double> hu, const ChunkSource& source, int level, const BodyGrid& grid) {
     const VolumeInfo& info = source.info();
     Marks marks(grid.size());
     const glm::ivec3 chunks = chunkGrid(info.extentVoxels, level);
-    parallelFor(cellCount(chunks), threads, [&](std::size_t n) {
+    parallelFor(cellCount(chunks), grid.threads, [&](std::size_t n) {
         std::vector<std::byte> chunk(source.chunkBytes());
         const glm::ivec3 at = gridPosition(n, chunks), first = at * kChunkExtent;
         source.readChunk({level, at.x, at.y, at.z}, chunk);
@@ -42,8 +42,9 @@ Marks samplesAbove(double hu, const ChunkSource& source, int level, const BodyGr
             for (std::size_t v = 0; v < cellCount(count); ++v) {
                 const glm::ivec3 in = gridPosition(v, count);
                 const auto stored = static_cast<double>(values[linearIndex(in, glm::ivec3(kChunkExtent))]);
-                marks[linearIndex(first + in, grid.extent)] =
-                    info.rescaleSlope * stored + info.rescaleIntercept > hu;
+                const double value = info.rescaleSlope * stored + info.rescaleIntercept;
+                marks[linearIndex(first + in, grid.extent)] = static_cast<std::uint8_t>(
+                    std::count_if(hu.begin(), hu.end(), [value](double each) { return value > each; }));
             }
         });
     });

@@ -21,9 +21,10 @@ int bodyLevelOf(const VolumeInfo& info, std::size_t mostSamples);
 struct BodyGrid {
     glm::ivec3 extent;
     glm::dvec3 spacingMm;
-    BodyGrid(const VolumeInfo& info, int level)
+    int threads; // that work on it; they change no result
+    BodyGrid(const VolumeInfo& info, int level, int useThreads)
         : extent(levelExtent(info.extentVoxels, level)),
-          spacingMm(static_cast<double>(1 << level) * info.spacingMm()) {}
+          spacingMm(static_cast<double>(1 << level) * info.spacingMm()), threads(useThreads) {}
     std::size_t size() const { return cellCount(extent); }
     /// Calls what(index) for the up to six voxels that share a face.
     template <typename What> void beside(std::size_t index, const What& what) const {
@@ -42,8 +43,8 @@ using Marks = std::vector<std::uint8_t>;
 /// part, which grow by doubling, and seven sets of marks.
 constexpr std::size_t kBodyBytesPerSample = 2 * sizeof(float) + 2 * sizeof(std::int32_t) + 8;
 
-/// The samples of a level above a value, in HU.
-Marks samplesAbove(double hu, const ChunkSource& source, int level, const BodyGrid& grid, int threads);
+/// Of each sample of a level, the number of these values, in HU, that it is above.
+Marks samplesAbove(std::span<const double> hu, const ChunkSource& source, int level, const BodyGrid& grid);
 /// Calls part(voxels) for every connected part of the marked voxels; by faces, in the order of their first
 /// voxels. `part` may change marks of its voxels only.
 void forParts(const Marks& marks, const BodyGrid& grid,

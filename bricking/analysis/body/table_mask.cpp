@@ -17,11 +17,17 @@ constexpr std::size_t kMostTableSamples = std::size_t{5} << 20;
 constexpr double kLeastBodyLitres = 0.3;
 constexpr double kLeastLengthMm = 40;
 constexpr double kOfVolume = 0.8; // of the volume's length that a table takes at least
-constexpr double kWindowMm = 60;  // to either side along the table
-constexpr double kOfWindow = 0.5; // of a window that the table takes, where its cross-section is even
+/// An even cross-section: the share that is taken of a window, so long to either side along the table.
+struct Even {
+    double windowMm, share;
+};
+constexpr Even kEven{60, 0.5};
+constexpr Even kSurelyEven{300, 0.85}; // no limb is
+constexpr double kThinMm = 5;          // half of the thickness of shells: hands and feet are thicker
 constexpr double kOfOpposite =
     0.25; // of the lines that meet a table, those that meet something on the other side at most
-constexpr double kFirmHu = -900; // boards and cushions are above it, air with its noise is not
+constexpr double kFilledHu = -600; // a sample half filled by tissue, and by a mattress or air
+constexpr double kFirmHu = -900;   // boards and cushions are above it, air with its noise is not
 
 /// Samples that are dense and not body, in parts that run along the whole volume.
 Marks longParts(const Marks& rest, const BodyGrid& grid) {
@@ -42,9 +48,9 @@ Marks longParts(const Marks& rest, const BodyGrid& grid) {
 
 /// Drops what does not go on along z: of every sample the share is taken that a window along z has in its
 /// column and the eight around.
-void keepEven(Marks& marks, const BodyGrid& grid) {
+void keepEven(Marks& marks, const BodyGrid& grid, const Even& even) {
     const glm::ivec3 e = grid.extent;
-    const int half = std::max(1, static_cast<int>(kWindowMm / grid.spacingMm.z));
+    const int half = std::max(1, static_cast<int>(even.windowMm / grid.spacingMm.z));
     const std::size_t slice = cellCount({e.x, e.y, 1});
     const Marks all = marks;
     std::vector<std::uint8_t> wide(all.size()); // marked within one column
@@ -66,7 +72,7 @@ void keepEven(Marks& marks, const BodyGrid& grid) {
             for (; first < low; ++first)
                 count -= wide[column + slice * static_cast<std::size_t>(first)];
             std::uint8_t& mark = marks[column + slice * static_cast<std::size_t>(z)];
-            mark = mark && count >= kOfWindow * (high - low);
+            mark = mark && count >= even.share * (high - low);
         }
     }
 }
@@ -221,6 +227,20 @@ Marks closedBody(const Marks& dense, const Marks& firm, const BodyGrid& grid) {
     return body;
 }
 
+/// Of the table's samples, those of dense things that are thicker than shells, and not surely even.
+Marks thickAndUneven(const Marks& dense, const Marks& table, const BodyGrid& grid) {
+    const double least = std::max({grid.spacingMm.x, grid.spacingMm.y, grid.spacingMm.z, kThinMm});
+    std::vector<float> away = distancesTo(dense, 0, grid);
+    Marks core(dense.size()), surely = table;
+    for (std::size_t i = 0; i < core.size(); ++i)
+        core[i] = static_cast<double>(away[i]) > least * least;
+    keepEven(surely, grid, kSurelyEven);
+    away = distancesTo(core, 1, grid);
+    for (std::size_t i = 0; i < core.size(); ++i)
+        core[i] = dense[i] && !surely[i] && static_cast<double>(away[i]) <= 4 * least * least;
+    return core;
+}
+
 Marks both(const Marks& a, const Marks& b) {
     Marks out(a.size());
     std::transform(a.begin(), a.end(), b.begin(), out.begin(),
@@ -228,8 +248,8 @@ Marks both(const Marks& a, const Marks& b) {
     return out;
 }
 
-/// What is hidden, of a volume's dense and firm samples; else the reason.
-std::string hide(const Marks& dense, Marks firm, const BodyGrid& grid, Marks& hidden) {
+/// What is hidden, of a volume's dense, half filled and firm samples; else the reason.
+std::string hide(const Marks& dense, const Marks& filled, Marks firm, const BodyGrid& grid, Marks& hidden) {
     const glm::ivec3 extent = grid.extent;
     if (extent.z * grid.spacingMm.z < kLeastLengthMm)
         return "the volume is shorter than " + std::to_string(static_cast<int>(kLeastLengthMm)) +
@@ -246,7 +266,7 @@ std::string hide(const Marks& dense, Marks firm, const BodyGrid& grid, Marks& hi
     std::size_t best = 0;
     for (std::size_t n = 0; n < kSides.size(); ++n) {
         Marks found = longParts(both(firm, beyond(body, kSides[n], extent)), grid);
-        keepEven(found, grid);
+        keepEven(found, grid, kEven);
         counts[n] = facingBody(found, body, kSides[n], extent);
         if (n == 0 || counts[n] > counts[best]) {
             best = n;
@@ -258,25 +278,29 @@ std::string hide(const Marks& dense, Marks firm, const BodyGrid& grid, Marks& hi
         return "nothing beside the body runs along the whole volume";
     if (static_cast<double>(counts[best ^ 1u]) > kOfOpposite * static_cast<double>(counts[best]))
         return "what runs along the whole volume lies on opposite sides of the body";
+    const Marks limbs = thickAndUneven(dense, table, grid);
     // On lines that meet the table: all beyond the body, or where there is none, beyond the table's face.
+    // What is dense and nearer to the patient may lie on it, and so may a hand or a foot.
     hidden.assign(dense.size(), 0);
     forLines(side, extent, [&](int steps, const auto& at) {
         int first = steps, last = -1;
-        for (int step = 0; step < steps; ++step) {
-            if (table[at(step)])
-                first = std::min(first, step);
-            if (body[at(step)])
-                last = step;
+        for (int step = steps - 1; step >= 0; --step) {
+            first = table[at(step)] ? step : first;
+            last = last < 0 && body[at(step)] ? step : last;
         }
         if (first == steps)
             return;
         for (int step = last >= 0 ? last + 1 : first; step < steps; ++step)
-            hidden[at(step)] = table[at(step)] || !dense[at(step)] || step > first;
+            hidden[at(step)] = !dense[at(step)] || (step >= first && !limbs[at(step)]);
     });
-    // What is dense and not hidden stays, with the samples around it.
+    // What is dense and not hidden stays, with the samples around it, and those around samples of its border
+    // that it may half fill.
     Marks stays(dense.size());
     for (std::size_t i = 0; i < stays.size(); ++i)
         stays[i] = dense[i] && !hidden[i];
+    const Marks around = dilated(stays, extent);
+    for (std::size_t i = 0; i < stays.size(); ++i)
+        stays[i] = stays[i] || (around[i] && filled[i] && !table[i]);
     stays = dilated(stays, extent);
     for (std::size_t i = 0; i < hidden.size(); ++i)
         hidden[i] = hidden[i] && !stays[i];
@@ -299,13 +323,20 @@ std::size_t tableMaskBytes(const VolumeInfo& info) {
 FoundTable findTable(const ChunkSource& volume, MemoryBudget& ram, int threads) {
     const VolumeInfo& info = volume.info();
     const int level = bodyLevelOf(info, kMostTableSamples);
-    const BodyGrid grid(info, level);
+    const BodyGrid grid(info, level, threads);
     FoundTable found;
     Marks hidden;
     {
         const Charge charge = ram.charge(tableMaskBytes(info), "finding the table");
-        const Marks dense = samplesAbove(kBodyHu, volume, level, grid, threads);
-        found.why = hide(dense, samplesAbove(kFirmHu, volume, level, grid, threads), grid, hidden);
+        const Marks above = samplesAbove(std::array{kFirmHu, kFilledHu, kBodyHu}, volume, level, grid);
+        const auto atLeast = [&](int count) {
+            Marks marks(above.size());
+            std::transform(above.begin(), above.end(), marks.begin(),
+                           [count](std::uint8_t each) { return each >= count; });
+            return marks;
+        };
+        const Marks dense = atLeast(3);
+        found.why = hide(dense, atLeast(2), atLeast(1), grid, hidden);
         if (!found.why.empty())
             return found;
         Marks seen(dense.size());

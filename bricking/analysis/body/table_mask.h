@@ -1,10 +1,10 @@
 // bricking/analysis/body/table_mask.h: the table under a patient, found in a CT, as a mask that hides it.
 // Where it is not sure that something is a table, nothing is hidden.
 //
-// A table is dense, is not body (body_box.h), runs along the whole volume with much the same cross-section,
-// and has the patient on one side only. What lies beyond it as seen from the patient is hidden with it, and
-// what is not dense within kCushionMm of it, such as a mattress. A sample of the mask that touches the
-// body, or anything dense that is not the table, stays.
+// A table is above -900 HU, is not body (body_box.h), runs along the whole volume with much the same
+// cross-section, and has the patient on one side only. What lies beyond it as seen from the patient is hidden
+// with it, and what is not dense within kCushionMm of it, such as a mattress. What touches the body stays,
+// and what is dense and not the table, or thick and less even than a table: a hand.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"

@@ -178,6 +178,49 @@ TEST(PatientTable, IsHiddenAndNothingOfThePatient) {
             }
 }
 
+/// Level 1 of a field: means of eight voxels.
+class CoarseChunks final : public ChunkSource {
+  public:
+    CoarseChunks(const VolumeInfo& info, Field field) : info_(info), field_(std::move(field)) {}
+    const VolumeInfo& info() const override { return info_; }
+    void readChunk(const ChunkKey& key, std::span<std::byte> out) const override {
+        ASSERT_EQ(key.level, 1);
+        auto* at = reinterpret_cast<std::int16_t*>(out.data());
+        for (std::size_t i = 0; i < cellCount(glm::ivec3(kChunkExtent)); ++i) {
+            const glm::ivec3 low = 2 * (glm::ivec3(key.i, key.j, key.k) * kChunkExtent +
+                                        gridPosition(i, glm::ivec3(kChunkExtent)));
+            double sum = 0;
+            for (std::size_t n = 0; n < 8; ++n) {
+                const glm::dvec3 voxel = glm::dvec3(low + gridPosition(n, glm::ivec3(2))) + 0.5;
+                sum += field_(glm::dvec3(info_.patientFromVoxel * glm::dvec4(voxel, 1)));
+            }
+            *at++ = static_cast<std::int16_t>(std::lround(sum / 8));
+        }
+    }
+
+  private:
+    VolumeInfo info_;
+    Field field_;
+};
+
+// Samples of the mask are twice as large as voxels here: skin lies within them.
+TEST(PatientTable, OfACoarserMaskHidesNothingOfThePatientEither) {
+    const VolumeInfo info = boxInfo({256, 144, 144}, {2.2, 2.2, 2.2}, {-281.6, -150, -158});
+    for (const auto& [patient, table] : {std::pair<std::size_t, std::size_t>{1, 3}, {2, 6}, {3, 4}, {4, 5}}) {
+        const Field body = patients()[patient].hu, under = namedTables()[table].hu;
+        SCOPED_TRACE(std::string(patients()[patient].name) + ", " + namedTables()[table].name);
+        const CoarseChunks scan(info, [&](const glm::dvec3& p) { return std::max(body(p), under(p)); });
+        MemoryBudget ram("RAM", "--ram", 256u << 20);
+        const FoundTable it = found(scan, ram);
+        ASSERT_TRUE(it.mask) << it.why;
+        EXPECT_EQ(it.mask->level(), 1);
+        const Hidden share = hidden(*it.mask, info, body, under);
+        // The corners of square fingers fill less than a quarter of a sample.
+        EXPECT_LE(share.ofPatient, patient == 2 ? 0.25 : 0);
+        EXPECT_GT(share.ofTable, 0.75);
+    }
+}
+
 // A patient wider than the scan: lungs lie open at its sides. Behind walls that an opening removes nothing is
 // hidden at all.
 TEST(PatientTable, ANarrowFieldOfViewLaysNothingOpen) {
