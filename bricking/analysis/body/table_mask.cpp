@@ -1,6 +1,7 @@
 // bricking/analysis/body/table_mask.cpp: see table_mask.h.
 #include "bricking/analysis/body/table_mask.h"
 
+#include "bricking/analysis/body/body_box.h"
 #include "bricking/analysis/body/body_voxels.h"
 
 #include <algorithm>
@@ -23,10 +24,12 @@ struct Even {
 };
 constexpr Even kEven{60, 0.5};
 constexpr Even kSurelyEven{300, 0.85}; // no limb is
+constexpr double kAttachedMm = 25;     // of thin parts that stand off the body: ears, folds of skin
 constexpr double kThinMm = 5;          // half of the thickness of shells: hands and feet are thicker
 constexpr double kOfOpposite =
     0.25; // of the lines that meet a table, those that meet something on the other side at most
 constexpr double kFilledHu = -600; // a sample half filled by tissue, and by a mattress or air
+constexpr double kHardHu = 300;    // above skin and cartilage
 constexpr double kFirmHu = -900;   // boards and cushions are above it, air with its noise is not
 
 /// Samples that are dense and not body, in parts that run along the whole volume.
@@ -168,8 +171,9 @@ Marks dilated(const Marks& marks, const glm::ivec3& e) {
     return out;
 }
 
-/// Adds what is connected to the marked samples, by faces, through `open` alone, as far as kCushionMm.
-void growInto(Marks& marks, const Marks& open, const BodyGrid& grid) {
+/// Adds what is connected to the marked samples, by faces, through `open` alone, as far as
+/// mostMm.
+void growInto(Marks& marks, const Marks& open, const BodyGrid& grid, double mostMm) {
     std::vector<std::int32_t> next;
     std::vector<float> away(marks.size(), 0);
     for (std::size_t i = 0; i < marks.size(); ++i)
@@ -184,7 +188,7 @@ void growInto(Marks& marks, const Marks& open, const BodyGrid& grid) {
             const glm::ivec3 step = gridPosition(to, grid.extent) - place;
             const int axis = step.x != 0 ? 0 : step.y != 0 ? 1 : 2;
             const float far = away[from] + static_cast<float>(grid.spacingMm[axis]);
-            if (far > kCushionMm)
+            if (far > mostMm)
                 return;
             marks[to] = 1;
             away[to] = far;
@@ -202,7 +206,8 @@ double litresOf(const Marks& marks, const BodyGrid& grid) {
 /// for an opening. Enclosed is what sees on four sides the body, or nothing but firm samples to the border: a
 /// narrow field of view opens one.
 Marks closedBody(const Marks& dense, const Marks& firm, const BodyGrid& grid) {
-    auto [body, ballMm] = bodyAmong(dense, grid);
+    BodyMarks opened = bodyAmong(dense, grid);
+    Marks& body = opened.marks;
     const Marks outside = reached(firm, grid);
     std::vector<std::uint8_t> meets(body.size()),
         sides(body.size()); // of a line outwards: the body; or no air
@@ -223,12 +228,14 @@ Marks closedBody(const Marks& dense, const Marks& firm, const BodyGrid& grid) {
         return body;
     const std::vector<float> away = distancesTo(within, 1, grid);
     for (std::size_t i = 0; i < body.size(); ++i)
-        body[i] = body[i] || within[i] || (dense[i] && away[i] <= 4 * ballMm * ballMm);
+        body[i] = body[i] || within[i] || (dense[i] && away[i] <= 4 * opened.ballMm * opened.ballMm);
     return body;
 }
 
-/// Of the table's samples, those of dense things that are thicker than shells, and not surely even.
-Marks thickAndUneven(const Marks& dense, const Marks& table, const BodyGrid& grid) {
+/// What may be the patient's though it seems to be table: dense, not surely even, and thicker than a shell,
+/// or softer than bone and within kAttachedMm of the body, along itself.
+Marks perhapsPatient(const Marks& dense, const Marks& hard, const Marks& table, const Marks& body,
+                     const BodyGrid& grid) {
     const double least = std::max({grid.spacingMm.x, grid.spacingMm.y, grid.spacingMm.z, kThinMm});
     std::vector<float> away = distancesTo(dense, 0, grid);
     Marks core(dense.size()), surely = table;
@@ -236,8 +243,15 @@ Marks thickAndUneven(const Marks& dense, const Marks& table, const BodyGrid& gri
         core[i] = static_cast<double>(away[i]) > least * least;
     keepEven(surely, grid, kSurelyEven);
     away = distancesTo(core, 1, grid);
-    for (std::size_t i = 0; i < core.size(); ++i)
+    Marks soft(dense.size());
+    for (std::size_t i = 0; i < core.size(); ++i) {
+        soft[i] = dense[i] && !surely[i] && !hard[i];
         core[i] = dense[i] && !surely[i] && static_cast<double>(away[i]) <= 4 * least * least;
+    }
+    Marks attached = body;
+    growInto(attached, soft, grid, kAttachedMm);
+    for (std::size_t i = 0; i < core.size(); ++i)
+        core[i] = core[i] || (attached[i] && !body[i]);
     return core;
 }
 
@@ -248,8 +262,9 @@ Marks both(const Marks& a, const Marks& b) {
     return out;
 }
 
-/// What is hidden, of a volume's dense, half filled and firm samples; else the reason.
-std::string hide(const Marks& dense, const Marks& filled, Marks firm, const BodyGrid& grid, Marks& hidden) {
+/// What is hidden, of a volume's hard, dense, half filled and firm samples; else the reason.
+std::string hide(const Marks& hard, const Marks& dense, const Marks& filled, Marks firm, const BodyGrid& grid,
+                 Marks& hidden) {
     const glm::ivec3 extent = grid.extent;
     if (extent.z * grid.spacingMm.z < kLeastLengthMm)
         return "the volume is shorter than " + std::to_string(static_cast<int>(kLeastLengthMm)) +
@@ -278,7 +293,7 @@ std::string hide(const Marks& dense, const Marks& filled, Marks firm, const Body
         return "nothing beside the body runs along the whole volume";
     if (static_cast<double>(counts[best ^ 1u]) > kOfOpposite * static_cast<double>(counts[best]))
         return "what runs along the whole volume lies on opposite sides of the body";
-    const Marks limbs = thickAndUneven(dense, table, grid);
+    const Marks limbs = perhapsPatient(dense, hard, table, body, grid);
     // On lines that meet the table: all beyond the body, or where there is none, beyond the table's face.
     // What is dense and nearer to the patient may lie on it, and so may a hand or a foot.
     hidden.assign(dense.size(), 0);
@@ -308,7 +323,7 @@ std::string hide(const Marks& dense, const Marks& filled, Marks firm, const Body
     Marks open = beyond(body, side, extent);
     for (std::size_t i = 0; i < open.size(); ++i)
         open[i] = open[i] && !stays[i];
-    growInto(hidden, open, grid);
+    growInto(hidden, open, grid, kCushionMm);
     return "";
 }
 
@@ -328,7 +343,8 @@ FoundTable findTable(const ChunkSource& volume, MemoryBudget& ram, int threads) 
     Marks hidden;
     {
         const Charge charge = ram.charge(tableMaskBytes(info), "finding the table");
-        const Marks above = samplesAbove(std::array{kFirmHu, kFilledHu, kBodyHu}, volume, level, grid);
+        const Marks above =
+            samplesAbove(std::array{kFirmHu, kFilledHu, kBodyHu, kHardHu}, volume, level, grid);
         const auto atLeast = [&](int count) {
             Marks marks(above.size());
             std::transform(above.begin(), above.end(), marks.begin(),
@@ -336,7 +352,7 @@ FoundTable findTable(const ChunkSource& volume, MemoryBudget& ram, int threads) 
             return marks;
         };
         const Marks dense = atLeast(3);
-        found.why = hide(dense, atLeast(2), atLeast(1), grid, hidden);
+        found.why = hide(atLeast(4), dense, atLeast(2), atLeast(1), grid, hidden);
         if (!found.why.empty())
             return found;
         Marks seen(dense.size());

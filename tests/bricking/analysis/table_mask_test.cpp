@@ -206,9 +206,17 @@ class CoarseChunks final : public ChunkSource {
 // Samples of the mask are twice as large as voxels here: skin lies within them.
 TEST(PatientTable, OfACoarserMaskHidesNothingOfThePatientEither) {
     const VolumeInfo info = boxInfo({256, 144, 144}, {2.2, 2.2, 2.2}, {-281.6, -150, -158});
-    for (const auto& [patient, table] : {std::pair<std::size_t, std::size_t>{1, 3}, {2, 6}, {3, 4}, {4, 5}}) {
-        const Field body = patients()[patient].hu, under = namedTables()[table].hu;
-        SCOPED_TRACE(std::string(patients()[patient].name) + ", " + namedTables()[table].name);
+    // It ends, and ears lie on it.
+    const Field holder = [](const glm::dvec3& p) {
+        const double r = ellipseAt(p, {0, 0}, {90, 112});
+        return r > 1 && r < 1.07 && p.y > -10 && p.z < 110 ? 800 : kAir;
+    };
+    for (const auto& [patient, table] :
+         {std::pair<std::size_t, std::size_t>{1, 3}, {2, 6}, {3, 4}, {4, 5}, {4, 8}}) {
+        const bool held = table == namedTables().size();
+        const Field body = patients()[patient].hu, under = held ? holder : namedTables()[table].hu;
+        SCOPED_TRACE(std::string(patients()[patient].name) + ", " +
+                     (held ? "held" : namedTables()[table].name));
         const CoarseChunks scan(info, [&](const glm::dvec3& p) { return std::max(body(p), under(p)); });
         MemoryBudget ram("RAM", "--ram", 256u << 20);
         const FoundTable it = found(scan, ram);
@@ -217,7 +225,7 @@ TEST(PatientTable, OfACoarserMaskHidesNothingOfThePatientEither) {
         const Hidden share = hidden(*it.mask, info, body, under);
         // The corners of square fingers fill less than a quarter of a sample.
         EXPECT_LE(share.ofPatient, patient == 2 ? 0.25 : 0);
-        EXPECT_GT(share.ofTable, 0.75);
+        EXPECT_GT(share.ofTable, held ? 0.4 : 0.75); // what is near ears stays
     }
 }
 
