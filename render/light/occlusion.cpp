@@ -69,6 +69,7 @@ Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics,
 void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
     table_ = &table;
     optics_ = &optics;
+    extinctions_->clear();
     extinctionOf_.clear();
     emissionOf_.clear();
     const auto fill = [&](int lowest, int highest) {
@@ -120,7 +121,36 @@ bool Occluder::letsAllThrough(const Range& range) const {
     return isEmpty(range) && (optics_->surfaces.empty() || range.high < optics_->surfaces.front().isovalue);
 }
 
+std::shared_ptr<const ChunkExtinctions::Samples>
+ChunkExtinctions::get(const ChunkKey& key, const std::function<void(Samples&)>& make) {
+    std::shared_ptr<Kept> kept;
+    {
+        const std::lock_guard lock(mutex_);
+        if (const auto found = kept_.find(key); found != kept_.end()) {
+            kept = found->second;
+        } else {
+            if (kept_.size() >= kMost)
+                kept_.erase(std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) {
+                    return a.second->used < b.second->used;
+                }));
+            kept = kept_.emplace(key, std::make_shared<Kept>()).first->second;
+        }
+        kept->used = ++turn_;
+    }
+    std::call_once(kept->isMade, make, std::ref(kept->samples));
+    return {kept, &kept->samples};
+}
+
+void ChunkExtinctions::clear() {
+    const std::lock_guard lock(mutex_);
+    kept_.clear();
+}
+
 namespace {
+
+template <typename Stored> std::size_t entryOf(Stored stored) {
+    return static_cast<std::size_t>(int(stored) - int(std::numeric_limits<Stored>::min()));
+}
 
 /// Finds runs near samples [low,high): the first of them, their number along x, and the range.
 template <typename Visit>
@@ -164,25 +194,52 @@ float Occluder::gradedExtinction(const Stored* samples, const glm::ivec3& at, co
     return occlusionExtinction(*optics_, value(at), gradientFactor(*optics_, gradient));
 }
 
-/// Samples [low,high) of the level, all in one chunk.
+template <typename Stored>
+void Occluder::fillExtinctions(const ChunkKey& key, const Chunk& chunk,
+                               ChunkExtinctions::Samples& out) const {
+    const auto* const all = reinterpret_cast<const Stored*>(chunk.bytes.get());
+    const glm::ivec3 size =
+        glm::min(levelExtent(info_.extentVoxels, key.level) - kChunkExtent * glm::ivec3(key.i, key.j, key.k),
+                 glm::ivec3(kChunkExtent));
+    auto extinction = std::make_unique<float[]>(cellCount(glm::ivec3(kChunkExtent)));
+    out.rowShows.assign(static_cast<std::size_t>(kChunkExtent * kChunkExtent), 0);
+    bool any = false;
+    for (int z = 0; z < size.z; ++z)
+        for (int y = 0; y < size.y; ++y) {
+            const glm::ivec3 start(0, y, z);
+            const Stored* const from = all + linearIndex(start, glm::ivec3(kChunkExtent));
+            float* const to = extinction.get() + linearIndex(start, glm::ivec3(kChunkExtent));
+            float most = 0;
+            for (int x = 0; x < size.x; ++x) {
+                if constexpr (std::is_integral_v<Stored>)
+                    to[x] = extinctionOf_[entryOf(from[x])];
+                else
+                    to[x] = occlusionExtinction(*optics_, from[x]);
+                if (to[x] > 0 && optics_->grades())
+                    to[x] = gradedExtinction(all, start + glm::ivec3(x, 0, 0), size - 1, key.level);
+                most = std::max(most, to[x]);
+            }
+            out.rowShows[static_cast<std::size_t>(z * kChunkExtent + y)] = most > 0 ? 1 : 0;
+            any = any || most > 0;
+        }
+    if (any)
+        out.extinction = std::move(extinction);
+}
+
+std::shared_ptr<const ChunkExtinctions::Samples> Occluder::extinctionsOf(const ChunkKey& key,
+                                                                         BrickCache& cache) const {
+    return extinctions_->get(key, [&](ChunkExtinctions::Samples& out) {
+        const ChunkPointer chunk = cache.get(key);
+        withValueType(info_.type, [&](auto typed) { fillExtinctions<decltype(typed)>(key, *chunk, out); });
+    });
+}
+
+/// Samples [low,high) of the level, all in one chunk, where there is extinction.
 /// @param first  of the room
 template <typename Stored>
-void Occluder::readChunk(const ChunkKey& key, const glm::ivec3& first, const glm::ivec3& low,
-                         const glm::ivec3& high, const Chunk& chunk, OcclusionRoom& room) const {
+void Occluder::readEmission(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+                            const Chunk& chunk, OcclusionRoom& room) const {
     const auto* const all = reinterpret_cast<const Stored*>(chunk.bytes.get());
-    const glm::ivec3 corner = kChunkExtent * glm::ivec3(key.i, key.j, key.k);
-    const glm::ivec3 last =
-        glm::min(levelExtent(info_.extentVoxels, key.level) - corner, glm::ivec3(kChunkExtent)) - 1;
-
-    const auto entryOf = [](auto stored) {
-        return static_cast<std::size_t>(int(stored) - int(std::numeric_limits<Stored>::min()));
-    };
-    const auto extinctionOf = [&](Stored stored) {
-        if constexpr (std::is_integral_v<Stored>)
-            return extinctionOf_[entryOf(stored)];
-        else
-            return occlusionExtinction(*optics_, stored);
-    };
     const auto emissionOf = [&](Stored stored) {
         if constexpr (std::is_integral_v<Stored>)
             return emissionOf_[entryOf(stored)];
@@ -192,25 +249,24 @@ void Occluder::readChunk(const ChunkKey& key, const glm::ivec3& first, const glm
     for (int z = low.z; z < high.z; ++z)
         for (int y = low.y; y < high.y; ++y) {
             const glm::ivec3 at = glm::ivec3(low.x, y, z) - first;
-            float* const to = room.extinction.data() + linearIndex(at, room.size);
-            const glm::ivec3 start = glm::ivec3(low.x, y, z) & (kChunkExtent - 1);
-            const auto* const from = all + linearIndex(start, glm::ivec3(kChunkExtent));
-            float most = 0;
+            if (room.rowShows[static_cast<std::size_t>(at.z * room.size.y + at.y)] == 0)
+                continue;
+            const Stored* const from =
+                all + linearIndex(glm::ivec3(low.x, y, z) & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
             for (int x = 0; x < high.x - low.x; ++x) {
-                to[x] = extinctionOf(from[x]);
-                if (to[x] > 0 && optics_->grades())
-                    to[x] = gradedExtinction(all, start + glm::ivec3(x, 0, 0), last, key.level);
-                most = std::max(most, to[x]);
-            }
-            if (most > 0)
-                room.rowShows[static_cast<std::size_t>(at.z * room.size.y + at.y)] = 1;
-            for (int x = 0; gathersEmission() && most > 0 && x < high.x - low.x; ++x) {
                 const glm::vec3 sent = emissionOf(from[x]);
                 for (int c = 0; c < 3; ++c)
                     room.emission[static_cast<std::size_t>(c)]
                                  [linearIndex(at, room.size) + static_cast<std::size_t>(x)] = sent[c];
             }
         }
+}
+
+/// Of the same samples, those near the room's chunk.
+template <typename Stored>
+void Occluder::readRanges(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+                          const Chunk& chunk, OcclusionRoom& room) const {
+    const auto* const all = reinterpret_cast<const Stored*>(chunk.bytes.get());
     forEachRun(first, low, high, room, [&](const glm::ivec3& from, int count, float& least, float& most) {
         const auto* const values = all + linearIndex(from & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
         const auto [lowest, highest] = std::minmax_element(values, values + count);
@@ -260,7 +316,7 @@ Occluder::Range Occluder::rangeAround(const glm::ivec3& sample, int level) const
     return range;
 }
 
-void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const {
+void Occluder::read(const ChunkKey& chunk, bool occludes, BrickCache& cache, OcclusionRoom& room) const {
     for (std::size_t row = 0; row < room.rowShows.size(); ++row)
         if (std::exchange(room.rowShows[row], std::uint8_t{0}) != 0) {
             const auto at = static_cast<std::ptrdiff_t>(row) * room.size.x;
@@ -284,9 +340,31 @@ void Occluder::read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& roo
                 const glm::ivec3 from = glm::max(low, corner), to = glm::min(high, corner + kChunkExtent);
                 if (letsAllThrough(rangeOf(key))) // as does everything within a voxel of it
                     continue;
+                const auto shown = occludes ? extinctionsOf(key, cache) : nullptr;
+                const bool shows = shown && shown->extinction;
+                for (int k = from.z; shows && k < to.z; ++k)
+                    for (int j = from.y; j < to.y; ++j) {
+                        const glm::ivec3 in(from.x - corner.x, j - corner.y, k - corner.z),
+                            at = corner + in - first;
+                        if (shown->rowShows[static_cast<std::size_t>(in.z * kChunkExtent + in.y)] == 0)
+                            continue;
+                        std::copy_n(shown->extinction.get() + linearIndex(in, glm::ivec3(kChunkExtent)),
+                                    to.x - from.x, room.extinction.data() + linearIndex(at, room.size));
+                        room.rowShows[static_cast<std::size_t>(at.z * room.size.y + at.y)] = 1;
+                    }
+                const bool ranges = chunk.level == 0 &&
+                                    glm::all(glm::lessThan(from, own + kChunkExtent + kAround)) &&
+                                    glm::all(glm::greaterThan(to, own - kAround));
+                const bool emits = shows && gathersEmission();
+                if (!ranges && !emits)
+                    continue;
                 const ChunkPointer samples = cache.get(key);
                 withValueType(info_.type, [&](auto typed) {
-                    readChunk<decltype(typed)>(key, first, from, to, *samples, room);
+                    using Stored = decltype(typed);
+                    if (emits)
+                        readEmission<Stored>(first, from, to, *samples, room);
+                    if (ranges)
+                        readRanges<Stored>(first, from, to, *samples, room);
                 });
             }
 }
@@ -297,7 +375,7 @@ void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks,
     if (nothingNear(chunk))
         return;
     if (occludes || chunk.level == 0) // elsewhere statistics give visibility
-        read(chunk, cache, room);
+        read(chunk, occludes, cache, room);
 
     // The requested runs: by bricks, and by visibility near them.
     const glm::ivec3 own = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;

@@ -11,9 +11,14 @@
 #include "render/light/directions.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -47,6 +52,32 @@ class OcclusionRoom {
     std::vector<Run> runs;
 };
 
+/// Extinctions of the samples of whole chunks, those used last: a chunk's rays read all chunks around it. For
+/// several threads.
+class ChunkExtinctions {
+  public:
+    static constexpr std::size_t kMost = 128; // chunks with extinction
+    static std::size_t bytes() { return kMost * cellCount(glm::ivec3(kChunkExtent)) * sizeof(float); }
+
+    struct Samples {
+        std::unique_ptr<float[]> extinction; // in the chunk's layout; none: nowhere any
+        std::vector<std::uint8_t> rowShows;  // every row along x: it has some
+    };
+    /// @param make  called where a chunk is not kept: fills its samples, a function of the key alone
+    std::shared_ptr<const Samples> get(const ChunkKey& key, const std::function<void(Samples&)>& make);
+    void clear();
+
+  private:
+    struct Kept {
+        Samples samples;
+        std::once_flag isMade;
+        std::uint64_t used = 0;
+    };
+    std::mutex mutex_;
+    std::map<ChunkKey, std::shared_ptr<Kept>> kept_;
+    std::uint64_t turn_ = 0;
+};
+
 class Occluder {
   public:
     /// All must outlive it.
@@ -61,6 +92,7 @@ class Occluder {
     glm::ivec3 mostReach() const;
     /// Finest level with light of its own; finer levels use this one's.
     int finestLevel() const { return finest_; }
+    const native::PacketTarget& target() const { return target_; }
     /// True if emitted light is gathered too.
     bool gathersEmission() const { return strength_ > 0; }
 
@@ -77,10 +109,17 @@ class Occluder {
     struct Range { // of stored values
         float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
     };
-    void read(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room) const;
+    void read(const ChunkKey& chunk, bool occludes, BrickCache& cache, OcclusionRoom& room) const;
+    std::shared_ptr<const ChunkExtinctions::Samples> extinctionsOf(const ChunkKey& key,
+                                                                   BrickCache& cache) const;
     template <typename Stored>
-    void readChunk(const ChunkKey& key, const glm::ivec3& first, const glm::ivec3& low,
-                   const glm::ivec3& high, const Chunk& chunk, OcclusionRoom& room) const;
+    void fillExtinctions(const ChunkKey& key, const Chunk& chunk, ChunkExtinctions::Samples& out) const;
+    template <typename Stored>
+    void readEmission(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+                      const Chunk& chunk, OcclusionRoom& room) const;
+    template <typename Stored>
+    void readRanges(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+                    const Chunk& chunk, OcclusionRoom& room) const;
     template <typename Stored>
     float gradedExtinction(const Stored* samples, const glm::ivec3& at, const glm::ivec3& last,
                            int level) const;
@@ -102,6 +141,7 @@ class Occluder {
     // For every stored value of 16 bits, from the lowest; else empty.
     std::vector<float> extinctionOf_;
     std::vector<glm::vec3> emissionOf_; // empty if nothing is gathered, too
+    std::unique_ptr<ChunkExtinctions> extinctions_ = std::make_unique<ChunkExtinctions>();
 };
 
 } // namespace tessera
