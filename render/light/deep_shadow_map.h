@@ -41,12 +41,15 @@ class DeepShadowMap {
     float between(const glm::vec2& at, float mm) const;
 
     int size() const { return size_; }
+    /// Of every ray its points' distances, then the light there: 2 * kLayers numbers.
+    const float* numbers() const { return rays_.front().mm.data(); }
     int layersOf(const glm::ivec2& ray) const;
 
   private:
     struct Ray {
         std::array<float, kLayers> mm, light; // the last one repeated
     };
+    static_assert(sizeof(Ray) == 2 * kLayers * sizeof(float));
     static float lightOf(const Ray& ray, float mm);
 
     int size_, layers_;

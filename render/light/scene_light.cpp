@@ -99,9 +99,13 @@ LightParts SceneLight::takeChanges() {
 LightPath SceneLight::fieldAsDrawn() const {
     const Layer& volume = scene_.layer();
     const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();
-    return {volume.cache.get(), &scene_.info(),
-            &volume.selection,  volume.mixed() ? &volume.levels : nullptr,
-            &volume.optics,     leaps ? &volume.occupancy : nullptr};
+    return {volume.cache.get(),
+            &scene_.info(),
+            &volume.selection,
+            volume.mixed() ? &volume.levels : nullptr,
+            &volume.optics,
+            leaps ? &volume.occupancy : nullptr,
+            rays_};
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {
@@ -164,6 +168,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     field.selection = &bricks;
     field.levels = nullptr;
     field.occupancy = nullptr; // it is for the drawn bricks
+    field.rays = nullptr;
     ShadowQuality quality = scene_.view.shadowQuality;
     quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
     quality.stepVoxels *= 1 << kCoarseLevel;

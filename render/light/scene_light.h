@@ -45,6 +45,9 @@ class SceneLight {
     /// The plan's lighting has changed, with the same number of channels. Returns the changed parts of light.
     LightParts lightingChanged();
 
+    /// Rays of full maps until the next call; null: by the cache's samples.
+    void castBy(const ShadowRays* rays) { rays_ = rays; }
+
     /// Updates the function and the lights. Returns the changed parts of light.
     LightParts takeChanges();
     /// Builds outdated shadow maps for the current bricks. Returns true if shadows have changed.
@@ -76,6 +79,7 @@ class SceneLight {
 
     const FramePlan& scene_;
     int threads_;
+    const ShadowRays* rays_ = nullptr;
     Lighting lighting_;  // by which light is computed
     bool casts_ = false; // some light has shadows
     std::vector<ShadowMaps> shadows_;

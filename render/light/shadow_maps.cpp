@@ -217,22 +217,46 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
     strides.map = field.levels;
     strides.uniformSegments = 1;
     strides.segmentVoxels = quality_.stepVoxels;
+    std::vector<SegmentedRay<float>> rays;
+    std::vector<float> entries;
+    for (int x = 0; x < size; ++x) {
+        rays.push_back(
+            segmentedRay(frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f)));
+        const glm::dvec3 entry(field.info->patientFromVoxel * glm::dvec4(glm::dvec3(rays.back().entry), 1));
+        entries.push_back(static_cast<float>(view.plane.perspective
+                                                 ? glm::length(entry - view.camera.position)
+                                                 : glm::dot(entry - view.plane.centre, view.plane.forward)));
+    }
+    const auto fit = [&](std::size_t x, std::span<const LightLeft> samples) {
+        const float error = maps_[n].fit({static_cast<int>(x), y}, samples, quality_.error);
+        largest = std::max(largest, error);
+        more += error > quality_.error ? 1 : 0;
+    };
+    std::size_t done = 0;
+    if (field.rays) {
+        std::vector<LightLeft> room;
+        std::vector<std::span<const LightLeft>> samples(field.rays->mostAtOnce());
+        while (done < rays.size()) {
+            const std::size_t count = std::min(samples.size(), rays.size() - done);
+            if (!field.rays->along(std::span(rays).subspan(done, count),
+                                   std::span(entries).subspan(done, count), room,
+                                   std::span(samples).first(count)))
+                break;
+            for (std::size_t r = 0; r < count; ++r)
+                fit(done + r, samples[r]);
+            done += count;
+        }
+    }
+    if (done == rays.size())
+        return;
     std::vector<LightLeft> samples;
-    withCacheField<float>(
-        *field.cache, *field.info, *field.selection, field.levels, field.optics->gradient, [&](auto& values) {
-            for (int x = 0; x < size; ++x) {
-                const SegmentedRay<float> ray = segmentedRay(
-                    frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
-                const glm::dvec3 entry(field.info->patientFromVoxel * glm::dvec4(glm::dvec3(ray.entry), 1));
-                const double mm = view.plane.perspective
-                                      ? glm::length(entry - view.camera.position)
-                                      : glm::dot(entry - view.plane.centre, view.plane.forward);
-                lightAlong(ray, values, field, strides, static_cast<float>(mm), samples);
-                const float error = maps_[n].fit({x, y}, samples, quality_.error);
-                largest = std::max(largest, error);
-                more += error > quality_.error ? 1 : 0;
-            }
-        });
+    withCacheField<float>(*field.cache, *field.info, *field.selection, field.levels, field.optics->gradient,
+                          [&](auto& values) {
+                              for (; done < rays.size(); ++done) {
+                                  lightAlong(rays[done], values, field, strides, entries[done], samples);
+                                  fit(done, samples);
+                              }
+                          });
 }
 
 void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& progress) {
@@ -291,6 +315,35 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
         sum += maps_[n].between(at, mm);
     }
     return std::min(1.0f, sum / static_cast<float>(lights));
+}
+
+void ShadowMaps::light(const glm::dvec3& place, const glm::dvec3& step, int level,
+                       const native::PacketTarget& target, float* out) const {
+    constexpr int kRun = native::kOcclusionRun;
+    if (isPoint_) {
+        for (int n = 0; n < kRun; ++n)
+            out[n] = light(place + double(n) * step, level);
+        return;
+    }
+    std::fill_n(out, kRun, 0.0f);
+    const glm::dvec3 offset = light_ * (std::max(std::ldexp(offsetMm_, level), rayMm_) / glm::length(light_));
+    native::ShadowLook look;
+    const auto set = [](double(&to)[3], const glm::dvec3& from) {
+        for (int axis = 0; axis < 3; ++axis)
+            to[axis] = from[axis];
+    };
+    set(look.place, place), set(look.step, step), set(look.offset, offset);
+    static_assert(native::kNumbersOfRay == 2 * DeepShadowMap::kLayers);
+    for (std::size_t n = 0; n < views_.size(); ++n) {
+        look.rays = maps_[n].numbers();
+        look.size = maps_[n].size();
+        set(look.centre, views_[n].plane.centre), set(look.forward, views_[n].plane.forward);
+        set(look.right, views_[n].right), set(look.up, views_[n].up);
+        target.addShadows(look, out);
+    }
+    const auto lights = static_cast<float>(maps_.size() / static_cast<std::size_t>(perLight_));
+    for (int n = 0; n < kRun; ++n)
+        out[n] = std::min(1.0f, out[n] / lights);
 }
 
 } // namespace tessera

@@ -8,6 +8,7 @@
 #include "core/base/progress.h" // ShareDone
 #include "core/scene/camera.h"
 #include "core/scene/lighting.h"
+#include "render/backends/native/packet.h"
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
@@ -15,6 +16,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -27,6 +29,18 @@ struct PlacedLight {
     double softness = 0;         // degrees
 };
 
+/// Rays of maps through the bricks that an engine holds: the numbers of lightAlong(). For several threads.
+class ShadowRays {
+  public:
+    virtual ~ShadowRays() = default;
+    virtual std::size_t mostAtOnce() const = 0;
+    /// @param room  of the samples, until the next call
+    /// @param samples  output, one a ray
+    /// Returns false where a brick is lacking: then the samples mean nothing.
+    virtual bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
+                       std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const = 0;
+};
+
 /// The inputs. All outlive the maps.
 struct LightPath {
     BrickCache* cache = nullptr;
@@ -35,6 +49,7 @@ struct LightPath {
     const LevelMap* levels = nullptr; // null: the selection has one level
     const Optics* optics = nullptr;
     const Occupancy* occupancy = nullptr; // null: no skipping
+    const ShadowRays* rays = nullptr;     // null: by the cache's samples, one by one
 };
 
 /// A light as a camera sees it.
@@ -69,6 +84,10 @@ class ShadowMaps {
     /// Share of the light that reaches a point, patient space; [0,1].
     /// @param level  of the samples to light
     float light(const glm::dvec3& place, int level = 0) const;
+    /// The same at native::kOcclusionRun places.
+    /// @param step  from one to the next
+    void light(const glm::dvec3& place, const glm::dvec3& step, int level, const native::PacketTarget& target,
+               float* out) const;
 
     /// The largest error bound of a ray's fit, and the share of rays with a larger bound than requested.
     float largestError() const { return largestError_; }

@@ -124,9 +124,10 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
             const glm::dvec3 first = (glm::dvec3(placeOf(key) * kChunkExtent + run.at) + 0.5) * voxels;
             const glm::dvec3 place(info_.patientFromVoxel * glm::dvec4(first, 1)),
                 step = voxels * glm::dvec3(info_.patientFromVoxel[0]);
+            float light[native::kOcclusionRun];
+            shadow.light(place, step, key.level, occluder_.target(), light);
             for (int n = 0; n < native::kOcclusionRun; ++n)
-                to[run.to + static_cast<std::size_t>(n)] =
-                    lightTexel(shadow.light(place + double(n) * step, key.level));
+                to[run.to + static_cast<std::size_t>(n)] = lightTexel(light[n]);
         }
         to += kChunkTexels;
     }

@@ -6,6 +6,7 @@
 #include "render/backends/mirror/mirror.h"
 #include "render/backends/native/native_caster.h"
 #include "render/backends/native/native_field.h"
+#include "render/backends/native/native_shadows.h"
 #include "render/plan/visibility_rays.h"
 
 #include <utility>
@@ -152,7 +153,11 @@ const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& 
         litBy_ = scene_->view.camera;
         sceneLight_->viewChanged();
     }
+    std::optional<NativeShadows> rays;
+    if (NativeShadows::canCast(*scene_))
+        sceneLight_->castBy(&rays.emplace(*scene_, *plane_, native::packetTarget()));
     lightPlane_->settle(work);
+    sceneLight_->castBy(nullptr);
     const Layer& volume = scene_->layer();
     for (const auto& plane : lightPlanes_)
         plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());

@@ -219,7 +219,27 @@ struct OcclusionPath {
     float share = 0; // local: of half a step in the mean over all rays; else of a ray
 };
 
+/// The light left along a packet's rays of a shadow map.
+struct PacketShadows {
+    alignas(64) float mmAtEntry[kMostLanes];
+    float dark = 0;                        // light below which a ray ends
+    float* out[kMostLanes] = {};           // pairs of a distance, mm, and light: at most two a segment
+    std::int32_t written[kMostLanes] = {}; // pairs
+};
+
+/// A deep shadow map seen in parallel, and a run of places on it (render/light/shadow_maps.h).
+struct ShadowLook {
+    const float* rays = nullptr; // kNumbersOfRay each, row by row
+    std::int32_t size = 0;       // rays along either side
+    double place[3], step[3];    // of the first place, and from one to the next
+    double offset[3];            // on to where it is looked up
+    double centre[3], right[3], up[3], forward[3];
+};
+/// Eight distances, ascending, and the light left there.
+constexpr int kNumbersOfRay = 16;
+
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
+using PacketShadowMarch = void (*)(const PacketScene&, PacketJob&, PacketShadows&);
 
 /// The functions compiled for one instruction set.
 struct PacketTarget {
@@ -244,6 +264,11 @@ struct PacketTarget {
     void (*occludeAndShine)(const float* opacity, const float* const (&emission)[3],
                             const OcclusionPath* paths, int count, float* light,
                             float* const (&shine)[3]) = nullptr;
+    /// Light through a volume without surfaces. Where a brick is absent, job.waiting is not 0 and nothing
+    /// holds.
+    PacketShadowMarch (*shadows)(const PacketScene&) = nullptr;
+    /// Adds the light that a map leaves at a run of kOcclusionRun places.
+    void (*addShadows)(const ShadowLook&, float* light) = nullptr;
     /// For measurements: the cost of trilinear samples and nothing else: so many turns along rays inside a
     /// brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,

@@ -3,6 +3,7 @@
 #include "render/backends/native/packet_blocks.h"
 #include "render/backends/native/packet_light.h"
 #include "render/backends/native/packet_rays.h"
+#include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"
 
 namespace tessera::native {
@@ -17,6 +18,8 @@ const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::opacities,
                                lanes_avx2::occlude,
                                lanes_avx2::occludeAndShine,
+                               lanes_avx2::chooseShadows,
+                               lanes_avx2::addShadows,
                                lanes_avx2::bareSamples};
 
 } // namespace tessera::native

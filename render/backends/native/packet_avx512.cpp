@@ -3,6 +3,7 @@
 #include "render/backends/native/packet_blocks.h"
 #include "render/backends/native/packet_light.h"
 #include "render/backends/native/packet_rays.h"
+#include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"
 
 namespace tessera::native {
@@ -17,6 +18,8 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::opacities,
                                  lanes_avx512::occlude,
                                  lanes_avx512::occludeAndShine,
+                                 lanes_avx512::chooseShadows,
+                                 lanes_avx512::addShadows,
                                  lanes_avx512::bareSamples};
 
 } // namespace tessera::native

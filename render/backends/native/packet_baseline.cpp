@@ -4,6 +4,7 @@
 #include "render/backends/native/packet_blocks.h"
 #include "render/backends/native/packet_light.h"
 #include "render/backends/native/packet_rays.h"
+#include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"
 
 namespace tessera::native {
@@ -18,6 +19,8 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::opacities,
                                    lanes_baseline::occlude,
                                    lanes_baseline::occludeAndShine,
+                                   lanes_baseline::chooseShadows,
+                                   lanes_baseline::addShadows,
                                    lanes_baseline::bareSamples};
 
 } // namespace tessera::native

@@ -1,7 +1,11 @@
 // tests/render/light/shadow_test.cpp: deep shadow maps within their own error: of functions in closed form,
 // and of scans against rays of shadow by the reference's quadrature.
+#include "render/backends/native/native_shadows.h"
 #include "render/contract/lattice.h"
 #include "render/light/shadow_maps.h"
+#include "tests/support/graded.h"
+#include "tests/support/mixed_fixture.h"
+#include "tests/support/native_fixture.h"
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>
@@ -172,6 +176,140 @@ TEST(ShadowMaps, LookFromBeforeAPlace) {
     for (const double offset : {2.0, 6.0})
         for (const bool isPoint : {false, true})
             expectAsByRays({"torso", "soft-tissue", isPoint, false, 0.02, 0.2, offset});
+}
+
+LightPath pathOf(const FramePlan& p) {
+    LightPath path;
+    path.cache = p.layer().cache.get();
+    path.info = &p.info();
+    path.selection = &p.layer().selection;
+    path.levels = p.layer().mixed() ? &p.layer().levels : nullptr;
+    path.optics = &p.layer().optics;
+    path.occupancy = p.layer().occupancy.exists() ? &p.layer().occupancy : nullptr;
+    return path;
+}
+
+/// A run of places has the bits of one place after the other: inside the maps, across their edges, and far
+/// outside.
+TEST(ShadowMaps, ARunIsPlaceByPlace) {
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16}));
+    const VolumeInfo& info = prepared.p.info();
+    const LightPath path = pathOf(prepared.p);
+    ShadowQuality quality;
+    quality.mapSize = 32;
+    const glm::dvec3 extent(info.extentVoxels);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> anywhere(-0.4, 1.4), step(-0.1, 0.1);
+    for (const PlacedLight& light :
+         {PlacedLight{false, glm::normalize(glm::dvec3(0.4, -0.7, 0.5))},
+          PlacedLight{false, {0, 0, 1}, {}, 20},
+          PlacedLight{true, {0, 0, 1}, info.patientFromVoxel * glm::dvec4(0.5 * extent, 1)}}) {
+        ShadowMaps maps(light, path, quality);
+        maps.build(path, 0);
+        std::size_t shaded = 0;
+        for (int n = 0; n < 300; ++n) {
+            const double wide = n < 290 ? 1 : 1e7;
+            const glm::dvec3 at =
+                wide * extent * glm::dvec3(anywhere(random), anywhere(random), anywhere(random));
+            const glm::dvec3 place(info.patientFromVoxel * glm::dvec4(at, 1));
+            const glm::dvec3 along(glm::dmat3(info.patientFromVoxel) *
+                                   (extent * glm::dvec3(step(random), step(random), step(random))));
+            for (const native::PacketTarget* target : nativeTargets()) {
+                float found[native::kOcclusionRun];
+                maps.light(place, along, n % 3, *target, found);
+                for (int k = 0; k < native::kOcclusionRun; ++k) {
+                    ASSERT_EQ(found[k], maps.light(place + double(k) * along, n % 3))
+                        << target->name << " at place " << k << " of run " << n;
+                    shaded += found[k] < 1 ? 1 : 0;
+                }
+            }
+        }
+        EXPECT_GT(shaded, 500u); // else nothing was compared
+    }
+}
+
+/// Rays through an engine's bricks in packets make the maps that rays through the cache make, bit for bit.
+void expectPacketsCastTheSame(Prepared& prepared, const std::string& what) {
+    Planner& p = prepared.p;
+    ASSERT_TRUE(NativeShadows::canCast(p)) << what;
+    p.chosen.chooser.reset();
+    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
+    ShadowQuality quality = p.view.shadowQuality;
+    quality.mapSize = 48;
+    const std::size_t numbers = std::size_t{48} * 48 * native::kNumbersOfRay;
+    for (const bool ghostLayers : {true, false}) {
+        p.layer().pageEdge = ghostLayers ? kGhostedEdge : kBrickExtent;
+        NativeEngine engine(0, prepared.budgets.gpu, prepared.budgets.ram);
+        Work work;
+        loadBricks(engine, p, prepared.budgets.gpu, work);
+        const HostPlane& plane = engine.settled();
+        LightPath path = pathOf(p);
+        for (const PlacedLight& light :
+             {PlacedLight{false, glm::normalize(glm::dvec3(0.4, -0.7, 0.5))},
+              PlacedLight{true, {0, 0, 1}, p.info().patientFromVoxel * glm::dvec4(20, 18, 15, 1)}}) {
+            path.rays = nullptr;
+            ShadowMaps one(light, path, quality);
+            one.build(path, 0);
+            std::size_t shaded = 0;
+            for (const native::PacketTarget* target : nativeTargets()) {
+                const NativeShadows rays(p, plane, *target);
+                path.rays = &rays;
+                ShadowMaps other(light, path, quality);
+                other.build(path, 0);
+                ASSERT_EQ(one.maps().size(), other.maps().size());
+                for (std::size_t m = 0; m < one.maps().size(); ++m)
+                    for (std::size_t n = 0; n < numbers; ++n) {
+                        ASSERT_EQ(one.maps()[m].numbers()[n], other.maps()[m].numbers()[n])
+                            << what << ", " << target->name << ", map " << m << ", number " << n;
+                        shaded += other.maps()[m].numbers()[n] < 1 ? 1 : 0;
+                    }
+                EXPECT_EQ(one.largestError(), other.largestError());
+                EXPECT_EQ(one.shareOfMore(), other.shareOfMore());
+            }
+            EXPECT_GT(shaded, 300u) << what; // else nothing was compared
+        }
+    }
+}
+
+TEST(ShadowMaps, PacketsCastTheSameRays) {
+    for (const bool byGradient : {false, true})
+        for (const bool skipping : {true, false})
+            for (const bool mixed : {false, true}) {
+                Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16});
+                if (byGradient)
+                    grade(scene);
+                scene.quality.skipping = skipping;
+                Prepared prepared("torso", scene);
+                if (mixed)
+                    prepared.p.setSelection(randomShownLevels(prepared.p.layer().selection, 3));
+                expectPacketsCastTheSame(prepared, std::string(byGradient ? "by gradient" : "plain") +
+                                                       (skipping ? ", skipping" : "") +
+                                                       (mixed ? ", mixed" : ""));
+            }
+}
+
+/// Where a brick is not there, rays go on through the cache.
+TEST(ShadowMaps, PacketsThatLackABrickLeaveTheRest) {
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16}));
+    const FramePlan& p = prepared.p;
+    struct Lacking : ShadowRays {
+        std::size_t mostAtOnce() const override { return 7; }
+        bool along(std::span<const SegmentedRay<float>> rays, std::span<const float>, std::vector<LightLeft>&,
+                   std::span<std::span<const LightLeft>>) const override {
+            EXPECT_LE(rays.size(), 7u);
+            return false;
+        }
+    } lacking;
+    LightPath path = pathOf(p);
+    ShadowQuality quality;
+    quality.mapSize = 24;
+    const PlacedLight light{false, {0, 0, 1}};
+    ShadowMaps one(light, path, quality), other(light, path, quality);
+    one.build(path, 0);
+    path.rays = &lacking;
+    other.build(path, 0);
+    for (std::size_t n = 0; n < std::size_t{24} * 24 * native::kNumbersOfRay; ++n)
+        ASSERT_EQ(one.maps()[0].numbers()[n], other.maps()[0].numbers()[n]);
 }
 
 /// Extremes: all finite, bounded, no hang.
