@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <mutex>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -107,11 +108,19 @@ void LightPlane::lightBricks(std::vector<BrickToLight> bricks, int finest, Light
             if (isHere(b))
                 expected_[b] = static_cast<std::uint8_t>(std::max(wholeLevel(b), finest));
     }
-    light_.voxels().light(std::move(bricks), expected_, parts, *scene_.layer().cache,
-                          [&](const BrickToLight& b, int channel, const Chunk& samples, int edge) {
-                              channels_[static_cast<std::size_t>(channel)]->put(
-                                  *slots_[b.brick], {samples, glm::ivec3(0), edge, b.brick}, work);
-                          });
+    const bool manyAtOnce = std::all_of(channels_.begin(), channels_.end(),
+                                        [](const Plane* channel) { return channel->takesManyAtOnce(); });
+    std::mutex mutex;
+    light_.voxels().light(
+        std::move(bricks), expected_, parts, *scene_.layer().cache,
+        [&](const BrickToLight& b, int channel, const Chunk& samples, int edge) {
+            Work mine;
+            channels_[static_cast<std::size_t>(channel)]->put(*slots_[b.brick],
+                                                              {samples, glm::ivec3(0), edge, b.brick}, mine);
+            const std::lock_guard lock(mutex);
+            work.bytesUploaded += mine.bytesUploaded;
+        },
+        manyAtOnce);
     published_ = true;
 }
 

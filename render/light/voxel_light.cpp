@@ -172,7 +172,7 @@ void VoxelLight::forget(std::size_t most) {
 
 /// Bricks [first, end): at once only as many as fit into a small memory.
 void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end,
-                            LightParts parts, const Put& put) const {
+                            LightParts parts, const Put& put, bool manyAtOnce) const {
     struct Filled {
         std::size_t brick; // of ordered
         std::size_t part;
@@ -184,17 +184,22 @@ void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t fir
         for (std::size_t part = 0; part < kLightParts; ++part)
             for (int n = 0; (parts >> part & 1u) != 0 && n < channels_[part]; ++n)
                 filled.push_back({b, part, n, {}});
+    const auto give = [&](Filled& f) {
+        const BrickToLight& b = ordered[f.brick].second;
+        put(b, firstChannelOf(f.part) + f.n, f.samples, kBrickExtent >> b.level);
+        f.samples = {};
+    };
     parallelFor(filled.size(), threads_, [&](std::size_t n) {
         Filled& f = filled[n];
         // In the layout of a chunk's samples, as planes need it.
         f.samples.size = kChunkTexels * sizeof(std::uint16_t);
         f.samples.bytes = std::make_unique_for_overwrite<std::byte[]>(f.samples.size);
         fill(ordered[f.brick].second, f.part, f.n, reinterpret_cast<std::uint16_t*>(f.samples.bytes.get()));
+        if (manyAtOnce)
+            give(f);
     });
-    for (const Filled& f : filled) {
-        const BrickToLight& b = ordered[f.brick].second;
-        put(b, firstChannelOf(f.part) + f.n, f.samples, kBrickExtent >> b.level);
-    }
+    for (std::size_t n = 0; !manyAtOnce && n < filled.size(); ++n)
+        give(filled[n]);
 }
 
 std::pair<int, std::uint64_t> VoxelLight::placeInOrder(const BrickToLight& b, const glm::ivec3& grid) {
@@ -231,7 +236,7 @@ void VoxelLight::want(const ChunkKey& key, LitPart& lit, const glm::ivec3& lowes
 }
 
 void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected,
-                       LightParts parts, BrickCache& cache, const Put& put) {
+                       LightParts parts, BrickCache& cache, const Put& put, bool manyAtOnce) {
     for (std::size_t part = 0; part < kLightParts; ++part)
         if (channels_[part] == 0)
             parts &= ~(1u << part);
@@ -283,7 +288,7 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::ui
         lightChunks(std::vector<ChunkKey>(wanted.begin(), wanted.end()), cache);
 
         for (std::size_t from = first; from < end; from += kBricksAtATime)
-            fillAndPut(ordered, from, std::min(end, from + kBricksAtATime), parts, put);
+            fillAndPut(ordered, from, std::min(end, from + kBricksAtATime), parts, put, manyAtOnce);
         forget(kLeastChunks);
         first = end;
     }

@@ -56,13 +56,14 @@ class VoxelLight {
     /// @param shadows  of the shadow-casting lights, in order, complete; they outlive this, or the next call
     void setShadows(std::span<const ShadowMaps> shadows);
 
-    /// Receives the samples of a brick, edge^3, x fastest, for one channel; one call at a time.
+    /// Receives the samples of a brick, edge^3, x fastest, for one channel.
     using Put = std::function<void(const BrickToLight&, int channel, const Chunk& samples, int edge)>;
     /// Computes parts of the light of bricks, in any order. Shadows need maps.
     /// @param expected  for every brick the level of its light in upcoming calls: computed together with
     /// neighbours
+    /// @param manyAtOnce  put() is called by several threads, in any order; else one call at a time
     void light(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected, LightParts parts,
-               BrickCache& cache, const Put& put);
+               BrickCache& cache, const Put& put, bool manyAtOnce = false);
     /// Light of bricks drawn as one value: that of the coarsest level's sample, for the n-th channel of a
     /// part.
     std::uint16_t standing(std::size_t brick, std::size_t part, int n, BrickCache& cache);
@@ -90,7 +91,7 @@ class VoxelLight {
     void light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, OcclusionRoom& room) const;
     void lightChunks(std::span<const ChunkKey> keys, BrickCache& cache);
     void fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end, LightParts parts,
-                    const Put& put) const;
+                    const Put& put, bool manyAtOnce) const;
     void forget(std::size_t most);
     void forgetPart(std::size_t part);
     void fill(const BrickToLight& brick, std::size_t part, int n, std::uint16_t* out) const;

@@ -29,6 +29,8 @@ class Plane {
     virtual ~Plane() = default;
     /// Puts a brick's data into its slot. Counts the effort in work.
     virtual void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) = 0;
+    /// True if several threads may put bricks at once, into different slots.
+    virtual bool takesManyAtOnce() const { return false; }
     /// No more bricks come for a while: releases temporary memory.
     virtual void finish() {}
     /// Entries for rays from now on, [z][y][x].

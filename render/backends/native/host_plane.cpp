@@ -5,6 +5,7 @@
 #include "core/base/threads.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -109,8 +110,10 @@ void copyBrick(const BrickSamples& from, Sample* to, std::size_t row, std::size_
 
 void HostPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {
     const std::size_t page = linearIndex(slot.page, box_), edge = static_cast<std::size_t>(edge_);
-    levelOfPage_[page] = static_cast<std::uint8_t>(slot.level);
-    putInPage_[page] = 1;
+    // Slots of one page are put by several threads, all with the same level.
+    std::atomic_ref(levelOfPage_[page])
+        .store(static_cast<std::uint8_t>(slot.level), std::memory_order_relaxed);
+    std::atomic_ref(putInPage_[page]).store(1, std::memory_order_relaxed);
     const auto row = static_cast<std::size_t>(rowPitch(slot.level)), slice = row * row;
     std::size_t first = page * edge * edge * edge;
     if (slot.level == 0)

@@ -36,6 +36,7 @@ class HostPlane : public Plane {
               const TextureLimits& limits, int threads, MemoryBudget& memory);
 
     void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+    bool takesManyAtOnce() const override { return true; }
     void publish(std::span<const BrickEntry> entries) override;
     /// Levels are others.
     void levelsChanged() { settled_ = false; }
