@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <memory>
+#include <new>
 #include <utility>
 
 namespace tessera::test {
@@ -241,6 +243,40 @@ TEST(Occluder, ReadsWhatShowsAlone) {
         occluder.find({0, chunk, 0, 0}, {}, true, cache, room);
         EXPECT_EQ(cache.counters().misses, 1u) << chunk;
     }
+}
+
+/// The chunks used last are made once; what is held stays, and what could not be made is made again.
+TEST(ChunkExtinctions, AreThoseOfTheChunksUsedLast) {
+    ChunkExtinctions kept;
+    int made = 0;
+    const auto get = [&](int chunk) {
+        return kept.get({0, chunk, 0, 0}, [&, chunk](ChunkExtinctions::Samples& samples) {
+            ++made;
+            samples.extinction = std::make_unique<float[]>(1);
+            samples.extinction[0] = static_cast<float>(chunk);
+        });
+    };
+    constexpr int kMost = ChunkExtinctions::kMost;
+    for (int turn = 0; turn < 2; ++turn)
+        for (int chunk = 0; chunk < kMost; ++chunk)
+            EXPECT_EQ(get(chunk)->extinction[0], static_cast<float>(chunk));
+    EXPECT_EQ(made, kMost);
+    const auto held = get(1);
+    get(0);
+    for (int chunk = kMost; chunk < 2 * kMost - 1; ++chunk)
+        get(chunk);
+    EXPECT_EQ(made, 2 * kMost - 1);
+    get(0);
+    EXPECT_EQ(made, 2 * kMost - 1) << "the last of the first ones is still there";
+    get(1);
+    EXPECT_EQ(made, 2 * kMost);
+    EXPECT_EQ(held->extinction[0], 1) << "made room, but was held";
+    kept.clear();
+    EXPECT_EQ(get(0)->extinction[0], 0);
+    EXPECT_EQ(made, 2 * kMost + 1);
+    EXPECT_THROW(kept.get({1, 0, 0, 0}, [](ChunkExtinctions::Samples&) { throw std::bad_alloc(); }),
+                 std::bad_alloc);
+    EXPECT_NO_THROW(kept.get({1, 0, 0, 0}, [](ChunkExtinctions::Samples&) {}));
 }
 
 TEST(Occluder, IsWhatTheContractSays) {
