@@ -136,6 +136,11 @@ TESSERA_LANE int pointsBefore(const float* ray, float mm) {
     return __builtin_popcount(before & ((1u << kPoints) - 1u));
 }
 
+/// A ray that nothing is in the way of.
+constexpr float kLit[native::kNumbersOfRay] = {
+    kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat,
+    1,          1,          1,          1,          1,          1,          1,          1};
+
 inline void addShadows(const ShadowLook& look, float* light) {
     using single::F;
     constexpr int kRun = native::kOcclusionRun, kPoints = native::kNumbersOfRay / 2;
@@ -165,9 +170,6 @@ inline void addShadows(const ShadowLook& look, float* light) {
     // For each of the four rays around a place: the points before and behind it; the same one twice beside
     // the first and the last.
     alignas(64) float mmBefore[4][kRun], mmBehind[4][kRun], lightBefore[4][kRun], lightBehind[4][kRun];
-    constexpr float kLit[native::kNumbersOfRay] = {
-        kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat, kMostFloat,
-        1,          1,          1,          1,          1,          1,          1,          1};
     const auto edge = static_cast<float>(look.size - 1);
     const std::int64_t row = std::int64_t{look.size} * native::kNumbersOfRay;
     for (int n = 0; n < kRun; ++n) {
