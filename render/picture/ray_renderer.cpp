@@ -234,8 +234,10 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
 namespace {
 
 /// In a step of the picture. Where phases allow means a step so many times as long, half of the step with
-/// them is as near to the truth as a quarter without (docs/measurements/measured-errors.md).
-constexpr double kStepsOfTruth = 4, kStepsOfPhasedTruth = 2, kTimesForPhases = 3;
+/// them is as near to the truth as a quarter without (docs/measurements/measured-errors.md). Of steps that
+/// are short, voxels, fewer times are enough.
+constexpr double kStepsOfTruth = 4, kStepsOfPhasedTruth = 2, kTimesForPhases = 3, kTimesOfShort = 2,
+                 kShort = 1.0 / 8;
 /// Rays of the truth end at this part of the light at which those of the picture end. They do end,
 /// because most of the way behind an opaque part would be traversed for nothing.
 constexpr float kEndsOfTruth = 1.0f / 64;
@@ -310,7 +312,8 @@ std::string RayPixels::toTruth() {
         engine_.open(plans, plan.chosen.atlasPages);
         caster_ = engine_.caster({false, false, true}, task_.context.gpu);
     }
-    phased_ = stepOfMeans_ >= kTimesForPhases * step_ && !plan.layer().reduces();
+    const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
+    phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();
     plan.setStep(step_ / (phased_ ? kStepsOfPhasedTruth : kStepsOfTruth));
     plan.setTermination(ends_ * kEndsOfTruth);
     return {};
