@@ -121,6 +121,14 @@ bool Occluder::letsAllThrough(const Range& range) const {
     return isEmpty(range) && (optics_->surfaces.empty() || range.high < optics_->surfaces.front().isovalue);
 }
 
+std::size_t ChunkExtinctions::bytes(const VolumeInfo& info, int threads) {
+    std::size_t chunks = 0;
+    for (int level = 0; level < kLevelCount; ++level)
+        chunks += cellCount(chunkGrid(info.extentVoxels, level));
+    return std::min(chunks, kMost + static_cast<std::size_t>(threads)) *
+           (cellCount(glm::ivec3(kChunkExtent)) * sizeof(float) + kChunkExtent * kChunkExtent);
+}
+
 std::shared_ptr<const ChunkExtinctions::Samples>
 ChunkExtinctions::get(const ChunkKey& key, const std::function<void(Samples&)>& make) {
     std::shared_ptr<Kept> kept;

@@ -57,7 +57,8 @@ class OcclusionRoom {
 class ChunkExtinctions {
   public:
     static constexpr std::size_t kMost = 128; // chunks with extinction
-    static std::size_t bytes() { return kMost * cellCount(glm::ivec3(kChunkExtent)) * sizeof(float); }
+    /// Memory of those of such a volume, and of one that each thread still reads.
+    static std::size_t bytes(const VolumeInfo& info, int threads);
 
     struct Samples {
         std::unique_ptr<float[]> extinction; // in the chunk's layout; none: nowhere any

@@ -62,7 +62,7 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
         for (int level = occlusionLevel(*lighting.occlusion, info); level < kLevelCount; ++level)
             reach = glm::max(reach, occlusionRays(*lighting.occlusion, info, level).reach);
     return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, ambientChannels(lighting) > 1) +
-           (lighting.occlusion ? ChunkExtinctions::bytes() : 0) +
+           (lighting.occlusion ? ChunkExtinctions::bytes(info, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
                static_cast<std::size_t>(lightChannels(lighting));
 }
