@@ -252,6 +252,8 @@ TEST(Torso, OrgansLieWhereTheyShould) {
     EXPECT_NEAR(torso.meanAt({-75, 10, -15}), 110, 25) << "liver, on the right";
     EXPECT_NEAR(torso.meanAt({97, 33, -25}), 120, 10) << "spleen, on the left";
     EXPECT_NEAR(torso.meanAt({24, 34, 70}), 350, 10) << "descending aorta";
+    EXPECT_NEAR(torso.meanAt({-6, -4, 98}), 230, 15) << "pulmonary artery, to the right lung";
+    EXPECT_NEAR(torso.meanAt({34, 4, 101}), 230, 15) << "pulmonary artery, to the left lung";
     EXPECT_NEAR(torso.meanAt({0, 46, 100}), 280, 90) << "vertebral marrow";
     EXPECT_LT(torso.meanAt({-85, 0, 90}), -600) << "right lung";
     EXPECT_LT(torso.meanAt({85, 0, 90}), -600) << "left lung";
@@ -271,6 +273,24 @@ TEST(Torso, OrgansLieWhereTheyShould) {
     EXPECT_NEAR(share(lung), 0.065, 0.02);
     EXPECT_NEAR(share(fat), 0.14, 0.05);
     EXPECT_NEAR(share(bone), 0.015, 0.008);
+}
+
+/// Between the muscles of the back and the flank fat shows as lines in every slice of the chest.
+TEST(Torso, FatPartsTheMusclesOfTheBack) {
+    TorsoBuilder torso{1.2F, {}, nullptr, nullptr, nullptr};
+    addBodyWall(torso);
+    const TissuePainter painter(std::move(torso.tissues), -1000, 1.2F);
+    for (const float side : {-1.0F, 1.0F})
+        for (const float z : {80.0F, 100.0F, 125.0F, 150.0F}) {
+            float least = 1000, most = -1000;
+            for (float y = 83; y <= 89; y += 0.5F)
+                for (float x = 55; x <= 61; x += 0.5F) {
+                    least = std::min(least, painter.valueAt({side * x, y, z}));
+                    most = std::max(most, painter.valueAt({side * x, y, z}));
+                }
+            EXPECT_NEAR(least, -60, 5) << side << " " << z;
+            EXPECT_NEAR(most, 55, 5) << side << " " << z;
+        }
 }
 
 /// In each of three directions about the course the lumen has crests of folds, 28 mm apart but for a quarter

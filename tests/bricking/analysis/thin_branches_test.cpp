@@ -89,6 +89,9 @@ TEST(ThinBranches, AreFollowedThroughNarrowPlacesAndLeaksAreNot) {
             ASSERT_TRUE(tree.lumen.branchesTo) << text;
             EXPECT_GT(*tree.lumen.branchesTo, tree.lumen.threshold);
             EXPECT_LT(*tree.lumen.branchesTo, *tree.evidence.leaksAt);
+            ASSERT_TRUE(tree.lumen.branchWall) << "coverage takes it";
+            EXPECT_GT(*tree.lumen.branchWall, 0);
+            EXPECT_LT(*tree.lumen.branchWall, 40 - *tree.lumen.branchesTo) << "their wall is one";
             EXPECT_GE(tree.lumen.shownAt(), *tree.lumen.branchesTo) << "a flight goes through";
             EXPECT_THAT(text, ::testing::HasSubstr("thin branches to"));
         }
@@ -100,6 +103,7 @@ TEST(ThinBranches, WhatOpensToTheLungIsNone) {
         const NoisyChunks noisy(clean, deviation, kThinClip);
         const Centrelines tree = treeIn(noisy, {0, 0, 0});
         EXPECT_FALSE(tree.lumen.branchesTo) << lumenText(tree, "HU");
+        EXPECT_FALSE(tree.lumen.branchWall);
         for (const glm::dvec3& p : pointsOf(tree))
             EXPECT_GT(p.x, -16);
     }

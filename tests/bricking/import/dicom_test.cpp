@@ -12,6 +12,7 @@
 namespace tessera::test {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -367,6 +368,7 @@ TEST_F(DicomFolder, ASingleFileIsASingleSlice) {
     const auto source = openSource(folder / "one", {});
     EXPECT_EQ(source->info().extentVoxels, glm::ivec3(4, 3, 1));
     EXPECT_EQ(source->info().spacingMm().z, 1.5); // the slice thickness
+    EXPECT_EQ(source->describe(), "1 DICOM slice, series 1, CT");
     EXPECT_EQ(firstOf(readAll<std::int16_t>(*source), 0), 1000);
 }
 
@@ -392,6 +394,7 @@ TEST_F(DicomFolder, NoPlantedIdentifierComesOut) {
     writeDicom(folder / "named", image);
     const auto named = openSource(folder / "named", {});
     EXPECT_EQ(named->info().acquisition.modality, "");
+    EXPECT_THAT(named->describe(), EndsWith(", series 1"));
 }
 
 } // namespace

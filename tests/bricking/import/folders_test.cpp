@@ -359,6 +359,14 @@ TEST_F(Folder, FilesWithoutAPreambleOpen) {
     writeFile(folder / "b", std::string("\x08\0\x05\0\xff\xff\xff\x7f", 8) + std::string(200, 'x'));
     EXPECT_THAT(refusalOfOpening(folder / "a"), HasSubstr("not DICOM"));
     EXPECT_THAT(refusalOfOpening(folder / "b"), HasSubstr("not DICOM"));
+    // Four elements that fit tell, though the file ends with them. Cut short, the fourth does not fit.
+    const std::string four("\x08\0\x05\0CS\x0a\0ISO_IR 100\x08\0\x08\0CS\x08\0ORIGINAL\x08\0\x60\0CS\x02\0CT"
+                           "\x08\0\x70\0LO\x08\0SOMEBODY",
+                           60);
+    writeFile(folder / "c", four);
+    writeFile(folder / "d", four.substr(0, 59));
+    EXPECT_THAT(refusalOfOpening(folder / "c"), Not(HasSubstr("not DICOM")));
+    EXPECT_THAT(refusalOfOpening(folder / "d"), HasSubstr("not DICOM"));
 }
 
 TEST_F(Folder, SlicesThatDifferInTheirNumberFormatAreReadEachByItsOwn) {

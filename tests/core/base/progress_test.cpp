@@ -13,6 +13,7 @@
 namespace tessera {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -28,6 +29,9 @@ TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
         progress.update(0.5);
         std::this_thread::sleep_for(110ms); // a line is drawn ten times a second at most
         progress.update(0.25);              // of a thread that comes late
+        progress.stage("reading");
+        std::this_thread::sleep_for(550ms);
+        progress.update(0.0045);
         progress.end();
         ::_exit(0);
     }
@@ -42,6 +46,8 @@ TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
     EXPECT_THAT(seen, HasSubstr("counting ..."));
     EXPECT_THAT(seen, HasSubstr("counting: 50 %, 1 s left")); // as long again as the half that is done
     EXPECT_THAT(seen, Not(HasSubstr("25 %")));
+    // 0.45 % in half a second: two minutes are left, more on a machine that is late.
+    EXPECT_THAT(seen, ContainsRegex("reading: 0 %, [0-9]+ min [0-5][0-9] s left"));
     EXPECT_THAT(seen, testing::EndsWith("\r\033[K"));
 }
 

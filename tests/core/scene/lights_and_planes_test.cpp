@@ -74,7 +74,8 @@ TEST(Windows, OfValuesWithoutAUnitLeaveAFewBrightOnesOut) {
         EXPECT_EQ(windowOf(name, values), expected) << name;
     EXPECT_EQ(windowNames().size(), customary.size() + 1);
     EXPECT_EQ(std::get<GreyWindow>(parseWindow("-20,1.5", "--window")), (GreyWindow{-20, 1.5}));
-    for (const char* bad : {"1,0", "1,-2", "1,", ",1", "1,2,3", "1,x", "1e39,1", "bon"})
+    for (const char* bad :
+         {"1,0", "1,-2", "1,", ",1", "1,2,3", "1,x", "1e39,1", "3e38,2e38", "-3e38,2e38", "bon"})
         EXPECT_THROW(parseWindow(bad, "--window"), InputError) << bad;
 }
 

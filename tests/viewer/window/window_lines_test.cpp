@@ -133,6 +133,10 @@ TEST(WindowLines, PlacesAreGatheredOnPlanes) {
     EXPECT_FALSE(w.endoscopy.press(w.desk, kEnterKey, false)) << "no place yet";
     w.click(glm::dvec2(500, 100));
     EXPECT_EQ(w.desk.message()->text, "click in the lumen, on a plane");
+    w.rest();
+    const Camera before = w.desk.camera();
+    w.drag({500, 100}, {560, 140});
+    EXPECT_EQ(w.desk.camera(), before) << "nor does it turn the picture";
     const auto dots = [&] {
         return std::count_if(w.drawn.begin(), w.drawn.end(),
                              [](const Drawn& d) { return d.colour == 0xFF5AE6FF; });
