@@ -9,8 +9,8 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. Whole suites, then tests of
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
-    AreaPicture AutomaticIntegrator AutomaticSamples BestLevels CutNothing CutScissors Cuts/CutRay DeepShadowMap
-    DistanceMap FirstPicture GradedCulling GradedNothing GradedVisibility IntegratorBound LevelsWithin
+    AreaPicture AutomaticIntegrator AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
+    DistanceMap FirstPicture GradedCulling GradedNothing GradedVisibility HiddenTable IntegratorBound LevelsWithin
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
     RayArray ReferenceThroughStore RenderBudget ShownRanges SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
@@ -31,7 +31,8 @@ quick_tests=(
     Places.OfTheReferenceAreThoseOfLargerPictures ReferenceLight.LightsAreWhereShadowMapsHaveThem
     ReferenceLight.OcclusionBesideAWall ReferenceLight.OcclusionInARisingMedium ReferenceLight.OcclusionInOneMedium
     ReferenceLight.OtherSums ReferenceLight.ShadowsOfASlab SampledPictures.ComeToTheMeanOfThePixel
-    SampledPictures.NeedTheMemoryThatTheySay ShadowMaps.LookFromBeforeAPlace
+    SampledPictures.NeedTheMemoryThatTheySay ShadowMaps.ARunIsPlaceByPlace
+    ShadowMaps.LookFromBeforeAPlace ShadowMaps.PacketsCastTheSameRays ShadowMaps.PacketsThatLackABrickLeaveTheRest
     Skipping.RefiningIsLeftOutWhereItDoesNotPay Stiff.BoundaryLayer Stiff.BoundaryLayerOnGradedSegments
     SurfaceLight.ACornerIsAsDarkAsItsFormula SurfaceLight.BricksBesideThePictureStay
     SurfaceLight.CostsNothingWhereItIsNotAskedFor SurfaceLight.CutsOpen SurfaceLight.DirectionsAreSpreadByTheCosine
@@ -49,7 +50,7 @@ tests_of() { # FILE
     case $1 in
     core/image/*picture* | core/image/image_file* | tests/core/image/*) echo core_test core_image_file_test ;;
     core/* | tests/core/*) echo core_test core_scene_test ;;
-    bricking/store/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
+    bricking/store/* | bricking/mask/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
     bricking/cache/*) echo bricking_cache_test ;;
     bricking/levels/*) echo bricking_selection_test ;;
     bricking/analysis/*) echo bricking_lumen_test bricking_body_test ;;
