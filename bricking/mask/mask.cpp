@@ -71,26 +71,43 @@ void Mask::read(int level, const glm::ivec3& first, const glm::ivec3& count, std
     const int from = std::max(level, level_), finer = from - level;
     const std::vector<std::uint8_t>& shares = sharesOf(from);
     const glm::ivec3& extent = extents_[static_cast<std::size_t>(from)];
+    std::vector<Between> along(static_cast<std::size_t>(count.x));
+    for (int x = 0; x < count.x; ++x)
+        along[static_cast<std::size_t>(x)] = between(first.x + x, finer, extent.x);
+    const int low = along.front().first, samples = along.back().second + 1 - low; // of the mask's rows
+    for (Between& each : along)
+        each.first -= low, each.second -= low;
+    std::vector<float> row(static_cast<std::size_t>(samples));
     constexpr float kWhole = 1.0f / 255;
     float* to = out.data();
     for (int z = 0; z < count.z; ++z)
-        for (int y = 0; y < count.y; ++y) {
+        for (int y = 0; y < count.y; ++y, to += count.x) {
             const Between k = between(first.z + z, finer, extent.z),
                           j = between(first.y + y, finer, extent.y);
-            const auto row = [&](int v, int w) { return shares.data() + linearIndex({0, v, w}, extent); };
-            const std::uint8_t* const r00 = row(j.first, k.first);
-            const std::uint8_t* const r01 = row(j.second, k.first);
-            const std::uint8_t* const r10 = row(j.first, k.second);
-            const std::uint8_t* const r11 = row(j.second, k.second);
+            const auto rowAt = [&](int v, int w) { return shares.data() + linearIndex({low, v, w}, extent); };
+            const std::uint8_t* const r00 = rowAt(j.first, k.first);
+            const std::uint8_t* const r01 = rowAt(j.second, k.first);
+            const std::uint8_t* const r10 = rowAt(j.first, k.second);
+            const std::uint8_t* const r11 = rowAt(j.second, k.second);
+            float least = 1, most = 0;
+            for (int i = 0; i < samples; ++i) {
+                const auto a = static_cast<float>(r00[i]), b = static_cast<float>(r01[i]);
+                const auto c = static_cast<float>(r10[i]), d = static_cast<float>(r11[i]);
+                const float lower = a + j.weight * (b - a), upper = c + j.weight * (d - c);
+                const float share =
+                    std::min(std::max((lower + k.weight * (upper - lower)) * kWhole, 0.0f), 1.0f);
+                row[static_cast<std::size_t>(i)] = share;
+                least = std::min(least, share);
+                most = std::max(most, share);
+            }
+            if (least == most) {
+                std::fill_n(to, count.x, least);
+                continue;
+            }
             for (int x = 0; x < count.x; ++x) {
-                const Between i = between(first.x + x, finer, extent.x);
-                const auto along = [&](const std::uint8_t* r) {
-                    const auto a = static_cast<float>(r[i.first]), b = static_cast<float>(r[i.second]);
-                    return a + i.weight * (b - a);
-                };
-                const float lower = along(r00) + j.weight * (along(r01) - along(r00));
-                const float upper = along(r10) + j.weight * (along(r11) - along(r10));
-                *to++ = std::clamp((lower + k.weight * (upper - lower)) * kWhole, 0.0f, 1.0f);
+                const Between& i = along[static_cast<std::size_t>(x)];
+                const float a = row[static_cast<std::size_t>(i.first)];
+                to[x] = a + i.weight * (row[static_cast<std::size_t>(i.second)] - a);
             }
         }
 }

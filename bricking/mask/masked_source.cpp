@@ -32,7 +32,7 @@ template <typename Value> Value blended(Value value, float share, double air) {
     if constexpr (std::is_floating_point_v<Value>)
         return static_cast<Value>(mixed);
     else
-        return static_cast<Value>(std::lround(mixed));
+        return static_cast<Value>(static_cast<std::int32_t>(mixed + (mixed < 0 ? -0.5 : 0.5)));
 }
 
 } // namespace
@@ -52,6 +52,13 @@ void MaskedSource::readChunk(const ChunkKey& key, std::span<std::byte> out) cons
     const glm::ivec3 count = glm::min(extent - first, kChunk);
     const Mask::Part part =
         mask_->of(first << key.level, glm::min((first + count) << key.level, info().extentVoxels));
+    if (part == Mask::Part::all && count == kChunk) { // nothing beyond the edge
+        withValueType(info().type, [&](auto example) {
+            using Value = decltype(example);
+            std::fill_n(reinterpret_cast<Value*>(out.data()), cellCount(kChunk), static_cast<Value>(air_));
+        });
+        return;
+    }
     source_.readChunk(key, out);
     if (part == Mask::Part::none)
         return;

@@ -199,6 +199,25 @@ TEST_P(MaskedLevels, WhatIsHiddenWhollyIsAirAndTwiceIsOnce) {
     EXPECT_EQ(means, statistics.brickMean);
 }
 
+TEST_F(MaskedStore, BeyondTheEdgeIsTheFillValue) {
+    const MaskedSource source(*store,
+                              std::make_shared<const Mask>(
+                                  kExtent, 0, std::vector<std::uint8_t>(cellCount(kExtent), 255), plenty()),
+                              kAir, plenty(), 2);
+    std::vector<std::byte> chunk(store->chunkBytes());
+    const auto at = [&](const glm::ivec3& place) {
+        return reinterpret_cast<const std::int16_t*>(
+            chunk.data())[linearIndex(place, glm::ivec3(kChunkExtent))];
+    };
+    source.readChunk({0, 2, 2, 3}, chunk); // begins at 64, 64, 96
+    EXPECT_EQ(at({18, 5, 4}), kAir);
+    EXPECT_EQ(at({19, 5, 4}), info.fillStored);
+    EXPECT_EQ(at({18, 6, 4}), info.fillStored);
+    EXPECT_EQ(at({18, 5, 5}), info.fillStored);
+    source.readChunk({0, 1, 1, 1}, chunk);
+    EXPECT_EQ(at({31, 31, 31}), kAir);
+}
+
 TEST_P(MaskedLevels, AnEmptyMaskChangesNoBit) {
     const int level = GetParam();
     const MaskedSource source(
