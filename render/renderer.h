@@ -86,10 +86,10 @@ struct RenderResult {
     std::string shortfall;                      // reason if it is not; empty: it is, or no bound was given
     PixelReport pixels;
     double secondsChecking = 0;
-    GreyWindow window;                // as used, in modes that show single values
-    double lowest = 0, highest = 0;   // values of the volume, physical units
+    GreyWindow window;                       // as used, in modes that show single values
+    double lowest = 0, highest = 0;          // values of the volume, physical units
     std::optional<TableReport> patientTable; // where the scene may hide it
-    bool takenAsHu = false;           // taken for HU by a preset, by their distribution
+    bool takenAsHu = false;                  // taken for HU by a preset, by their distribution
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 

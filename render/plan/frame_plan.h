@@ -149,9 +149,9 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 // every brick, occupancy, and the chunk cache.
 
 struct Layer {
-    const StoreReader* store = nullptr;   // outlives this
-    std::unique_ptr<MaskedSource> masked; // the store without what the scene hides; null: all is shown
-    std::optional<TableReport> patientTable;     // where the scene may hide it
+    const StoreReader* store = nullptr;      // outlives this
+    std::unique_ptr<MaskedSource> masked;    // the store without what the scene hides; null: all is shown
+    std::optional<TableReport> patientTable; // where the scene may hide it
     Statistics statistics;
     TransferFunction function;
     TransferTable table;
