@@ -2,12 +2,12 @@
 #include "bricking/analysis/body/table_mask.h"
 
 #include "bricking/analysis/body/body_box.h"
+#include "bricking/analysis/body/body_marks.h"
 #include "bricking/analysis/body/body_voxels.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -26,8 +26,8 @@ constexpr Even kEven{60, 0.5};
 constexpr Even kSurelyEven{300, 0.85}; // no limb is
 constexpr double kAttachedMm = 25;     // of thin parts that stand off the body: ears, folds of skin
 constexpr double kThinMm = 5;          // half of the thickness of shells: hands and feet are thicker
-constexpr double kOfOpposite =
-    0.25; // of the lines that meet a table, those that meet something on the other side at most
+/// Of the lines that meet a table, those that meet something on the other side, at most.
+constexpr double kOfOpposite = 0.25;
 constexpr double kFilledHu = -600; // a sample half filled by tissue, and by a mattress or air
 constexpr double kHardHu = 300;    // above skin and cartilage
 constexpr double kFirmHu = -900;   // boards and cushions are above it, air with its noise is not
@@ -80,123 +80,6 @@ void keepEven(Marks& marks, const BodyGrid& grid, const Even& even) {
     }
 }
 
-/// The samples of a slice as lines from the patient outwards, along x or y.
-struct Outwards {
-    int axis = 1;
-    bool up = true;
-    int lines(const glm::ivec3& extent) const { return extent[1 - axis]; }
-    std::size_t at(const glm::ivec3& extent, int z, int line, int step) const {
-        glm::ivec3 place(0, 0, z);
-        place[axis] = up ? step : extent[axis] - 1 - step;
-        place[1 - axis] = line;
-        return linearIndex(place, extent);
-    }
-};
-/// A side and the opposite one, two times.
-constexpr std::array<Outwards, 4> kSides = {{{1, true}, {1, false}, {0, true}, {0, false}}};
-
-/// Calls line(steps, at(step)) for all lines of all slices.
-template <typename Line> void forLines(const Outwards& side, const glm::ivec3& extent, const Line& line) {
-    for (int z = 0; z < extent.z; ++z)
-        for (int n = 0; n < side.lines(extent); ++n)
-            line(extent[side.axis], [&](int step) { return side.at(extent, z, n, step); });
-}
-
-/// Marks of the air that the borders of each slice reach: what is not firm.
-Marks reached(const Marks& firm, const BodyGrid& grid) {
-    const glm::ivec3 e = grid.extent;
-    Marks marks(firm.size());
-    std::vector<glm::ivec3> next;
-    const auto take = [&](const glm::ivec3& at) {
-        const std::size_t i = linearIndex(at, e);
-        if (!firm[i] && !marks[i]) {
-            marks[i] = 1;
-            next.push_back(at);
-        }
-    };
-    for (int z = 0; z < e.z; ++z) {
-        for (int x = 0; x < e.x; ++x)
-            take({x, 0, z}), take({x, e.y - 1, z});
-        for (int y = 0; y < e.y; ++y)
-            take({0, y, z}), take({e.x - 1, y, z});
-        for (; !next.empty();) {
-            const glm::ivec3 at = next.back();
-            next.pop_back();
-            for (const glm::ivec3& step : {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0)})
-                for (const glm::ivec3& beside : {at - step, at + step})
-                    if (beside.x >= 0 && beside.y >= 0 && beside.x < e.x && beside.y < e.y)
-                        take(beside);
-        }
-    }
-    return marks;
-}
-
-/// Marks of what lies beyond all of the body on one side, of whole lines where there is no body.
-Marks beyond(const Marks& body, const Outwards& side, const glm::ivec3& extent) {
-    Marks marks(body.size());
-    forLines(side, extent, [&](int steps, const auto& at) {
-        for (int step = steps - 1; step >= 0 && !body[at(step)]; --step)
-            marks[at(step)] = 1;
-    });
-    return marks;
-}
-
-/// The number of lines that meet both the body and a marked sample.
-std::size_t facingBody(const Marks& marks, const Marks& body, const Outwards& side,
-                       const glm::ivec3& extent) {
-    std::size_t count = 0;
-    forLines(side, extent, [&](int steps, const auto& at) {
-        bool marked = false, meets = false;
-        for (int step = 0; step < steps; ++step) {
-            marked |= marks[at(step)] != 0;
-            meets |= body[at(step)] != 0;
-        }
-        count += marked && meets;
-    });
-    return count;
-}
-
-/// Marks of every sample with a marked one among the 26 around it, or itself.
-Marks dilated(const Marks& marks, const glm::ivec3& e) {
-    Marks out = marks, before;
-    const std::array<std::size_t, 3> strides = {1, static_cast<std::size_t>(e.x), cellCount({e.x, e.y, 1})};
-    for (int axis = 0; axis < 3; ++axis) {
-        before = out;
-        const std::size_t stride = strides[static_cast<std::size_t>(axis)];
-        for (std::size_t i = 0; i < out.size(); ++i) {
-            const int at = static_cast<int>(i / stride % static_cast<std::size_t>(e[axis]));
-            out[i] = before[i] || (at > 0 && before[i - stride]) || (at + 1 < e[axis] && before[i + stride]);
-        }
-    }
-    return out;
-}
-
-/// Adds what is connected to the marked samples, by faces, through `open` alone, as far as
-/// mostMm.
-void growInto(Marks& marks, const Marks& open, const BodyGrid& grid, double mostMm) {
-    std::vector<std::int32_t> next;
-    std::vector<float> away(marks.size(), 0);
-    for (std::size_t i = 0; i < marks.size(); ++i)
-        if (marks[i])
-            next.push_back(static_cast<std::int32_t>(i));
-    for (std::size_t n = 0; n < next.size(); ++n) {
-        const auto from = static_cast<std::size_t>(next[n]);
-        const glm::ivec3 place = gridPosition(from, grid.extent);
-        grid.beside(from, [&](std::size_t to) {
-            if (marks[to] || !open[to])
-                return;
-            const glm::ivec3 step = gridPosition(to, grid.extent) - place;
-            const int axis = step.x != 0 ? 0 : step.y != 0 ? 1 : 2;
-            const float far = away[from] + static_cast<float>(grid.spacingMm[axis]);
-            if (far > mostMm)
-                return;
-            marks[to] = 1;
-            away[to] = far;
-            next.push_back(static_cast<std::int32_t>(to));
-        });
-    }
-}
-
 double litresOf(const Marks& marks, const BodyGrid& grid) {
     return static_cast<double>(std::count(marks.begin(), marks.end(), 1)) * grid.spacingMm.x *
            grid.spacingMm.y * grid.spacingMm.z / 1e6;
@@ -209,8 +92,8 @@ Marks closedBody(const Marks& dense, const Marks& firm, const BodyGrid& grid) {
     BodyMarks opened = bodyAmong(dense, grid);
     Marks& body = opened.marks;
     const Marks outside = reached(firm, grid);
-    std::vector<std::uint8_t> meets(body.size()),
-        sides(body.size()); // of a line outwards: the body; or no air
+    // On how many sides a line outwards meets the body; the same, or no air.
+    std::vector<std::uint8_t> meets(body.size()), sides(body.size());
     for (const Outwards& each : kSides)
         forLines(each, grid.extent, [&](int steps, const auto& at) {
             bool met = false, air = false;
@@ -253,13 +136,6 @@ Marks perhapsPatient(const Marks& dense, const Marks& hard, const Marks& table, 
     for (std::size_t i = 0; i < core.size(); ++i)
         core[i] = core[i] || (attached[i] && !body[i]);
     return core;
-}
-
-Marks both(const Marks& a, const Marks& b) {
-    Marks out(a.size());
-    std::transform(a.begin(), a.end(), b.begin(), out.begin(),
-                   [](std::uint8_t one, std::uint8_t other) { return one && other; });
-    return out;
 }
 
 /// What is hidden, of a volume's hard, dense, half filled and firm samples; else the reason.
