@@ -110,7 +110,7 @@ BrickRays noBrickRays(const VolumeInfo& info, int parts, MemoryBudget& ram);
 /// @param wanted  [z][y][x] over bricks
 /// @param masked  what is drawn in place of the store, or null: bricks that are hidden in part have their
 /// rays
-///     sampled from it
+///     sampled from it, where ram has room for that
 /// Throws InputError when ram cannot hold them, or when voxels cannot be read.
 void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted, BrickRays& rays,
                   MemoryBudget& ram, int threads = 0, const MaskedSource* masked = nullptr);

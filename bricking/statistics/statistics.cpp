@@ -441,11 +441,16 @@ void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted
         // An optional cache, as in loadStatistics.
         sample(store, [&](std::size_t brick) { return isNew[brick] != 0; });
     }
-    if (masked)
+    if (!masked)
+        return;
+    try {
         sample(*masked, [&](std::size_t brick) {
             return isNew[brick] != 0 &&
                    partOf(*masked, brick, rays.bricks, kBrickExtent, 1) != Mask::Part::none;
         });
+    } catch (const InputError&) {
+        // No room for sampling, or a chunk that cannot be read: predicted by what is hidden too.
+    }
 }
 
 } // namespace tessera

@@ -277,6 +277,14 @@ TEST_F(MaskedStore, WholeCellsAreAsInAStoreWithoutThem) {
                 << row;
             EXPECT_NE(std::memcmp(a.part(row, part).data(), plain.part(row, part).data(), kBrickRayBytes), 0);
         }
+    // Without room for sampling they are the store's.
+    MemoryBudget few("RAM", "--ram", std::size_t{600} << 10);
+    BrickRays held = noBrickRays(info, kBrickRayParts, few);
+    addBrickRays(*store, std::vector<std::uint8_t>(held.rowOf.size(), 1), held, few, 2, &source);
+    for (std::uint32_t row = 0; row < held.rows; ++row)
+        for (int part = 0; part < kBrickRayParts; ++part)
+            EXPECT_EQ(std::memcmp(held.part(row, part).data(), plain.part(row, part).data(), kBrickRayBytes),
+                      0);
 }
 
 // -- kept beside the statistics
