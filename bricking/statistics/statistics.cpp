@@ -311,10 +311,14 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
 
 void hideMasked(Statistics& statistics, const MaskedSource& masked, MemoryBudget& ram, int threads) {
     const auto air = static_cast<float>(masked.airStored());
-    const Charge charge = ram.charge(3 * sizeof(float) * cellCount(statistics.bricks), "hiding a part");
-    {
+    const Charge charge = ram.charge(4 * sizeof(float) * cellCount(statistics.bricks), "hiding a part");
+    const std::vector<float> means = statistics.brickMean;
+    try {
         BufferPool pool(ram, 1, masked.chunkBytes(), "reading brick means");
         gatherMeans(masked, statistics, pool);
+    } catch (...) {
+        statistics.brickMean = means;
+        throw;
     }
     const auto hide = [&](std::vector<float>& low, std::vector<float>& high, std::size_t at,
                           Mask::Part part) {

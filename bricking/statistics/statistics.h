@@ -54,7 +54,8 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
 
 /// Makes statistics of a volume those of its visible part: ranges of cells and bricks, and means. What is
 /// hidden in part keeps its range, which air joins; two layers around a brick count by cells. The range and
-/// the histogram of the whole volume stay, so that presets do.
+/// the histogram of the whole volume stay, so that presets do. Throws InputError where ram has no room or
+/// voxels cannot be read; nothing has changed then.
 void hideMasked(Statistics& statistics, const MaskedSource& masked, MemoryBudget& ram, int threads);
 
 } // namespace tessera

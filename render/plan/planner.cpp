@@ -252,23 +252,26 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
         return;
     const StoreReader& store = *layer.store;
     FoundTable found;
+    std::unique_ptr<MaskedSource> masked;
     try {
         const Charge rest = ram.charge(floor - std::min(floor, ram.usedBytes()), "the scene");
         found = tableOf(store, ram, threads);
-    } catch (const InputError&) {
-        found.why = ram.option() + " has no room for looking";
+        if (found.mask) {
+            const VolumeInfo& info = store.info();
+            const double stored = std::round((kAirHu - info.rescaleIntercept) / info.rescaleSlope);
+            masked = std::make_unique<MaskedSource>(store, std::move(found.mask),
+                                                    std::clamp(stored,
+                                                               static_cast<double>(layer.statistics.lowest),
+                                                               static_cast<double>(layer.statistics.highest)),
+                                                    ram, threads);
+            hideMasked(layer.statistics, *masked, ram, threads);
+        }
+    } catch (const InputError&) { // what cannot be read is told when it is drawn
+        masked.reset();
+        found.why = ram.option() + " has no room for looking, or voxels cannot be read";
     }
+    layer.masked = std::move(masked);
     layer.patientTable = found;
-    if (!found.mask)
-        return;
-    const VolumeInfo& info = store.info();
-    const double stored = std::round((kAirHu - info.rescaleIntercept) / info.rescaleSlope);
-    layer.masked =
-        std::make_unique<MaskedSource>(store, std::move(found.mask),
-                                       std::clamp(stored, static_cast<double>(layer.statistics.lowest),
-                                                  static_cast<double>(layer.statistics.highest)),
-                                       ram, threads);
-    hideMasked(layer.statistics, *layer.masked, ram, threads);
 }
 
 /// @param kept  null: read from the store
