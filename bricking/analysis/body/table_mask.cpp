@@ -55,17 +55,15 @@ void keepEven(Marks& marks, const BodyGrid& grid, const Even& even) {
     const glm::ivec3 e = grid.extent;
     const int half = std::max(1, static_cast<int>(even.windowMm / grid.spacingMm.z));
     const std::size_t slice = cellCount({e.x, e.y, 1});
-    const Marks all = marks;
-    std::vector<std::uint8_t> wide(all.size()); // marked within one column
-    for (int z = 0; z < e.z; ++z)
-        for (int y = 0; y < e.y; ++y)
-            for (int x = 0; x < e.x; ++x) {
-                bool any = false;
-                for (int v = std::max(y - 1, 0); v <= std::min(y + 1, e.y - 1) && !any; ++v)
-                    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, e.x - 1) && !any; ++u)
-                        any = all[linearIndex({u, v, z}, e)] != 0;
-                wide[linearIndex({x, y, z}, e)] = any;
-            }
+    Marks wide(marks.size()); // a sample, and the eight around it in its slice
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+        if (!marks[i])
+            continue;
+        const glm::ivec3 at = gridPosition(i, e);
+        for (int v = std::max(at.y - 1, 0); v <= std::min(at.y + 1, e.y - 1); ++v)
+            for (int u = std::max(at.x - 1, 0); u <= std::min(at.x + 1, e.x - 1); ++u)
+                wide[linearIndex({u, v, at.z}, e)] = 1;
+    }
     for (std::size_t column = 0; column < slice; ++column) {
         int count = 0, first = 0, end = 0; // of the window
         for (int z = 0; z < e.z; ++z) {
@@ -157,9 +155,11 @@ std::string hide(const Marks& hard, const Marks& dense, const Marks& filled, Mar
     std::size_t best = 0;
     for (std::size_t n = 0; n < kSides.size(); ++n) {
         Marks found = longParts(both(firm, beyond(body, kSides[n], extent)), grid);
+        if (std::find(found.begin(), found.end(), 1) == found.end())
+            continue;
         keepEven(found, grid, kEven);
         counts[n] = facingBody(found, body, kSides[n], extent);
-        if (n == 0 || counts[n] > counts[best]) {
+        if (table.empty() || counts[n] > counts[best]) {
             best = n;
             table = std::move(found);
         }
