@@ -68,6 +68,23 @@ TEST(Mask, SharesAreTrilinearBetweenItsSamplesAndMeansAbove) {
     EXPECT_EQ(half.of({33, 0, 0}, {64, 8, 8}), Mask::Part::all);
 }
 
+// Weights are those of their own axis: a mask that is a ramp along one axis is read along it alone.
+TEST(Mask, EveryAxisHasItsOwnWeights) {
+    constexpr glm::ivec3 kCoarse{4, 3, 5};
+    for (int axis = 0; axis < 3; ++axis) {
+        std::vector<std::uint8_t> shares(cellCount(kCoarse));
+        for (std::size_t i = 0; i < shares.size(); ++i)
+            shares[i] = static_cast<std::uint8_t>(50 * gridPosition(i, kCoarse)[axis]);
+        const Mask mask(4 * kCoarse, 2, shares, plenty());
+        std::vector<float> read(cellCount(4 * kCoarse));
+        mask.read(0, glm::ivec3(0), 4 * kCoarse, read);
+        for (std::size_t i = 0; i < read.size(); ++i) {
+            const double at = (gridPosition(i, 4 * kCoarse)[axis] + 0.5) / 4 - 0.5;
+            EXPECT_NEAR(read[i], 50 * std::clamp(at, 0.0, kCoarse[axis] - 1.0) / 255, 1e-6) << axis;
+        }
+    }
+}
+
 /// A store of noise over several bricks, with borders that are not whole.
 struct MaskedStore : ::testing::Test {
     ScratchFolder folder;
