@@ -1,5 +1,6 @@
 // tests/bricking/analysis/table_mask_test.cpp: tables under patients that are formulas: what is hidden is
 // table and never patient.
+#include "bricking/analysis/body/body_marks.h"
 #include "bricking/analysis/body/table_mask.h"
 #include "core/base/error.h"
 #include "tests/support/lumen_tubes.h"
@@ -255,6 +256,19 @@ TEST(PatientTable, ANarrowFieldOfViewLaysNothingOpen) {
                 ASSERT_EQ(shares[i], 0) << half << ": " << place.x << " " << place.y << " " << place.z;
             }
         }
+    }
+}
+
+TEST(PatientTable, GrowsByMillimetres) {
+    const VolumeInfo info = boxInfo({25, 13, 7}, {2, 5, 10}, {0, 0, 0});
+    const BodyGrid grid(info, 0, 1);
+    Marks marks(grid.size());
+    const glm::ivec3 middle(12, 6, 3);
+    marks[linearIndex(middle, grid.extent)] = 1;
+    growInto(marks, Marks(grid.size(), 1), grid, 20);
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+        const glm::dvec3 away = glm::abs(glm::dvec3(gridPosition(i, grid.extent) - middle)) * grid.spacingMm;
+        EXPECT_EQ(marks[i], away.x + away.y + away.z <= 20) << i;
     }
 }
 
