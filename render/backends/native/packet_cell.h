@@ -35,6 +35,17 @@ template <bool Mixed> struct Here {
     F row{0}, slice{0}; // pitches
 };
 
+/// Where all bricks are of one level, what they have in common.
+template <bool Mixed> TESSERA_LANE Here<Mixed> hereAtFirst(const PacketField& f) {
+    Here<Mixed> here;
+    if constexpr (!Mixed) {
+        here.perVoxel = asFloat(shl<23>(I(127 - f.level)));
+        here.row = F(static_cast<float>(f.rowPitch[f.level]));
+        here.slice = F(static_cast<float>(f.slicePitch[f.level]));
+    }
+    return here;
+}
+
 TESSERA_LANE M within(F3 x, F3 low, F3 high) {
     return (low.x <= x.x) & (low.y <= x.y) & (low.z <= x.z) & (x.x < high.x) & (x.y < high.y) &
            (x.z < high.z);

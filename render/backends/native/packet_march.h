@@ -99,6 +99,20 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
     return to;
 }
 
+/// Segments after a leap.
+/// @param n       segments that lanes would take
+/// @param beyond  the first segment beyond what is empty; of lanes that end, any
+template <bool Mixed>
+TESSERA_LANE I leapt(const PacketField& f, const PacketRays& rays, Strides& strides, const I& i, const I& n,
+                     const F& beyond, M ends, M leaps) {
+    I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
+    if constexpr (Mixed)
+        to = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
+    else
+        to = to & I(-f.uniformSegments);
+    return select(leaps, select(ends, rays.count, max(i + n, to)), i);
+}
+
 /// The field at p, which then lies in the lanes' brick where it lies in one.
 /// @param Gradients  follow at p, so that lanes do not stay in the ghost layer of a brick behind them, where
 ///     some of a gradient's values are beyond
@@ -161,12 +175,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
     F3 direction{F(0.0f), F(0.0f), F(0.0f)};
     if constexpr (Graded)
         direction = transformed(o.toPatient, load3(job.direction));
-    Here<Mixed> here;
-    if constexpr (!Mixed) {
-        here.perVoxel = asFloat(shl<23>(I(127 - f.level)));
-        here.row = F(static_cast<float>(f.rowPitch[f.level]));
-        here.slice = F(static_cast<float>(f.slicePitch[f.level]));
-    }
+    Here<Mixed> here = hereAtFirst<Mixed>(f);
     Strides strides;
     I i = load(job.next);
     F3 sum{load(job.colour[0]), load(job.colour[1]), load(job.colour[2])};
@@ -205,12 +214,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                     dense = 0;
                     const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
                     const M ends = ~(beyond < number(rays.count));
-                    I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
-                    if constexpr (Mixed)
-                        to = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
-                    else
-                        to = to & I(-f.uniformSegments);
-                    i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
+                    i = leapt<Mixed>(f, rays, strides, i, n, beyond, ends, leaps);
                     active = active & (i < rays.count);
                     // A test costs less than a sample: it pays to wait until most lanes have one to take.
                     if (count(leaps & active) * 2 > count(ready))

@@ -40,12 +40,7 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
     const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
     const F segmentMm = load(job.segmentMm), mmAtEntry = load(out.mmAtEntry);
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
-    Here<Mixed> here;
-    if constexpr (!Mixed) {
-        here.perVoxel = asFloat(shl<23>(I(127 - f.level)));
-        here.row = F(static_cast<float>(f.rowPitch[f.level]));
-        here.slice = F(static_cast<float>(f.slicePitch[f.level]));
-    }
+    Here<Mixed> here = hereAtFirst<Mixed>(f);
     Strides strides;
     I i(0), written(-1); // the end of the last stride that was written
     F left(1.0f);
@@ -63,12 +58,7 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
             if (any(leaps)) {
                 const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
                 const M ends = ~(beyond < number(rays.count));
-                I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
-                if constexpr (Mixed)
-                    to = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
-                else
-                    to = to & I(-f.uniformSegments);
-                i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
+                i = leapt<Mixed>(f, rays, strides, i, n, beyond, ends, leaps);
                 active = active & (i < rays.count);
                 if (count(leaps & active) * 2 > count(ready))
                     continue;

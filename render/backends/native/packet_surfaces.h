@@ -71,16 +71,6 @@ TESSERA_LANE F nextPlane(F3 start, F3 step, F w, F pitch, float segmentVoxels) {
     return next;
 }
 
-template <bool Mixed> TESSERA_LANE Here<Mixed> hereAtFirst(const PacketField& f) {
-    Here<Mixed> here;
-    if constexpr (!Mixed) {
-        here.perVoxel = asFloat(shl<23>(I(127 - f.level)));
-        here.row = F(static_cast<float>(f.rowPitch[f.level]));
-        here.slice = F(static_cast<float>(f.slicePitch[f.level]));
-    }
-    return here;
-}
-
 /// The strides that lanes take at once. Members are of all lanes.
 template <SampleKind K, bool Mixed> struct SurfaceStrides {
     const PacketScene& s;

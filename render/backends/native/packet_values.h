@@ -59,12 +59,7 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
     const bool leapsOver = !mean && s.bounds.brick != nullptr;
     const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
-    Here<Mixed> here;
-    if constexpr (!Mixed) {
-        here.perVoxel = asFloat(shl<23>(I(127 - f.level)));
-        here.row = F(static_cast<float>(f.rowPitch[f.level]));
-        here.slice = F(static_cast<float>(f.slicePitch[f.level]));
-    }
+    Here<Mixed> here = hereAtFirst<Mixed>(f);
     Strides strides;
     I i = load(job.next);
     F kept = load(job.colour[0]), length = load(job.colour[1]), met = load(job.colour[3]);
