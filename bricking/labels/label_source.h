@@ -1,0 +1,36 @@
+// bricking/labels/label_source.h: a segmentation as its files have it: layers of label values, each on a grid
+// of its own. Layers may overlap; within a layer a voxel has one value.
+#pragma once
+
+#include "bricking/labels/label_table.h"
+#include "core/base/volume.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+class LabelLayer {
+  public:
+    virtual ~LabelLayer() = default;
+    /// Extent and affine, in the nearest LPS order; type and rescale have no meaning here.
+    virtual const VolumeInfo& info() const = 0;
+    /// Reads the next `count` slices, z ascending: [z][y][x] label values, 0 for none.
+    /// Throws InputError naming the file for truncated or damaged data, and for values that are no labels.
+    virtual void readSlices(int count, std::span<std::uint32_t> out) = 0;
+};
+
+struct LabelFile {
+    std::vector<std::unique_ptr<LabelLayer>> layers; // at least one
+    /// Labels that the file describes; values that occur without one get a name by their number. A layer of a
+    /// mask holds the value of one of these.
+    std::vector<Label> labels;
+    std::string frameOfReference;   // DICOM UID; "" unknown
+    std::vector<std::string> notes; // findings that a user should know, one a line
+};
+
+} // namespace tessera

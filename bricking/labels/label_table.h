@@ -1,0 +1,30 @@
+// bricking/labels/label_table.h: LabelTable: the labels of a segmentation, and the sets of them that voxels
+// have. A voxel of a label volume holds the number of a set, so labels may overlap and have any 32-bit value.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct Label {
+    std::uint32_t value = 0;              // in its file; never 0, which is no label
+    std::string name;                     // UTF-8; never empty: "label 7" where the file has none
+    std::string group = {};               // "" none
+    std::optional<glm::vec3> colour = {}; // linear light, [0,1], Rec. 709 primaries; none: by labelColour()
+    bool operator==(const Label&) const = default;
+};
+
+struct LabelTable {
+    static constexpr std::size_t kMostSets = 65535;
+    std::vector<Label> labels; // ascending by value, no value twice
+    /// Of every set the numbers of its labels, ascending. The first set is empty: no label.
+    std::vector<std::vector<std::uint16_t>> sets{{}};
+    bool operator==(const LabelTable&) const = default;
+};
+
+} // namespace tessera
