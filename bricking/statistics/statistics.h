@@ -22,7 +22,8 @@ constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the w
 /// all are equal.
 int histogramBin(double value, double lowest, double highest);
 
-/// All values as stored (physical = slope * stored + intercept).
+/// All values as stored (physical = slope * stored + intercept). Ranges of what is drawn may be no numbers,
+/// where nothing shows, or infinite, where something does whatever the transfer function.
 struct Statistics {
     glm::ivec3 cells{0};                   // cellGrid(extent)
     std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, ghost layer of one voxel included

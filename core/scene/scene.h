@@ -5,6 +5,7 @@
 #include "core/base/names.h"
 #include "core/scene/camera.h"
 #include "core/scene/cuts.h"
+#include "core/scene/labels.h"
 #include "core/scene/lighting.h"
 #include "core/scene/measurement.h"
 #include "core/scene/mode.h"
@@ -126,6 +127,7 @@ struct SceneVolume {
     std::string unit = {};    // "HU": overrides the volume's unit; "": the volume's unit
     SourceChoice source = {}; // of source files
     HideTable hideTable = HideTable::no;
+    Labels labels = {};
 };
 
 /// The target of a fitted camera: all that the transfer function and the isosurfaces show, the volume's box,

@@ -60,6 +60,7 @@ const Fields<SceneVolume>& volumeFields() {
         f.add(
             "transferFunction", &SceneVolume::transferFunction, transferKind(),
             "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others), or the points.");
+        f.add("labels", &SceneVolume::labels, objectOf(labelsFields())).unlessDefault();
         return f;
     }();
     return fields;

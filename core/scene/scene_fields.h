@@ -20,6 +20,7 @@ void setSceneKey(Scene& scene, const std::string& key, const nlohmann::json& val
 const Fields<Shading>& shadingFields();
 const Fields<Lighting>& lightingFields();
 const Fields<Cuts>& cutsFields();
+const Fields<Labels>& labelsFields();
 const Fields<Measurement>& measurementFields();
 /// A camera by position, focal point and so on.
 const Fields<Camera>& freeCameraFields();

@@ -87,7 +87,9 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
     const json document = parseStrictJson(text, where);
     Scene scene = sceneFields().read({document, where});
     for (SceneVolume& volume : scene.volumes)
-        volume.path = std::filesystem::absolute(folder / volume.path).lexically_normal();
+        for (std::filesystem::path* path : {&volume.path, &volume.labels.path, &volume.labels.names})
+            if (!path->empty())
+                *path = std::filesystem::absolute(folder / *path).lexically_normal();
     return scene;
 }
 

@@ -79,6 +79,7 @@ inline float powerOfTwo(float n) {
 #include "render/contract/leaf_bricks.h"
 #include "render/contract/leaf_cubic.h"
 #include "render/contract/leaf_field.h"
+#include "render/contract/leaf_labels.h"
 #include "render/contract/leaf_light.h"
 #include "render/contract/leaf_opacity.h"
 #include "render/contract/leaf_ray.h"
@@ -159,6 +160,41 @@ TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, con
         if (lighting.lights[i].channel >= 0)
             received.from[i] = light(lighting.lights[i].channel);
     return received;
+}
+
+/// From the channels that voxels have.
+/// @param channel  its factor: f(number)
+template <typename V, typename Channel>
+TESSERA_LEAF LabelShares<V> labelShares(const LabelNumbers& labels, const Channel& channel) {
+    const V zero(0.0f);
+    LabelShares<V> shares{zero, zero, zero, zero, zero, zero};
+    if (labels.plain >= 0)
+        shares.plain = channel(labels.plain);
+    if (labels.tinted >= 0)
+        shares.tinted = channel(labels.tinted);
+    if (labels.solid >= 0)
+        shares.solid = channel(labels.solid);
+    if (labels.colour >= 0) {
+        shares.red = channel(labels.colour);
+        shares.green = channel(labels.colour + 1);
+        shares.blue = channel(labels.colour + 2);
+    }
+    return shares;
+}
+
+/// The gradient of the labels' medium.
+/// @param solid  its share at a place, voxels: f(place)
+template <typename V, typename Vec, typename Solid>
+TESSERA_LEAF Vec mediumGradient(const Vec& p, const Solid& solid) {
+    const V reach(kLabelReach);
+    const auto between = [&](const Vec& before, const Vec& after) {
+        const V low = solid(before), high = solid(after);
+        return mediumSlope(low, high);
+    };
+    const V x = between(Vec{p.x - reach, p.y, p.z}, Vec{p.x + reach, p.y, p.z});
+    const V y = between(Vec{p.x, p.y - reach, p.z}, Vec{p.x, p.y + reach, p.z});
+    const V z = between(Vec{p.x, p.y, p.z - reach}, Vec{p.x, p.y, p.z + reach});
+    return Vec{x, y, z};
 }
 
 /// @param N  of the power: a whole number, or one a lane

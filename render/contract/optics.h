@@ -43,6 +43,7 @@ struct Optics {
     leaf::LightingNumbers lighting;
     std::vector<leaf::MaterialNumbers> materials; // by value; their places as stored values
     leaf::GradientNumbers<double> gradientOpacity;
+    leaf::LabelNumbers labels;
     glm::mat3 voxelFromPatientTransposed{1}; // linear parts
     glm::mat3 patientFromVoxel{1};
     Reduction reduction = Reduction::composite;   // else the table is of single values (core/scene/mode.h)
@@ -225,6 +226,47 @@ glm::vec<3, Real> shadeReceived(const Optics& o, const glm::vec<3, Real>& colour
         return shade(o, colour, gradient, direction, position, material);
     return shade(o, colour, gradient, direction, position, material, field.received(position, o.lighting));
 }
+
+/// The effect of labels on a segment; none where the scene has none.
+template <typename Real> class LabelledSample {
+  public:
+    /// @param field  labels(p), where there are labels
+    template <typename Field>
+    LabelledSample(const Optics& o, Field& field, const glm::vec<3, Real>& p) : o_(o.labels) {
+        if (o_.count > 0) {
+            shares_ = field.labels(p);
+            medium_ = leaf::labelledMedium(shares_, static_cast<Real>(o_.density));
+        }
+    }
+    /// @param extinction  of the function
+    bool shows(Real extinction) const {
+        return o_.count == 0 ? extinction > Real(0)
+                             : leaf::labelledFunction(shares_, extinction) > Real(0) || medium_ > Real(0);
+    }
+    /// The extinction of the segment.
+    Real take(Real extinction) {
+        if (o_.count == 0)
+            return extinction;
+        const Real function = leaf::labelledFunction(shares_, extinction), sum = function + medium_;
+        part_ = sum > Real(0) ? leaf::labelledPart(shares_, extinction, medium_, sum) : Real(0);
+        isMedium_ = medium_ > function;
+        return sum;
+    }
+    // Of what was taken:
+    bool isMedium() const { return isMedium_; } // more than the function is
+    glm::vec<3, Real> colour(const glm::vec<3, Real>& c) const {
+        return o_.colour < 0 ? c
+                             : glm::vec<3, Real>(leaf::labelledColour(shares_, c.x, shares_.red, part_),
+                                                 leaf::labelledColour(shares_, c.y, shares_.green, part_),
+                                                 leaf::labelledColour(shares_, c.z, shares_.blue, part_));
+    }
+
+  private:
+    const leaf::LabelNumbers& o_;
+    leaf::LabelShares<Real> shares_{};
+    Real medium_ = 0, part_ = 0;
+    bool isMedium_ = false;
+};
 
 /// The visible colour: lit, where the scene is.
 /// @param material  gives the material there: f(), asked where the scene has lights of its own

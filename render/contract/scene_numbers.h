@@ -35,6 +35,18 @@ struct LightingNumbers {
 constexpr float kLightOne = 16384;
 constexpr int kMostLightChannels = 4;
 
+/// Labels as planes of factors beside the values (docs/sampling.md, "Labels"). A channel that no voxel needs
+/// is -1, and its factor 0. They are kept as light is, by kLightOne.
+struct LabelNumbers {
+    std::int32_t count = 0;   // of channels; 0: the scene has no labels
+    std::int32_t plain = -1;  // share of the function as it is
+    std::int32_t tinted = -1; // share of the function's extinction, in the labels' colour
+    std::int32_t solid = -1;  // share of the labels' own medium
+    std::int32_t colour = -1; // the first of three: the labels' colour times (tinted + solid)
+    float density = 0;        // extinction per mm where solid is 1
+};
+constexpr int kMostLabelChannels = 6;
+
 /// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
 struct MaterialNumbers {
     float from = 0, to = 0;

@@ -113,8 +113,6 @@ void BrickProof::findNeighbours(const glm::ivec3& brick, int level, bool everyOn
                 } else if (!reaches || (level == 0 && n.level == 0 && !deep))
                     continue;
                 n.brick = brick + side;
-                n.mean =
-                    isValue(n.level) ? in_.selection.means[linearIndex(n.brick, in_.selection.bricks)] : 0.0f;
                 ++count_;
             }
 }
@@ -140,7 +138,7 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
             for (at.x = first.x; at.x < end.x; ++at.x) {
                 Hull& hull = hulls[cellBit(at)];
                 if (isValue(n.level)) {
-                    hull.add(n.mean, n.mean);
+                    hull.add(rangeOf(n.brick, n.level));
                     continue;
                 }
                 std::array<Span, 3> spans = crossed;
@@ -163,7 +161,7 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
 
 std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
     const std::size_t index = linearIndex(brick, in_.selection.bricks);
-    if (empty({wide_[index].x, wide_[index].y}))
+    if (empty(Hull::of(wide_[index].x, wide_[index].y)))
         return 0; // at any levels
     const int level = levelOf(brick);
     findNeighbours(brick, level, false);

@@ -45,7 +45,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
     TextureLimits limits = engine.limits();
-    limits.lightChannels = keptLightChannels(p_.view.lighting);
+    limits.channelsBeside = p_.channelsBeside();
     p_.settleIntegrator(context, TransferTable::kMaxEntries);
     p_.planMemory(limits, context, true);
     // For any function: the tables of the ray caster and of visibility.

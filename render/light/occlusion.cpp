@@ -111,6 +111,8 @@ Occluder::Range Occluder::rangeOf(const ChunkKey& chunk) const {
 }
 
 bool Occluder::isEmpty(const Range& range) const {
+    if (range.low > range.high)
+        return true; // nothing is there, or shows
     const double a = info_.rescaleSlope * range.low + info_.rescaleIntercept;
     const double b = info_.rescaleSlope * range.high + info_.rescaleIntercept;
     return table_->emptyOver(std::min(a, b), std::max(a, b));
@@ -234,11 +236,34 @@ void Occluder::fillExtinctions(const ChunkKey& key, const Chunk& chunk,
         out.extinction = std::move(extinction);
 }
 
+/// The labels' shares of a chunk's extinctions, and their medium.
+void Occluder::takeLabels(const ChunkKey& key, ChunkExtinctions::Samples& out) const {
+    const std::size_t count = cellCount(glm::ivec3(kChunkExtent));
+    std::vector<float> function(count), medium(count);
+    labels_->extinctions(key, function, medium);
+    if (!out.extinction)
+        out.extinction = std::make_unique<float[]>(count);
+    bool any = false;
+    for (std::size_t row = 0; row < out.rowShows.size(); ++row) {
+        bool shows = false;
+        for (std::size_t n = row * kChunkExtent; n < (row + 1) * kChunkExtent; ++n) {
+            out.extinction[n] = function[n] * out.extinction[n] + medium[n];
+            shows = shows || out.extinction[n] > 0;
+        }
+        out.rowShows[row] = shows ? 1 : 0;
+        any = any || shows;
+    }
+    if (!any)
+        out.extinction.reset();
+}
+
 std::shared_ptr<const ChunkExtinctions::Samples> Occluder::extinctionsOf(const ChunkKey& key,
                                                                          BrickCache& cache) const {
     return extinctions_->get(key, [&](ChunkExtinctions::Samples& out) {
         const ChunkPointer chunk = cache.get(key);
         withValueType(info_.type, [&](auto typed) { fillExtinctions<decltype(typed)>(key, *chunk, out); });
+        if (labels_)
+            takeLabels(key, out);
     });
 }
 
@@ -400,7 +425,7 @@ void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks,
                     continue;
                 const glm::ivec3 at(run * kRun, y, z);
                 Range range;
-                if (chunk.level > 0)
+                if (chunk.level > 0 || labels_)
                     range = rangeAround(own + at, chunk.level);
                 else
                     for (int n = 0; n < (2 * kAround + 1) * (2 * kAround + 1); ++n) {

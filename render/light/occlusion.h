@@ -8,6 +8,7 @@
 #include "core/scene/transfer_function.h"
 #include "render/backends/native/packet.h"
 #include "render/contract/optics.h"
+#include "render/labels/drawn_labels.h"
 #include "render/light/directions.h"
 
 #include <array>
@@ -86,6 +87,8 @@ class Occluder {
     /// @param target  instruction set; null: the processor's best
     Occluder(const VolumeInfo& info, const Statistics& statistics, const std::optional<Occlusion>& occlusion,
              const native::PacketTarget* target = nullptr);
+    /// Labels, or null; they outlive this. setFunction() must follow.
+    void setLabels(const DrawnLabels* labels) { labels_ = labels; }
     /// Sets the transfer function.
     void setFunction(const TransferTable& table, const Optics& optics);
 
@@ -124,6 +127,7 @@ class Occluder {
     template <typename Stored>
     float gradedExtinction(const Stored* samples, const glm::ivec3& at, const glm::ivec3& last,
                            int level) const;
+    void takeLabels(const ChunkKey& key, ChunkExtinctions::Samples& out) const;
     Range rangeAround(const glm::ivec3& sample, int level) const;
     Range rangeOf(const ChunkKey& chunk) const;
     bool nothingNear(const ChunkKey& chunk) const;
@@ -139,6 +143,7 @@ class Occluder {
     std::array<OcclusionRays, kLevelCount> rays_;
     const TransferTable* table_ = nullptr;
     const Optics* optics_ = nullptr;
+    const DrawnLabels* labels_ = nullptr;
     // For every stored value of 16 bits, from the lowest; else empty.
     std::vector<float> extinctionOf_;
     std::vector<glm::vec3> emissionOf_; // empty if nothing is gathered, too

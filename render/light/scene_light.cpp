@@ -64,6 +64,7 @@ LightParts SceneLight::lightingChanged() {
     if (!light_ || now.occlusion != lighting_.occlusion || now.finestLevel != lighting_.finestLevel) {
         const int before = light_ ? light_->finestLevel() : -1;
         light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_);
+        light_->setLabels(scene_.layer().labels.get());
         if (!litTable_.empty())
             light_->functionChanged(scene_.layer().table, scene_.layer().optics);
         light_->setShadows(shadows_);
@@ -105,7 +106,8 @@ LightPath SceneLight::fieldAsDrawn() const {
             volume.mixed() ? &volume.levels : nullptr,
             &volume.optics,
             leaps ? &volume.occupancy : nullptr,
-            rays_};
+            rays_,
+            volume.labelBricks.get()};
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {

@@ -112,6 +112,15 @@ double angleFor(const glm::dvec3& position, const std::vector<glm::dvec3>& corne
     return 2 * glm::degrees(std::atan(tangent));
 }
 
+/// A field with its labels.
+template <typename Values> struct ShadowedField {
+    Values& values;
+    std::optional<LabelField> shares;
+    float value(const glm::vec3& p) { return values.value(p); }
+    glm::vec3 gradient(const glm::vec3& p) { return values.gradient(p); }
+    leaf::LabelShares<float> labels(const glm::vec3& p) { return shares->shares(p); }
+};
+
 } // namespace
 
 PlacedLight placedLight(const Light& light, const Camera& camera) {
@@ -252,8 +261,12 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
     std::vector<LightLeft> samples;
     withCacheField<float>(*field.cache, *field.info, *field.selection, field.levels, field.optics->gradient,
                           [&](auto& values) {
+                              ShadowedField<std::decay_t<decltype(values)>> shadowed{values, {}};
+                              if (field.labels)
+                                  shadowed.shares.emplace(*field.labels, *field.selection, field.levels,
+                                                          field.info->extentVoxels);
                               for (; done < rays.size(); ++done) {
-                                  lightAlong(rays[done], values, field, strides, entries[done], samples);
+                                  lightAlong(rays[done], shadowed, field, strides, entries[done], samples);
                                   fit(done, samples);
                               }
                           });

@@ -12,6 +12,7 @@
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
+#include "render/labels/label_field.h"
 #include "render/light/deep_shadow_map.h"
 
 #include <chrono>
@@ -50,6 +51,7 @@ struct LightPath {
     const Optics* optics = nullptr;
     const Occupancy* occupancy = nullptr; // null: no skipping
     const ShadowRays* rays = nullptr;     // null: by the cache's samples, one by one
+    LabelBricks* labels = nullptr;        // null: the scene has none
 };
 
 /// A light as a camera sees it.
@@ -126,7 +128,7 @@ class ShadowMaps {
 };
 
 /// The light left along a ray: at the start and end of segments that take some.
-/// @param field  value(p) and gradient(p)
+/// @param field  value(p) and gradient(p); labels(p), where there are labels
 /// @param samples  output, replaced
 template <typename Field>
 void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& lit, const Strides& strides,
@@ -150,6 +152,7 @@ void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& l
         if (extinction > 0 && lit.optics->grades())
             extinction =
                 occlusionExtinction(*lit.optics, stored, gradientFactor(*lit.optics, field.gradient(middle)));
+        extinction = LabelledSample<float>(*lit.optics, field, middle).take(extinction);
         if (extinction > 0) {
             if (last != i)
                 samples.push_back({mmAtEntry + static_cast<float>(i) * ray.segmentMm, left});

@@ -51,6 +51,8 @@ class VoxelLight {
     int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channels_[0]; }
     /// Finest level at which light is computed.
     int finestLevel() const { return finest_; }
+    /// Labels, or null; they outlive this. functionChanged() must follow.
+    void setLabels(const DrawnLabels* labels) { occluder_.setLabels(labels); }
     /// The transfer function has changed, and so has all light.
     void functionChanged(const TransferTable& table, const Optics& optics);
     /// @param shadows  of the shadow-casting lights, in order, complete; they outlive this, or the next call

@@ -73,7 +73,7 @@ struct FrameRenderer::State {
         if (!holdsAll(plan))
             return 0;
         limits.pageEdge = plan.layer().pageEdge;
-        limits.lightChannels = keptLightChannels(plan.view.lighting);
+        limits.channelsBeside = plan.channelsBeside();
         const std::size_t fixed = gpuBefore + plan.memory.gpuBytes();
         const std::size_t fit =
             pagesThatFit(gpu.limitBytes() - std::min(gpu.limitBytes(), fixed), plan.info().type, limits);

@@ -164,6 +164,10 @@ Layers& Layers::operator=(Layers&& other) noexcept {
     return *this;
 }
 
+int FramePlan::channelsBeside() const {
+    return keptLightChannels(view.lighting) + (layer().labels ? layer().labels->numbers().count : 0);
+}
+
 Strides FramePlan::strides() const {
     Strides strides;
     strides.sampling = view.quality.sampling;

@@ -22,6 +22,7 @@
 #include "render/empty_space/distance_map.h" // MapScale
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
+#include "render/labels/label_field.h"
 #include "render/light/shadow_maps.h" // ShadowQuality
 #include "render/plan/choose_levels.h"
 #include "render/plan/drawn_part.h"
@@ -149,9 +150,11 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 // every brick, occupancy, and the chunk cache.
 
 struct Layer {
-    const StoreReader* store = nullptr;      // outlives this
-    std::unique_ptr<MaskedSource> masked;    // the store without what the scene hides; null: all is shown
-    std::optional<TableReport> patientTable; // where the scene may hide it
+    const StoreReader* store = nullptr;       // outlives this
+    std::unique_ptr<MaskedSource> masked;     // the store without what the scene hides; null: all is shown
+    std::optional<TableReport> patientTable;  // where the scene may hide it
+    std::unique_ptr<DrawnLabels> labels;      // null: the scene has none
+    std::unique_ptr<LabelBricks> labelBricks; // of these; in RAM
     Statistics statistics;
     TransferFunction function;
     TransferTable table;
@@ -179,6 +182,8 @@ struct Layer {
     bool mixed() const { return !levels.corners.empty(); }
     /// True if rays keep one value instead of compositing.
     bool reduces() const { return optics.reduction != Reduction::composite; }
+    /// The labels' own medium is drawn.
+    bool showsMedium() const { return labels && labels->showsMedium(); }
     /// Updates occupancy for the selection's levels; computes all of it the first time.
     void mapEmptySpace(const Quality& quality, MemoryBudget& ram);
     /// Updates occupancy for a new table.
@@ -233,6 +238,8 @@ struct FramePlan {
     std::size_t gpuTableBytes(std::size_t entries) const;
     /// Valid as long as the plan is there, moved or not.
     Strides strides() const;
+    /// Planes of 16-bit samples that engines keep beside the values: light, and labels.
+    int channelsBeside() const;
 
   protected:
     Integrator automaticIntegrator() const;

@@ -7,6 +7,7 @@
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
+#include "render/labels/label_looks.h"
 #include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
@@ -98,6 +99,8 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
         makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     layer().optics.seen = std::move(seen);
     layer().optics.surfaces = surfaceLooks(scene.surfaces, info());
+    if (layer().labels)
+        layer().optics.labels = layer().labels->numbers();
     setLighting(layer().optics, scene.shading, view.lighting, f.materials(), view.camera, info());
     if (!layer().selection.levels.empty())
         prepareSegments();
@@ -274,6 +277,21 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
+/// The labels of the scene, and statistics of what they show.
+void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
+    const Labels& labels = scene.volumes.at(0).labels;
+    if (labels.path.empty() || reductionOf(scene) != Reduction::composite)
+        return;
+    if (!scene.surfaces.empty())
+        throw InputError("volumes[0].labels: expected no isosurfaces beside labels, found " +
+                         std::to_string(scene.surfaces.size()) + "; leave one of them out");
+    auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
+    LabelMedium medium = labelLooks(volume->table(), labels, "volumes[0].labels");
+    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(medium.bySet), medium.density);
+    layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);
+    layer.labels->showOnly(layer.statistics, ram);
+}
+
 /// @param kept  null: read from the store
 Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, MemoryBudget& ram, int threads,
                std::size_t bytesPerPixel) {
@@ -302,6 +320,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, M
     for (const double value : {values.lowest, values.highest})
         checkValue(value, "physical values", store.path().string());
     hideTable(scene, values, floor, ram, threads, p.layer());
+    takeLabels(scene, ram, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
         p.setFunction(presetFunction(*name, values), scene);
@@ -343,7 +362,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
     // Visibility is counted before the picture, in its memory; with an error bound, rays wait for bricks.
-    const int channels = keptLightChannels(view.lighting);
+    const int channels = channelsBeside();
     layer().lightCharge = {};
     const int layers = view.shadowQuality.layers; // the requested one
     view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
@@ -415,7 +434,7 @@ void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits,
     layer().cache.reset(); // it has all remaining memory
     view.quality = scene.quality;
     TextureLimits most = engineLimits;
-    most.lightChannels = keptLightChannels(view.lighting);
+    most.channelsBeside = channelsBeside();
     settleIntegrator(context, layer().table.entries.size());
     planMemory(most, context);
     TextureLimits limits = most;

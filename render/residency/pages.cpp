@@ -72,7 +72,7 @@ std::size_t pagesFor(const std::array<std::size_t, kLevelCount + 1>& counts) {
 
 namespace {
 std::size_t pageBytesOf(ValueType type, const TextureLimits& limits) {
-    const std::size_t light = sizeof(std::uint16_t) * static_cast<std::size_t>(limits.lightChannels);
+    const std::size_t light = sizeof(std::uint16_t) * static_cast<std::size_t>(limits.channelsBeside);
     return cellCount(glm::ivec3(limits.pageEdge)) * (texelBytes(type) + light);
 }
 } // namespace

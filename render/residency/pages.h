@@ -58,7 +58,7 @@ struct TextureLimits {
     std::size_t maxBytes = std::size_t{1} << 30;
     int pageEdge = kBrickExtent;     // samples of a page along an axis, ghost layers included
     bool readsOnce = false;          // chunks are read only when bricks are put
-    int lightChannels = 0;           // of the scene: planes of 16 bits a sample beside the values
+    int channelsBeside = 0;          // of the scene: planes of 16 bits a sample beside the values
     std::size_t indexEntryBytes = 8; // entry per brick, in each plane: slot, or value
 };
 

@@ -72,33 +72,32 @@ constexpr GLenum kExternal[] = {GL_RED, GL_RG, GL_RGBA, GL_RGBA};
 
 } // namespace
 
-LightAtlas::LightAtlas(const FramePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
-                       MemoryBudget& gpu)
-    : light_(scene, threads), components_(keptLightChannels(scene.view.lighting)),
-      plane_(light_, scene, makeChannels(), true) {
-    const VolumeInfo& info = scene.info();
+ChannelAtlas::ChannelAtlas(const VolumeInfo& info, int channels, std::size_t pages,
+                           const TextureLimits& limits, const char* what, MemoryBudget& gpu)
+    : components_(channels == 3 ? 4 : channels) {
     const glm::ivec3 box = atlasPages(std::max<std::size_t>(1, pages), info.type, limits);
-    TESSERA_CHECK(box.x > 0 && components_ <= 4);
+    TESSERA_CHECK(box.x > 0 && components_ >= 1 && components_ <= 4);
     const GLenum internal = kInternal[components_ - 1];
     const std::size_t texel = sizeof(std::uint16_t) * static_cast<std::size_t>(components_);
-    texels_ = GlTexture3d(internal, box * kBrickExtent, texel, GL_NEAREST, gpu, "light of the bricks");
-    standing_ =
-        GlTexture3d(internal, brickGrid(info.extentVoxels), texel, GL_NEAREST, gpu, "light of the bricks");
+    texels_ = GlTexture3d(internal, box * kBrickExtent, texel, GL_NEAREST, gpu, what);
+    standing_ = GlTexture3d(internal, brickGrid(info.extentVoxels), texel, GL_NEAREST, gpu, what);
+    for (int n = 0; n < channels; ++n)
+        channels_.push_back(std::make_unique<Channel>(*this, n));
 }
 
-std::vector<Plane*> LightAtlas::makeChannels() {
+std::vector<Plane*> ChannelAtlas::planes() const {
     std::vector<Plane*> planes;
-    for (int n = 0; n < light_.channels(); ++n)
-        planes.push_back(channels_.emplace_back(std::make_unique<Channel>(*this, n)).get());
+    for (const std::unique_ptr<Channel>& channel : channels_)
+        planes.push_back(channel.get());
     return planes;
 }
 
-void LightAtlas::bind(GLuint lightUnit, GLuint standingUnit) const {
-    texels_.bind(lightUnit);
+void ChannelAtlas::bind(GLuint unit, GLuint standingUnit) const {
+    texels_.bind(unit);
     standing_.bind(standingUnit);
 }
 
-void LightAtlas::Channel::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {
+void ChannelAtlas::Channel::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {
     const auto components = static_cast<std::size_t>(atlas_.components_);
     const std::size_t count = cellCount(glm::ivec3(samples.edge));
     atlas_.staging_.resize(count * components);
@@ -115,7 +114,7 @@ void LightAtlas::Channel::put(const AtlasSlot& slot, const BrickSamples& samples
     work.bytesUploaded += count * components * sizeof(std::uint16_t);
 }
 
-void LightAtlas::Channel::publish(std::span<const BrickEntry> entries) {
+void ChannelAtlas::Channel::publish(std::span<const BrickEntry> entries) {
     const auto components = static_cast<std::size_t>(atlas_.components_);
     atlas_.standingStaging_.resize(entries.size() * components);
     for (std::size_t b = 0; b < entries.size(); ++b) // bits of a brick that has samples are not read
@@ -128,6 +127,34 @@ void LightAtlas::Channel::publish(std::span<const BrickEntry> entries) {
                             GL_UNSIGNED_SHORT, atlas_.standingStaging_.data());
     atlas_.standingStaging_ = {};
     atlas_.staging_ = {};
+}
+
+LightAtlas::LightAtlas(const FramePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
+                       MemoryBudget& gpu)
+    : light_(scene, threads),
+      channels_(scene.info(), light_.channels(), pages, limits, "light of the bricks", gpu),
+      plane_(light_, scene, channels_.planes(), true) {}
+
+namespace {
+constexpr int kMostInAtlas = 4;
+} // namespace
+
+LabelAtlas::LabelAtlas(const DrawnLabels& labels, const VolumeInfo& info, std::size_t pages,
+                       const TextureLimits& limits, MemoryBudget& gpu)
+    : first_(info, std::min(labels.numbers().count, kMostInAtlas), pages, limits, "labels of the bricks",
+             gpu),
+      second_(labels.numbers().count > kMostInAtlas
+                  ? std::make_unique<ChannelAtlas>(info, labels.numbers().count - kMostInAtlas, pages, limits,
+                                                   "labels of the bricks", gpu)
+                  : nullptr),
+      plane_(labels, planes()) {}
+
+std::vector<Plane*> LabelAtlas::planes() const {
+    std::vector<Plane*> all = first_.planes();
+    if (second_)
+        for (Plane* more : second_->planes())
+            all.push_back(more);
+    return all;
 }
 
 } // namespace tessera

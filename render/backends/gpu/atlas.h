@@ -4,6 +4,7 @@
 #include "core/base/budget.h"
 #include "core/base/volume.h"
 #include "render/backends/gpu/gl/objects.h"
+#include "render/labels/label_plane.h"
 #include "render/light/light_plane.h"
 #include "render/residency/brick_residency.h"
 #include "render/residency/pages.h"
@@ -64,12 +65,43 @@ struct Atlas {
     }
 };
 
-// The light of bricks' samples on the GPU. One texture is like the atlas of values, with a component a
-// channel. Another has the light of bricks that stand as one value.
+/// Planes of 16-bit samples beside the values, as components of one texture like the atlas of values. Another
+/// texture has the samples of bricks that stand as one value.
+class ChannelAtlas {
+  public:
+    /// @param channels  one to four; three take the memory of four
+    /// @param pages, limits  as the atlas of values has them
+    ChannelAtlas(const VolumeInfo& info, int channels, std::size_t pages, const TextureLimits& limits,
+                 const char* what, MemoryBudget& gpu);
+    ChannelAtlas(const ChannelAtlas&) = delete;
+    ChannelAtlas& operator=(const ChannelAtlas&) = delete;
 
+    /// A plane a channel. All get a brick in order; the last one sends it.
+    std::vector<Plane*> planes() const;
+    std::size_t bytes() const { return texels_.bytes() + standing_.bytes(); }
+    void bind(GLuint unit, GLuint standingUnit) const;
+
+  private:
+    class Channel : public Plane {
+      public:
+        Channel(ChannelAtlas& atlas, int number) : atlas_(atlas), number_(number) {}
+        void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+        void publish(std::span<const BrickEntry> entries) override;
+
+      private:
+        ChannelAtlas& atlas_;
+        int number_;
+    };
+
+    int components_; // of texels
+    GlTexture3d texels_, standing_;
+    std::vector<std::uint16_t> staging_, standingStaging_;
+    std::vector<std::unique_ptr<Channel>> channels_;
+};
+
+/// The light of bricks' samples on the GPU.
 class LightAtlas {
   public:
-    /// @param pages, limits  as the atlas of values has them
     /// The scene outlives it, and does not move.
     LightAtlas(const FramePlan& scene, std::size_t pages, const TextureLimits& limits, int threads,
                MemoryBudget& gpu);
@@ -79,29 +111,35 @@ class LightAtlas {
     /// Light as things are; before rays are drawn.
     void settle(Work& work) { plane_.settle(work); }
     SceneLight& light() { return light_; }
-    LightReport report() const { return light_.report(texels_.bytes() + standing_.bytes()); }
-    void bind(GLuint lightUnit, GLuint standingUnit) const;
+    LightReport report() const { return light_.report(channels_.bytes()); }
+    const ChannelAtlas& channels() const { return channels_; }
 
   private:
-    /// Takes one component of texels; the last one sends them.
-    class Channel : public Plane {
-      public:
-        Channel(LightAtlas& atlas, int number) : atlas_(atlas), number_(number) {}
-        void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
-        void publish(std::span<const BrickEntry> entries) override;
-
-      private:
-        LightAtlas& atlas_;
-        int number_;
-    };
-    std::vector<Plane*> makeChannels();
-
     SceneLight light_;
-    int components_; // of texels
-    GlTexture3d texels_, standing_;
-    std::vector<std::uint16_t> staging_, standingStaging_;
-    std::vector<std::unique_ptr<Channel>> channels_;
+    ChannelAtlas channels_;
     LightPlane plane_;
+};
+
+/// The labels' factors of bricks' samples on the GPU: the first four channels in one atlas, others in a
+/// second.
+class LabelAtlas {
+  public:
+    /// labels outlive it.
+    LabelAtlas(const DrawnLabels& labels, const VolumeInfo& info, std::size_t pages,
+               const TextureLimits& limits, MemoryBudget& gpu);
+
+    /// For the BrickResidency.
+    LabelPlane& plane() { return plane_; }
+    const ChannelAtlas& first() const { return first_; }
+    /// The first one, where four suffice.
+    const ChannelAtlas& second() const { return second_ ? *second_ : first_; }
+
+  private:
+    std::vector<Plane*> planes() const;
+
+    ChannelAtlas first_;
+    std::unique_ptr<ChannelAtlas> second_;
+    LabelPlane plane_;
 };
 
 } // namespace tessera

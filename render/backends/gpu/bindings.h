@@ -23,7 +23,8 @@ namespace tessera {
 // Of textures and of images alike.
 constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit = 3, kFactsUnit = 4,
                  kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8, kLightUnit = 9,
-                 kStandingLightUnit = 10;
+                 kStandingLightUnit = 10, kLabelUnit = 11, // four, of two atlases
+    kMostUnits = 15;
 
 /// The level map as the shaders read it.
 struct LevelTextures {
@@ -49,6 +50,7 @@ struct FieldSource {
     const LevelMap* map = nullptr;           // kFeatureMixed only
     const LevelTextures* textures = nullptr; // kFeatureMixed only: of map
     const LightAtlas* light = nullptr;       // kFeatureVoxelLight only
+    const LabelAtlas* labels = nullptr;      // kFeatureLabels only
 };
 
 inline void bindField(const GlProgram& program, std::uint32_t features, const VolumeInfo& info,
@@ -67,9 +69,18 @@ inline void bindField(const GlProgram& program, std::uint32_t features, const Vo
     program.set("uStoredBias", texelFormat(info.type).bias);
     if ((features & kFeatureVoxelLight) != 0) {
         TESSERA_CHECK(source.light);
-        source.light->bind(kLightUnit, kStandingLightUnit);
+        source.light->channels().bind(kLightUnit, kStandingLightUnit);
         program.set("uLightTexels", static_cast<int>(kLightUnit));
         program.set("uLightStanding", static_cast<int>(kStandingLightUnit));
+    }
+    if ((features & kFeatureLabels) != 0) {
+        TESSERA_CHECK(source.labels);
+        source.labels->first().bind(kLabelUnit, kLabelUnit + 1);
+        source.labels->second().bind(kLabelUnit + 2, kLabelUnit + 3);
+        program.set("uLabelTexels", static_cast<int>(kLabelUnit));
+        program.set("uLabelStanding", static_cast<int>(kLabelUnit + 1));
+        program.set("uMoreLabelTexels", static_cast<int>(kLabelUnit + 2));
+        program.set("uMoreLabelStanding", static_cast<int>(kLabelUnit + 3));
     }
     if (!mixed)
         return;

@@ -70,7 +70,8 @@ struct FeatureModule {
     FEATURE(Slabs, slabs)                                                                                    \
     FEATURE(Intervals, intervals)                                                                            \
     FEATURE(GradientOpacity, gradientOpacity)                                                                \
-    FEATURE(CubicGradient, cubicGradient)
+    FEATURE(CubicGradient, cubicGradient)                                                                    \
+    FEATURE(Labels, labels)
 
 namespace tessera {
 

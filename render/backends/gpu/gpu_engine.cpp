@@ -18,6 +18,7 @@ std::uint32_t marchFeatures(const FramePlan& scene, bool counting) {
     add(scene.layer().mixed(), kFeatureMixed);
     add(scene.layer().optics.shading, kFeatureShading);
     add(scene.layer().optics.grades(), kFeatureGradientOpacity);
+    add(scene.layer().optics.labels.count > 0, kFeatureLabels);
     if (scene.layer().optics.takesGradients() || !scene.layer().optics.surfaces.empty())
         f |= gradientFeature(scene.layer().optics.gradient);
     add(scene.view.quality.skipping && (scene.layer().occupancy.exists() || scene.layer().bounds.exists()),
@@ -82,10 +83,13 @@ void GpuEngine::open(std::span<const FramePlan* const> plans, std::size_t pages)
     close();
     scene_ = plans.front(); // first, so that two are never charged
     TextureLimits limits = this->limits();
-    limits.lightChannels = keptLightChannels(scene_->view.lighting);
+    limits.channelsBeside = scene_->channelsBeside();
     std::vector<Plane*> beside;
-    if (limits.lightChannels > 0)
+    if (keptLightChannels(scene_->view.lighting) > 0)
         beside.push_back(&light_.emplace(*scene_, pages, limits, 0, gpu_).plane());
+    if (scene_->layer().labels)
+        beside.push_back(
+            &labels_.emplace(*scene_->layer().labels, scene_->info(), pages, limits, gpu_).plane());
     litBy_ = scene_->view.camera;
     atlas_.emplace(scene_->info(), scene_->layer().selection, pages, limits, gpu_, ram_, std::move(beside));
     taken_ = scene_->revisions;
@@ -97,6 +101,7 @@ void GpuEngine::close() {
     textures_.reset();
     atlas_.reset();
     light_.reset();
+    labels_.reset();
     scene_ = nullptr;
 }
 
@@ -121,6 +126,7 @@ void GpuEngine::takeLevels() {
     field_.map = textures_ ? &volume.levels : nullptr;
     field_.textures = textures_ ? &*textures_ : nullptr;
     field_.light = light_ ? &*light_ : nullptr;
+    field_.labels = labels_ ? &*labels_ : nullptr;
     if (light_)
         light_->light().levelsChanged();
 }
@@ -240,7 +246,8 @@ void GpuCaster::takeFunction() {
 }
 
 void GpuCaster::refine() {
-    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.layer().reduces())
+    if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.layer().reduces() ||
+        scene_.layer().showsMedium())
         return;
     engine_.settlePlan();
     const Layer& volume = scene_.layer();

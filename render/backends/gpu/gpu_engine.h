@@ -55,6 +55,7 @@ class GpuEngine : public Engine {
     MemoryBudget &gpu_, &ram_;
     const FramePlan* scene_ = nullptr;
     std::optional<LightAtlas> light_;
+    std::optional<LabelAtlas> labels_;
     std::optional<Atlas> atlas_;
     PlanRevisions taken_;                   // of the plan
     Camera litBy_;                          // the camera that lights were placed by

@@ -30,7 +30,8 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
     if (features & kFeatureVisibility)
         return withGradientOpacity(features, optics); // light by the midpoint rule, and no isosurfaces
     if (optics.reduction != Reduction::composite)
-        return (features | kFeatureValues) & ~(kFeatureShading | kFeatureTermination | kGradientFeatures);
+        return (features | kFeatureValues) &
+               ~(kFeatureLabels | kFeatureShading | kFeatureTermination | kGradientFeatures);
     return withGradientOpacity(features | integratorFeatures(optics.integrator) |
                                    (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces}),
                                optics);
@@ -142,6 +143,11 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uPhong", optics.phong);
     program_.set("uSpecularPower", optics.specularPower);
     program_.set("uTermination", optics.termination);
+    program_.set("uLabelPlain", static_cast<int>(optics.labels.plain));
+    program_.set("uLabelTinted", static_cast<int>(optics.labels.tinted));
+    program_.set("uLabelSolid", static_cast<int>(optics.labels.solid));
+    program_.set("uLabelColour", static_cast<int>(optics.labels.colour));
+    program_.set("uLabelDensity", optics.labels.density);
     program_.set("uReduction", static_cast<int>(optics.reduction));
     program_.set("uGradientPoints", optics.gradientOpacity.count);
     for (std::size_t i = 0; i < static_cast<std::size_t>(optics.gradientOpacity.count); ++i)

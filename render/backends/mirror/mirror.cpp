@@ -22,6 +22,7 @@ MirrorInput mirrorInput(const FramePlan& scene, bool skipping) {
     input.surfaceOccupancy =
         skipping && scene.layer().mapsSurfaces ? &scene.layer().surfaceOccupancy : nullptr;
     input.strides = scene.strides();
+    input.labels = scene.layer().labelBricks.get();
     return input;
 }
 
@@ -31,21 +32,28 @@ namespace {
 template <typename Real, typename Values> struct LitField {
     Values& values;
     const StoredLight* light;
+    LabelField* shares; // labels'; null: there are none
     Real value(const glm::vec<3, Real>& p) { return values.value(p); }
     Real pitch(const glm::vec<3, Real>& p) { return values.pitch(p); }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return values.gradient(p); }
     leaf::ReceivedLight<Real> received(const glm::vec<3, Real>& p, const leaf::LightingNumbers& lighting) {
         return light->at(p, lighting);
     }
+    leaf::LabelShares<Real> labels(const glm::vec<3, Real>& p) { return shares->shares(p); }
+    glm::vec<3, Real> mediumGradient(const glm::vec<3, Real>& p) { return shares->gradient(p); }
 };
 
 /// Calls visit(field) with the field of the input.
 template <typename Real, typename Visit> void withField(const MirrorInput& input, const Visit& visit) {
-    withCacheField<Real>(*input.cache, *input.info, *input.selection, input.levels, input.optics->gradient,
-                         [&](auto& values) {
-                             LitField<Real, std::decay_t<decltype(values)>> field{values, input.light};
-                             visit(field);
-                         });
+    withCacheField<Real>(
+        *input.cache, *input.info, *input.selection, input.levels, input.optics->gradient, [&](auto& values) {
+            std::optional<LabelField> labels;
+            if (input.labels)
+                labels.emplace(*input.labels, *input.selection, input.levels, input.info->extentVoxels);
+            LitField<Real, std::decay_t<decltype(values)>> field{values, input.light,
+                                                                 labels ? &*labels : nullptr};
+            visit(field);
+        });
 }
 
 /// A ray's parts, in a list that is reused for all rays of a thread.

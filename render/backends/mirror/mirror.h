@@ -104,8 +104,9 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
         const SegmentEnd<Real> back =
             endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
         Real extinction = segmentExtinction(optics, front, back);
-        if (extinction > Real(0)) {
-            const glm::vec<3, Real> middle = stridePosition(ray, i, length);
+        const glm::vec<3, Real> middle = stridePosition(ray, i, length);
+        LabelledSample<Real> labelled(optics, field, middle);
+        if (labelled.shows(extinction)) {
             glm::vec<3, Real> gradient(0);
             if (optics.takesGradients()) {
                 gradient = field.gradient(middle);
@@ -113,9 +114,13 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
             }
             if (optics.grades())
                 extinction *= gradientFactor(optics, gradient);
+            extinction = labelled.take(extinction);
+            if (optics.shading && labelled.isMedium())
+                gradient = field.mediumGradient(middle);
             const Real depth = extinction * (length * ray.segmentMm);
             const Real alpha = opacityOf(depth);
-            const glm::vec<3, Real> colour = segmentColour(optics, front, back, depth, alpha, n);
+            const glm::vec<3, Real> colour =
+                labelled.colour(segmentColour(optics, front, back, depth, alpha, n));
             const auto material = [&] { return materialOf(optics, front, back); };
             composite(sum, seenColour(optics, colour, gradient, ray.direction, middle, material, field),
                       alpha);
@@ -202,6 +207,7 @@ void seeAlong(const SegmentedRay<float>& ray, Field& field, const MirrorInput& i
         float extinction = lookUp(*input.optics, field.value(p)).a;
         if (extinction > 0 && input.optics->grades())
             extinction *= gradientFactor(*input.optics, field.gradient(p));
+        extinction = LabelledSample<float>(*input.optics, field, p).take(extinction);
         if (extinction > 0)
             alpha += (1 - alpha) * opacityOf(extinction * (length * ray.segmentMm));
     }

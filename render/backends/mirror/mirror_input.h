@@ -9,6 +9,7 @@
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
+#include "render/labels/label_field.h"
 #include "render/plan/frame_plan.h"
 
 namespace tessera {
@@ -27,6 +28,7 @@ struct MirrorInput {
         nullptr;                         // occupancy of the surfaces alone; null: the same as occupancy
     const ValueBounds* bounds = nullptr; // of rays that keep one value; null: no leaps
     const StoredLight* light = nullptr;  // light per voxel, if the scene has any
+    LabelBricks* labels = nullptr;       // labels' factors, likewise
     Strides strides;
     const CutRays* cuts = nullptr; // of all rays of the array; null: no cuts
     std::size_t firstRay = 0;      // number in the array of the first ray drawn

@@ -83,6 +83,10 @@ void nameSample(NativeField& field, const Context& context, const Optics& optics
     }
     if (optics.takesGradients())
         field.gradient(middle);
+    if (optics.labels.count > 0)
+        field.labels(middle);
+    if (optics.shading && optics.labels.solid >= 0)
+        field.mediumGradient(middle);
 }
 
 } // namespace
@@ -160,8 +164,9 @@ void NativeCaster::colourKeptValues() {
 }
 
 native::PacketScene NativeCaster::packetScene() const {
-    return packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), rays_.strides, frame_.flat,
-                          cuts_.has_value(), occupancy(), blocks_.get(), surfaceBlocks_.get()});
+    return packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), engine_.labelChannels(),
+                          rays_.strides, frame_.flat, cuts_.has_value(), occupancy(), blocks_.get(),
+                          surfaceBlocks_.get()});
 }
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
@@ -201,6 +206,7 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
         NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
                           volume.selection.finest(), volume.optics.gradient);
         field.setLight(engine_.lightChannels());
+        field.setLabels(engine_.labelChannels(), volume.optics.labels);
         const Context context{field, rays_, occupancy(), needsEnds(volume.optics.integrator), deadline, late};
         native::PacketScene mine = packets;
         mine.help = helpOf(context);
@@ -363,7 +369,7 @@ void NativeCaster::refine() {
 void NativeCaster::findBlocks() {
     const Occupancy* const all = occupancy();
     const Layer& volume = scene_.layer();
-    if (!all || all->scale() != MapScale::cells || options_.passes)
+    if (!all || all->scale() != MapScale::cells || options_.passes || volume.showsMedium())
         return;
     const auto finer = [&](const Occupancy& cells, const TransferTable& table) {
         const FineBlocksInput input{

@@ -42,6 +42,7 @@ class NativeCounter : public VisibilityCounter {
             parallelFor(static_cast<std::size_t>(end - row_), engine_.threads(), [&](std::size_t row) {
                 NativeField field(plane, scene_.layer().mixed() ? &scene_.layer().levels : nullptr,
                                   scene_.layer().selection.finest(), scene_.layer().optics.gradient);
+                field.setLabels(engine_.labelChannels(), scene_.layer().optics.labels);
                 for (int x = 0; x < size.x; ++x)
                     seeAlong(segmentedRay(frame,
                                           glm::vec2(static_cast<float>(x) + 0.5f,
@@ -90,19 +91,24 @@ void NativeEngine::open(std::span<const FramePlan* const> plans, std::size_t pag
     taken_ = scene_->revisions;
     TextureLimits limits = this->limits();
     limits.pageEdge = scene_->layer().pageEdge;
-    limits.lightChannels = keptLightChannels(scene_->view.lighting);
+    limits.channelsBeside = scene_->channelsBeside();
     plane_ = std::make_unique<HostPlane>(scene_->info(), pages, limits, threads_, gpu_);
     std::vector<Plane*> planes{plane_.get()};
-    if (limits.lightChannels > 0) {
-        std::vector<Plane*> channels;
-        for (int n = 0; n < tessera::lightChannels(scene_->view.lighting); ++n)
-            channels.push_back(lightPlanes_
-                                   .emplace_back(std::make_unique<HostPlane>(scene_->info(), ValueType::u16,
-                                                                             "light of the bricks", pages,
-                                                                             limits, threads_, gpu_))
-                                   .get());
+    const auto channels = [&](int count, const char* what, std::vector<std::unique_ptr<HostPlane>>& kept) {
+        std::vector<Plane*> all;
+        for (int n = 0; n < count; ++n)
+            all.push_back(kept.emplace_back(std::make_unique<HostPlane>(scene_->info(), ValueType::u16, what,
+                                                                        pages, limits, threads_, gpu_))
+                              .get());
+        return all;
+    };
+    if (const DrawnLabels* labels = scene_->layer().labels.get())
+        planes.push_back(&labelPlane_.emplace(
+            *labels, channels(labels->numbers().count, "labels of the bricks", labelPlanes_)));
+    if (const int count = tessera::lightChannels(scene_->view.lighting); count > 0) {
         sceneLight_.emplace(*scene_, threads_);
-        planes.push_back(&lightPlane_.emplace(*sceneLight_, *scene_, std::move(channels)));
+        planes.push_back(&lightPlane_.emplace(*sceneLight_, *scene_,
+                                              channels(count, "light of the bricks", lightPlanes_)));
         litBy_ = scene_->view.camera;
     }
     bricks_.emplace(scene_->info(), scene_->layer().selection, pages, limits, std::move(planes), ram_);
@@ -113,6 +119,8 @@ void NativeEngine::close() {
     lightPlane_.reset();
     sceneLight_.reset();
     lightPlanes_.clear();
+    labelPlane_.reset();
+    labelPlanes_.clear();
     plane_.reset();
     scene_ = nullptr;
 }
@@ -121,6 +129,8 @@ const HostPlane& NativeEngine::settled() {
     settlePlan();
     const Layer& volume = scene_->layer();
     plane_->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
+    for (const auto& plane : labelPlanes_)
+        plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
     return *plane_;
 }
 
@@ -128,8 +138,9 @@ void NativeEngine::settlePlan() {
     const PlanRevisions before = std::exchange(taken_, scene_->revisions);
     if (before.levels != taken_.levels) {
         plane_->levelsChanged();
-        for (const auto& plane : lightPlanes_)
-            plane->levelsChanged();
+        for (const auto* planes : {&lightPlanes_, &labelPlanes_})
+            for (const auto& plane : *planes)
+                plane->levelsChanged();
         if (sceneLight_)
             sceneLight_->levelsChanged();
     }
@@ -155,7 +166,7 @@ const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& 
     }
     std::optional<NativeShadows> rays;
     if (NativeShadows::canCast(*scene_))
-        sceneLight_->castBy(&rays.emplace(*scene_, *plane_, native::packetTarget()));
+        sceneLight_->castBy(&rays.emplace(*scene_, *plane_, labelPlanes_, native::packetTarget()));
     lightPlane_->settle(work);
     sceneLight_->castBy(nullptr);
     const Layer& volume = scene_->layer();

@@ -6,6 +6,7 @@
 #include "render/backends/native/host_plane.h"
 #include "render/engine.h"
 #include "render/engine_traits.h"
+#include "render/labels/label_plane.h"
 #include "render/light/light_plane.h"
 
 #include <memory>
@@ -38,6 +39,8 @@ class NativeEngine : public Engine {
     /// has none. Bricks must be settled.
     const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
     const std::vector<std::unique_ptr<HostPlane>>& lightChannels() const { return lightPlanes_; }
+    /// The labels' factors, ready for rays where bricks are: a plane a channel; none without labels.
+    const std::vector<std::unique_ptr<HostPlane>>& labelChannels() const { return labelPlanes_; }
     /// Takes the plan's levels and function as they are, where they are others.
     void settlePlan();
     int threads() const { return threads_; }
@@ -47,7 +50,8 @@ class NativeEngine : public Engine {
     MemoryBudget &gpu_, &ram_;
     const FramePlan* scene_ = nullptr;
     std::unique_ptr<HostPlane> plane_;
-    std::vector<std::unique_ptr<HostPlane>> lightPlanes_;
+    std::vector<std::unique_ptr<HostPlane>> lightPlanes_, labelPlanes_;
+    std::optional<LabelPlane> labelPlane_;
     std::optional<SceneLight> sceneLight_;
     std::optional<LightPlane> lightPlane_;
     PlanRevisions taken_; // of the plan

@@ -111,6 +111,30 @@ leaf::ReceivedLight<float> NativeField::received(const glm::vec3& p, const leaf:
     });
 }
 
+void NativeField::setLabels(const std::vector<std::unique_ptr<HostPlane>>& planes,
+                            const leaf::LabelNumbers& numbers) {
+    numbers_ = numbers;
+    labels_.clear();
+    for (const auto& plane : planes)
+        labels_.emplace_back(*plane, map_, level_, kind_);
+}
+
+float NativeField::labelAt(int channel, const glm::vec3& p) {
+    NativeField& field = labels_[static_cast<std::size_t>(channel)];
+    field.name(wanted_, ray_);
+    const float texel = field.value(p);
+    missing_ = field.takeMissing() || missing_;
+    return texel * (1 / leaf::kLightOne);
+}
+
+leaf::LabelShares<float> NativeField::labels(const glm::vec3& p) {
+    return leaf::labelShares<float>(numbers_, [&](int channel) { return labelAt(channel, p); });
+}
+
+glm::vec3 NativeField::mediumGradient(const glm::vec3& p) {
+    return leaf::mediumGradient<float>(p, [&](const glm::vec3& at) { return labelAt(numbers_.solid, at); });
+}
+
 float NativeField::at(int level, const glm::ivec3& i) {
     const glm::ivec3 at = i >> (5 - level);
     const PacketBrick& brick = brickAt(at);

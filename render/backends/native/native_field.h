@@ -38,6 +38,11 @@ class NativeField {
     glm::vec3 gradient(const glm::vec3& p);
     /// Shares of light that reach p; setLight() must have been called.
     leaf::ReceivedLight<float> received(const glm::vec3& p, const leaf::LightingNumbers& lighting);
+    /// Labels' shares at p; setLabels() must have been called.
+    leaf::LabelShares<float> labels(const glm::vec3& p);
+    /// The gradient of their medium.
+    glm::vec3 mediumGradient(const glm::vec3& p);
+    void setLabels(const std::vector<std::unique_ptr<HostPlane>>& planes, const leaf::LabelNumbers& numbers);
     /// Fields of light, one a channel.
     void setLight(const std::vector<std::unique_ptr<HostPlane>>& planes);
 
@@ -61,6 +66,7 @@ class NativeField {
     }
 
   private:
+    float labelAt(int channel, const glm::vec3& p);
     bool valueInBrick(const glm::vec3& p, float& value) const;
     const native::PacketBrick& brickAt(const glm::ivec3& brick) const {
         return plane_.bricks()[linearIndex(brick, plane_.grid())];
@@ -71,7 +77,8 @@ class NativeField {
     int level_;
     glm::ivec3 extent_;
     Gradient kind_;
-    std::vector<NativeField> light_;
+    std::vector<NativeField> light_, labels_;
+    leaf::LabelNumbers numbers_; // of the labels
     bool missing_ = false;
     WantedBricks* wanted_ = nullptr;
     std::uint32_t ray_ = 0;

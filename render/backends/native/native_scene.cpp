@@ -80,13 +80,17 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     }
     f.uniformSegments = in.strides.uniformSegments;
     f.segmentVoxels = static_cast<float>(in.strides.segmentVoxels);
-    for (std::size_t n = 0; n < in.light.size(); ++n) { // at the same places
-        const HostPlane& light = *in.light[n];
-        s.light[n] = f;
-        s.light[n].samples = light.samples();
-        s.light[n].kind = light.kind();
-        s.light[n].bricks = light.bricks().data();
-    }
+    const auto beside = [&](const std::vector<std::unique_ptr<HostPlane>>& planes,
+                            native::PacketField* fields) { // at the same places
+        for (std::size_t n = 0; n < planes.size(); ++n) {
+            fields[n] = f;
+            fields[n].samples = planes[n]->samples();
+            fields[n].kind = planes[n]->kind();
+            fields[n].bricks = planes[n]->bricks().data();
+        }
+    };
+    beside(in.light, s.light);
+    beside(in.labels, s.labels);
     const Optics& optics = volume.optics;
     native::PacketOptics& o = s.optics;
     o.scale = optics.scale, o.offset = optics.offset;
@@ -151,6 +155,7 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     o.power = optics.specularPower;
     o.hasLights = optics.hasLights;
     o.lighting = optics.lighting;
+    o.labels = optics.labels;
     for (leaf::MaterialNumbers m : optics.materials) {
         m.from = tessera::placeOf(optics, m.from), m.to = tessera::placeOf(optics, m.to);
         o.materials[o.materialCount++] = m;

@@ -16,8 +16,8 @@ namespace tessera {
 /// Outlives all that is made of it.
 struct PacketSceneInput {
     const FramePlan& plan;
-    const HostPlane& plane; // settled
-    const std::vector<std::unique_ptr<HostPlane>>& light;
+    const HostPlane& plane;                                       // settled
+    const std::vector<std::unique_ptr<HostPlane>>&light, &labels; // a plane a channel
     const Strides& strides;
     bool flat;                                // rays have one sample, at a plane
     bool keepsOn;                             // rays that keep one value go on in another interval

@@ -17,6 +17,7 @@ bool NativeShadows::canCast(const FramePlan& plan) {
 }
 
 NativeShadows::NativeShadows(const FramePlan& plan, const HostPlane& plane,
+                             const std::vector<std::unique_ptr<HostPlane>>& labels,
                              const native::PacketTarget& target)
     : lanes_(target.lanes()) {
     Strides strides; // as ShadowMaps has them
@@ -24,8 +25,8 @@ NativeShadows::NativeShadows(const FramePlan& plan, const HostPlane& plane,
     strides.segmentVoxels = plan.view.shadowQuality.stepVoxels;
     const Occupancy* const occupancy =
         plan.view.quality.skipping && plan.layer().occupancy.exists() ? &plan.layer().occupancy : nullptr;
-    const std::vector<std::unique_ptr<HostPlane>> noLight;
-    scene_ = packetSceneOf({plan, plane, noLight, strides, false, false, occupancy, nullptr, nullptr});
+    const std::vector<std::unique_ptr<HostPlane>> none;
+    scene_ = packetSceneOf({plan, plane, none, labels, strides, false, false, occupancy, nullptr, nullptr});
     march_ = target.shadows(scene_);
 }
 

@@ -14,7 +14,8 @@ class NativeShadows : public ShadowRays {
     /// True if packets have all that a scene's rays need.
     static bool canCast(const FramePlan& plan);
     /// @param plane  settled. Both outlive this
-    NativeShadows(const FramePlan& plan, const HostPlane& plane, const native::PacketTarget& target);
+    NativeShadows(const FramePlan& plan, const HostPlane& plane,
+                  const std::vector<std::unique_ptr<HostPlane>>& labels, const native::PacketTarget& target);
     std::size_t mostAtOnce() const override { return static_cast<std::size_t>(lanes_); }
     bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
                std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const override;

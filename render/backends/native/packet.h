@@ -80,6 +80,7 @@ struct PacketOptics {
     std::int32_t materialCount = 0;
     leaf::MaterialNumbers materials[leaf::kMostMaterials]; // from and to as places in the table
     leaf::GradientNumbers<float> gradientOpacity;
+    leaf::LabelNumbers labels;
 };
 
 struct PacketEmptySpace {
@@ -123,7 +124,8 @@ struct PacketHelp {
 
 struct PacketScene {
     PacketField field;
-    PacketField light[leaf::kMostLightChannels]; // as many as optics.lighting says; at the same places
+    PacketField light[leaf::kMostLightChannels];  // as many as optics.lighting says; at the same places
+    PacketField labels[leaf::kMostLabelChannels]; // as many as optics.labels says
     PacketOptics optics;
     PacketEmptySpace space;
     PacketBounds bounds;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "render/backends/native/packet_gradient.h"
+#include "render/backends/native/packet_labels.h"
 #include "render/backends/native/packet_optics.h"
 #include "render/backends/native/packet_space.h"
 
@@ -163,8 +164,8 @@ TESSERA_LANE F3 seenColour(const PacketScene& s, const Here<Mixed>& here, F3 col
     return shadedByLights(o, colour, gradient, direction, p, place, lightAt<Mixed>(s, here, p, m));
 }
 
-/// @tparam Graded  the visible part needs gradients: it is lit, or its opacity goes by them. By what light is
-///     asked where the light falls: a loop for each kind would double the compiled code.
+/// @tparam Graded  the visible part needs more than its value: it is lit, its opacity goes by gradients, or
+///     it has labels. Which is asked where it is taken: a loop for each kind would double the compiled code.
 template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const PacketScene& s, PacketJob& job) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
@@ -185,6 +186,8 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
     End front;                             // at the start of segment i
     M known = none(), showsFront = none(); // front is; something can show there
     M showsBack = none();                  // at the end of the stride of a lane that is ready
+    const bool hasLabels = Graded && o.labels.count > 0,
+               takesGradients = o.lit || o.gradientOpacity.count > 0;
     int turns = 0;
     int dense = 0,
         unlooked = 0; // tests in a row that found nothing empty; turns without one then
@@ -311,9 +314,23 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
             extinction = look.extinction;
         }
         M adds = m & (extinction > F(0.0f));
+        leaf::LabelShares<F> labels;
+        F medium(0.0f); // extinction
+        if constexpr (Graded)
+            if (hasLabels) {
+                const M wanted = m;
+                labels = labelsAt<Mixed>(s, here, middle, m);
+                const M lacks = wanted & ~m;
+                waiting = waiting | lacks;
+                active = active & ~lacks;
+                medium = leaf::labelledMedium(labels, F(o.labels.density));
+                const M takes = (leaf::labelledFunction(labels, extinction) > F(0.0f)) | (medium > F(0.0f));
+                adds = m & takes;
+            }
         if (any(adds)) {
             F3 gradient;
-            if constexpr (Graded) {
+            F ofLabels(0.0f); // the share of light in their colour
+            if (Graded && takesGradients) {
                 const M wanted = adds;
                 gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds, kept);
                 const M lacks = wanted & ~adds;
@@ -323,9 +340,28 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                 gradients += static_cast<unsigned>(count(adds));
                 if (o.gradientOpacity.count > 0) {
                     extinction = extinction * gradientFactor(o, gradient);
-                    adds = adds & (extinction > F(0.0f));
+                    if (!hasLabels)
+                        adds = adds & (extinction > F(0.0f));
                 }
             }
+            if constexpr (Graded)
+                if (hasLabels) {
+                    const F function = leaf::labelledFunction(labels, extinction);
+                    const M inMedium = adds & (medium > function);
+                    if (o.lit && any(inMedium)) {
+                        M there = inMedium;
+                        gradient = select(inMedium, mediumGradient<Mixed>(s, here, middle, there), gradient);
+                        const M lacks = inMedium & ~there;
+                        waiting = waiting | lacks;
+                        active = active & ~lacks;
+                        m = m & ~lacks;
+                        adds = adds & ~lacks;
+                    }
+                    const F sum = function + medium;
+                    ofLabels = leaf::labelledPart(labels, extinction, medium, sum);
+                    extinction = sum;
+                    adds = adds & (sum > F(0.0f));
+                }
             const F depth = extinction * (length * segmentMm);
             const F opacity = opacityOf(depth, adds);
             F3 colour;
@@ -333,6 +369,11 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                 colour = colourBetween(o, front, back, depth, opacity, k, adds);
             else
                 colour = look.colour;
+            if constexpr (Graded)
+                if (hasLabels && o.labels.colour >= 0)
+                    colour = {leaf::labelledColour(labels, colour.x, labels.red, ofLabels),
+                              leaf::labelledColour(labels, colour.y, labels.green, ofLabels),
+                              leaf::labelledColour(labels, colour.z, labels.blue, ofLabels)};
             if constexpr (Graded)
                 colour = seenColour<Mixed>(s, here, colour, gradient, direction, middle, place, adds);
             F3 gathered = sum;
@@ -405,7 +446,7 @@ inline void bareSamples(const PacketScene& s, const std::int32_t (&brick)[3], in
 
 template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
     const bool ends = s.optics.integrator != PacketIntegrator::midpoint;
-    if (s.optics.lit || s.optics.gradientOpacity.count > 0)
+    if (s.optics.lit || s.optics.gradientOpacity.count > 0 || s.optics.labels.count > 0)
         return ends ? march<K, Mixed, true, true> : march<K, Mixed, false, true>;
     return ends ? march<K, Mixed, true, false> : march<K, Mixed, false, false>;
 }

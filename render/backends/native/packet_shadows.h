@@ -78,6 +78,17 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
         }
         F extinction = lookUp(o, entriesOf(o, value)).extinction;
         M takes = m & (extinction > F(0.0f));
+        leaf::LabelShares<F> shares;
+        F medium(0.0f); // extinction
+        if (o.labels.count > 0) {
+            shares = labelsAt<Mixed>(s, here, middle, m);
+            if (any(ready & ~m)) {
+                job.waiting = bits(ready & ~m);
+                return;
+            }
+            medium = leaf::labelledMedium(shares, F(o.labels.density));
+            takes = m & ((leaf::labelledFunction(shares, extinction) > F(0.0f)) | (medium > F(0.0f)));
+        }
         if (grades && any(takes)) {
             const M wanted = takes;
             const F3 gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, takes, kept);
@@ -86,8 +97,10 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
                 return;
             }
             extinction = extinction * gradientFactor(o, gradient);
-            takes = takes & (extinction > F(0.0f));
+            takes = takes & ((extinction > F(0.0f)) | (medium > F(0.0f)));
         }
+        if (o.labels.count > 0)
+            extinction = leaf::labelledFunction(shares, extinction) + medium;
         if (any(takes)) {
             const F behind = left * (F(1.0f) - opacityOf(extinction * (length * segmentMm), takes));
             writeLight(out, takes, written == i, mmAtEntry + number(i) * segmentMm,

@@ -43,6 +43,9 @@ const Rule& gauss4() {
     return rule;
 }
 
+/// Parts of a cell in which the extinction of labels is taken for monotone.
+constexpr int kPartsOfLabels = 8;
+
 /// Upper bound of light per voxel.
 constexpr double kMostLight = 65535 / double{leaf::kLightOne};
 
@@ -77,9 +80,9 @@ double Obstacles::behindSurfaces(double stored) const {
 
 LightRays::LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
                      const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples,
-                     int panels)
+                     LabelField* labels, int panels)
     : info_(info), optics_(optics), obstacles_(obstacles), sources_(sources), emptyCells_(emptyCells),
-      samples_(samples), panels_(panels),
+      samples_(samples), labels_(labels), panels_(panels),
       channels_(static_cast<int>(sources.casters.size()) + sources.ambientChannels),
       rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
       gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
@@ -172,7 +175,11 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
     const Cell cell(samples_, low);
     const double lo = cell.lowest(), hi = cell.highest(), length = tb - ta;
-    if (obstacles_.emptyOver(lo, hi)) {
+    std::optional<LabelsAlongRay> labels;
+    if (labels_)
+        labels.emplace(*labels_, position, ta, tb);
+    const bool hasMedium = labels && labels->hasMedium();
+    if (obstacles_.emptyOver(lo, hi) && !hasMedium) {
         walk.seen += walk.left * length;
         return;
     }
@@ -203,7 +210,10 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     }
     std::sort(cuts_.begin(), cuts_.end());
     cuts_.push_back(1);
-    const CellOnWay onWay{cubic, length, gradient ? &*gradient : nullptr};
+    for (int n = 1; labels && rejects && n < kPartsOfLabels; ++n)
+        cuts_.insert(cuts_.end() - 1, static_cast<double>(n) / kPartsOfLabels);
+    std::sort(cuts_.begin(), cuts_.end());
+    const CellOnWay onWay{cubic, length, gradient ? &*gradient : nullptr, labels ? &*labels : nullptr};
     for (std::size_t i = 0; i + 1 < cuts_.size() && walk.left >= kDark; ++i) {
         const double from = cuts_[i], to = cuts_[i + 1];
         if (!(to > from))
@@ -211,10 +221,10 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
         const double inside = cubic(0.5 * (from + to)), behind = obstacles_.behindSurfaces(inside);
         const FunctionPiece function = obstacles_.pieceAround(inside);
         const auto extinctionAt = [&](double u) {
-            return function.extinctionAt(function.value(cubic(u))) * onWay.factor(u);
+            return onWay.total(u, function.extinctionAt(function.value(cubic(u))));
         };
-        const bool isEven = function.hasOneExtinction() && !gradient;
-        const bool isNothing = function.isTransparent() && behind == 0;
+        const bool isEven = function.hasOneExtinction() && !gradient && !labels;
+        const bool isNothing = function.isTransparent() && behind == 0 && !hasMedium;
         const double seenBefore = walk.seen;
         if (isNothing || (rejects && !isEven && extinctionAt(to) < extinctionAt(from))) {
             walk.seen += walk.left * length * (to - from);
@@ -244,11 +254,12 @@ void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& functio
     double depth = 0;
     for (std::size_t i = 0; i < Rule::kPoints; ++i) {
         const double u = u0 + (u1 - u0) * rule.node[i];
-        extinction[i] = function.extinctionAt(function.value(cell.cubic(u))) * cell.factor(u) + behind;
+        extinction[i] = cell.total(u, function.extinctionAt(function.value(cell.cubic(u)))) + behind;
         depth += rule.weight[i] * extinction[i];
     }
     depth *= mm;
-    if ((depth > kMostDepth || (cell.gradient && u1 - u0 > kMostGraded)) && halvings < kMostHalvings) {
+    if ((depth > kMostDepth || ((cell.gradient || cell.labels) && u1 - u0 > kMostGraded)) &&
+        halvings < kMostHalvings) {
         const double middle = 0.5 * (u0 + u1);
         throughPiece<withSeen>(cell, function, behind, u0, middle, walk, halvings + 1);
         if (walk.left >= kDark)

@@ -6,6 +6,7 @@
 
 #include "render/backends/reference/cell_gradients.h"
 #include "render/backends/reference/cells_on_ray.h"
+#include "render/backends/reference/labels_along_ray.h"
 #include "render/backends/reference/light_sources.h"
 #include "render/backends/reference/reference.h"
 #include "render/backends/reference/stored_function.h"
@@ -52,9 +53,11 @@ class Obstacles {
 class LightRays {
   public:
     /// @param emptyCells  without extinction: passed in one stride
+    /// @param labels  at the finest level; null: there are none
     /// @param initial panels of a smooth piece of a ray
     LightRays(const VolumeInfo& info, const Optics& optics, const Obstacles& obstacles,
-              const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples, int panels);
+              const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples,
+              LabelField* labels, int panels);
 
     /// @param place  voxels
     LightShares at(const glm::dvec3& place);
@@ -84,7 +87,12 @@ class LightRays {
         Cubic cubic;                      // stored value
         double length;                    // mm
         const GradientAlongRay* gradient; // none: no gradient opacity
-        double factor(double u) const { return gradient ? gradient->factor(u) : 1; }
+        const LabelsAlongRay* labels;     // none: no labels
+        /// Of the function's extinction, and of all.
+        double total(double u, double extinction) const {
+            const double graded = gradient ? extinction * gradient->factor(u) : extinction;
+            return labels ? labels->function(u, graded) + labels->medium(u) : graded;
+        }
     };
     template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
@@ -98,6 +106,7 @@ class LightRays {
     const LightSources& sources_;
     const EmptyCells& emptyCells_;
     LatticeReader& samples_;
+    LabelField* labels_;
     int panels_, channels_;
     bool rejects_, gathersEmission_;
     glm::dmat4 toPatient_, toVoxels_;

@@ -4,6 +4,7 @@
 
 #include "render/backends/reference/cell_gradients.h"
 #include "render/backends/reference/cells_on_ray.h"
+#include "render/backends/reference/labels_along_ray.h"
 #include "render/backends/reference/light_between.h"
 #include "render/backends/reference/reference_integrator.h"
 #include "render/backends/reference/stored_function.h"
@@ -138,6 +139,8 @@ struct PieceOfRay {
     double length;              // mm from 0 to 1
     leaf::Material<double> material;
     const GradientAlongRay* gradient = nullptr; // of gradient opacity; may be none
+    const LabelsAlongRay* labels = nullptr;     // may be none
+    const LightAlongRay* ofMedium = nullptr;    // light on the labels' medium; none: as on the function
 
     void operator()(const ReferenceIntegrator::Places& u, RadiantNodes& at) const {
         for (std::size_t i = 0; i < u.size(); i += 2) {
@@ -145,11 +148,27 @@ struct PieceOfRay {
             const Pair extinction = function.hasOneExtinction() ? Pair(function.extinction())
                                                                 : Pair(function.extinctionAt(value.first()),
                                                                        function.extinctionAt(value.second()));
-            set(at.extinction, i, gradient ? extinction * gradient->factor(place) : extinction);
+            const Pair graded = gradient ? extinction * gradient->factor(place) : extinction;
             Pair red = function.colourAt(value, 0), green = function.colourAt(value, 1),
                  blue = function.colourAt(value, 2);
+            bool isMedium = false; // wherever the piece is: it is cut where that changes
+            if (!labels) {
+                set(at.extinction, i, graded);
+            } else {
+                const leaf::LabelShares<Pair> shares = labels->at(place);
+                const Pair ofFunction = labels->function(place, graded), medium = labels->medium(place),
+                           sum = ofFunction + medium;
+                set(at.extinction, i, sum);
+                isMedium = medium.first() > ofFunction.first();
+                if (labels->hasColour() && sum.first() > 0 && sum.second() > 0) {
+                    const Pair part = leaf::labelledPart(shares, graded, medium, sum);
+                    red = leaf::labelledColour(shares, red, shares.red, part);
+                    green = leaf::labelledColour(shares, green, shares.green, part);
+                    blue = leaf::labelledColour(shares, blue, shares.blue, part);
+                }
+            }
             if (light) {
-                const leaf::Lit<Pair> shade = light->at(place, material);
+                const leaf::Lit<Pair> shade = (isMedium && ofMedium ? ofMedium : light)->at(place, material);
                 red = red * shade.scale[0] + shade.add[0];
                 green = green * shade.scale[1] + shade.add[1];
                 blue = blue * shade.scale[2] + shade.add[2];

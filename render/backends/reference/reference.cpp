@@ -37,6 +37,15 @@ struct Lit {
     EmptyCells emptyCells;
 };
 
+/// All bricks at level 0.
+Selection finestOf(const VolumeInfo& info) {
+    Selection finest;
+    finest.bricks = brickGrid(info.extentVoxels);
+    finest.levels.assign(cellCount(finest.bricks), 0);
+    finest.counts[0] = finest.levels.size();
+    return finest;
+}
+
 class RayIntegral {
   public:
     /// @param lit  null: no occlusion or shadows
@@ -45,9 +54,11 @@ class RayIntegral {
         : input_(input), info_(*input.info), function_(function), optics_(optics), samples_(samples),
           emptyCells_(emptyCells), panels_(input.panels), toPatient_(optics.patientFromVoxel),
           lightTolerance_(input.lightTolerance) {
+        if (input.labels)
+            labels_.emplace(*input.labels, finest_ = finestOf(info_), nullptr, info_.extentVoxels);
         if (lit)
             lightRays_.emplace(info_, optics, lit->obstacles, lit->sources, lit->emptyCells, samples_,
-                               panels_);
+                               labels_ ? &*labels_ : nullptr, panels_);
     }
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
@@ -137,7 +148,10 @@ class RayIntegral {
         // Neighbours are read only if something is visible in the cell.
         const Cell cell(samples_, low);
         const double lo = cell.lowest(), hi = cell.highest();
-        if (function_.emptyOver(lo, hi))
+        std::optional<LabelsAlongRay> labels;
+        if (labels_)
+            labels.emplace(*labels_, position, ta, tb);
+        if (function_.emptyOver(lo, hi) && !(labels && labels->hasMedium()))
             return;
         const CellStretch stretch = stretches_.through(cell, position, ta, tb);
         const Cubic& cubic = stretch.cubic;
@@ -151,8 +165,11 @@ class RayIntegral {
                     cuts.push_back(crossing(cubic, *k, stretch.ends[i], stretch.ends[i + 1]));
         findSurfaces(stretch);
         std::sort(cuts.begin(), cuts.end());
-        if (!optics_.takesGradients())
-            return addPieces(cubic, length, nullptr, integral);
+        const CellLabels ofCell{labels ? &*labels : nullptr, nullptr};
+        if (!optics_.takesGradients()) {
+            cutWhereMediumPrevails(cubic, ofCell, nullptr);
+            return addPieces(cubic, length, nullptr, ofCell, integral);
+        }
         const LightAlongRay light(optics_, toPatient_ * ray.direction,
                                   gradientsInCell(samples_, low, optics_, position, ta, tb), position(ta),
                                   position(tb), lightRays_ ? &received_ : nullptr);
@@ -161,22 +178,67 @@ class RayIntegral {
         if (optics_.grades())
             light.forEachCorner([&](double u) { cuts.push_back(u); });
         std::sort(cuts.begin(), cuts.end());
+        std::optional<LightAlongRay> onMedium;
+        if (optics_.shading && labels && labels->hasMedium()) {
+            onMedium.emplace(optics_, toPatient_ * ray.direction,
+                             LabelsAlongRay::gradients(*labels_, optics_, position, ta, tb), position(ta),
+                             position(tb), lightRays_ ? &received_ : nullptr);
+            onMedium->forEachTurn([&](double u) { cuts.push_back(u); });
+            std::sort(cuts.begin(), cuts.end());
+        }
+        const CellLabels withLight{ofCell.labels, onMedium ? &*onMedium : nullptr};
+        cutWhereMediumPrevails(cubic, withLight, optics_.grades() ? &light : nullptr);
         if (lightRays_) {
-            receive(ray, ta, tb, cubic, function_.mostExtinction(lo, hi), integral);
+            receive(ray, ta, tb, cubic, function_.mostExtinction(lo, hi), withLight, integral);
             received_.forEachJoint([&](double u) { cuts.push_back(u); });
             std::sort(cuts.begin(), cuts.end());
         }
-        addPieces(cubic, length, &light, integral);
+        addPieces(cubic, length, &light, withLight, integral);
+    }
+
+    struct CellLabels {
+        const LabelsAlongRay* labels;  // none: the scene has no labels
+        const LightAlongRay* onMedium; // none: unlit, or no medium
+    };
+    /// Cuts where the labels' medium begins to prevail over the function, because gradients change there.
+    /// Changes closer together than 1/kParts of a piece may be missed.
+    void cutWhereMediumPrevails(const Cubic& cubic, const CellLabels& cell, const GradientAlongRay* graded) {
+        if (!cell.labels || !cell.labels->hasMedium())
+            return;
+        constexpr int kParts = 8;
+        const std::vector<double> before = cuts_;
+        for (std::size_t i = 0; i + 1 < before.size(); ++i) {
+            const double from = before[i], to = before[i + 1];
+            const FunctionPiece function = function_.pieceAround(cubic(0.5 * (from + to)));
+            const auto prevails = [&](double u) {
+                const double extinction =
+                    function.extinctionAt(function.value(cubic(u))) * (graded ? graded->factor(u) : 1.0);
+                return cell.labels->medium(u) > cell.labels->function(u, extinction);
+            };
+            for (int n = 0; to > from && n < kParts; ++n) {
+                double a = from + (to - from) * n / kParts, b = from + (to - from) * (n + 1) / kParts;
+                const bool first = prevails(a);
+                if (first == prevails(b))
+                    continue;
+                for (int halving = 0; halving < 52; ++halving) {
+                    const double middle = 0.5 * (a + b);
+                    (prevails(middle) == first ? a : b) = middle;
+                }
+                cuts_.push_back(b);
+            }
+        }
+        std::sort(cuts_.begin(), cuts_.end());
     }
 
     /// Computes received light into received_: from the first to the last visible position between cuts.
     void receive(const ReferenceRay& ray, double ta, double tb, const Cubic& cubic, double mostExtinction,
-                 const ReferenceIntegrator& integral) {
+                 const CellLabels& cell, const ReferenceIntegrator& integral) {
         received_.clear();
         double first = 2, last = -1;
         for (std::size_t i = 0; i + 1 < cuts_.size(); ++i)
             if (cuts_[i] < cuts_[i + 1] &&
-                !function_.pieceAround(cubic(0.5 * (cuts_[i] + cuts_[i + 1]))).isTransparent()) {
+                ((cell.labels && cell.labels->hasMedium()) ||
+                 !function_.pieceAround(cubic(0.5 * (cuts_[i] + cuts_[i + 1]))).isTransparent())) {
                 first = std::min(first, cuts_[i]);
                 last = cuts_[i + 1];
             }
@@ -192,6 +254,8 @@ class RayIntegral {
             return t == lastLit_ ? lastShares_ : lightRays_->at(ray.base + t * ray.direction);
         };
         const double length = (tb - ta) * (last - first);
+        if (cell.labels && cell.labels->hasMedium())
+            mostExtinction += double{optics_.labels.density};
         const double adds = met_.empty() ? -std::expm1(-mostExtinction * length) : 1;
         const LightBetween::Need need{lightTolerance_, std::exp(-integral.depth()) * adds, length / wayMm_};
         if (need.weight <= need.tolerance * need.part) // for any light
@@ -208,7 +272,7 @@ class RayIntegral {
 
     /// Adds the pieces between the cuts, and the surfaces at some of them.
     /// @param gradient  none if neither colours nor opacities need it
-    void addPieces(const Cubic& cubic, double length, const LightAlongRay* gradient,
+    void addPieces(const Cubic& cubic, double length, const LightAlongRay* gradient, const CellLabels& cell,
                    ReferenceIntegrator& integral) {
         const LightAlongRay* const light = optics_.shading ? gradient : nullptr;
         auto met = met_.begin();
@@ -225,14 +289,16 @@ class RayIntegral {
             const double from = cuts_[i], to = cuts_[i + 1];
             const double inside = cubic(0.5 * (from + to));
             const FunctionPiece function = function_.pieceAround(inside);
-            if (function.isTransparent())
+            if (function.isTransparent() && !(cell.labels && cell.labels->hasMedium()))
                 continue;
             const PieceOfRay piece{cubic,
                                    function,
                                    light,
                                    length,
                                    function_.materialAt(inside, optics_),
-                                   optics_.grades() ? gradient : nullptr};
+                                   optics_.grades() ? gradient : nullptr,
+                                   cell.labels,
+                                   optics_.shading ? cell.onMedium : nullptr};
             for (int k = 0; k < panels_; ++k) {
                 const auto at = [&](int panel) {
                     return from + (to - from) * (static_cast<double>(panel) / panels_);
@@ -268,6 +334,8 @@ class RayIntegral {
     };
     std::vector<Met> met_;
     StretchesOfRay stretches_;
+    Selection finest_; // for labels
+    std::optional<LabelField> labels_;
     double wayMm_ = 0; // through the volume
     std::optional<LightRays> lightRays_;
     double lightTolerance_;
@@ -331,6 +399,8 @@ Optics shadingOf(const ReferenceInput& input) {
     Optics optics = makeOptics(table, *input.info, input.shading, 0);
     setLighting(optics, input.shading, input.lighting, input.function->materials(), input.camera,
                 *input.info);
+    if (input.labels)
+        optics.labels = input.labels->labels().numbers();
     return optics;
 }
 

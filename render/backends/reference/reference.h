@@ -13,6 +13,7 @@
 #include "core/scene/scene.h"
 #include "core/scene/transfer_function.h"
 #include "render/contract/ray_cuts.h"
+#include "render/labels/label_field.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
@@ -45,6 +46,7 @@ struct ReferenceInput {
     std::vector<RaySlab<double>> slabs = {};
     bool flat = false;             // one slab is a plane, at which a ray has one value
     const RayCuts* cuts = nullptr; // other cuts
+    LabelBricks* labels = nullptr; // of the scene; null: it has none
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).

@@ -77,7 +77,8 @@ class ReferenceCaster : public RayCaster {
                 volume.look,
                 scene_.view.part.slabs,
                 scene_.view.part.flat,
-                scene_.view.part.cuts.get()};
+                scene_.view.part.cuts.get(),
+                volume.labelBricks.get()};
     }
 
     const FramePlan& scene_;

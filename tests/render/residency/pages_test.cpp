@@ -72,7 +72,7 @@ TEST(Pages, TakeTheBytesOfTheirSamplesAndOfLight) {
         EXPECT_EQ(texelBytes(type), bytes);
         EXPECT_EQ(atlasBytes(6, type, {}), 6 * plain * bytes);
         EXPECT_EQ(atlasBytes(6, type, {.pageEdge = 35}), 6 * ghosted * bytes);
-        EXPECT_EQ(atlasBytes(6, type, {.pageEdge = 35, .lightChannels = 3}), 6 * ghosted * (bytes + 6));
+        EXPECT_EQ(atlasBytes(6, type, {.pageEdge = 35, .channelsBeside = 3}), 6 * ghosted * (bytes + 6));
     }
     EXPECT_EQ(indexBytes({4, 3, 2}), 24u * 8);
     EXPECT_EQ(indexBytes({4, 3, 2}, 12), 24u * 12);

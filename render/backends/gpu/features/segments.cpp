@@ -31,6 +31,14 @@ FeatureModule gradientOpacity() {
             .turns = 20};
 }
 
+// Shares of the function and a medium of labels, from planes beside the values.
+FeatureModule labels() {
+    return {.define = "FEATURE_LABELS",
+            .meaning = "labels, kept beside the values",
+            .excludes = kFeatureValues | kFeatureSurfaces,
+            .turns = 64};
+}
+
 // Isosurfaces, where rays meet them. `March` sets it by its optics.
 FeatureModule surfaces() {
     return {.define = "FEATURE_SURFACES",

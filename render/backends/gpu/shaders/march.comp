@@ -10,7 +10,9 @@ layout(local_size_x = 64) in; // 8 x 8 pixels
 #include "march_gradient_opacity.glsl"
 #include "march_segment.glsl"
 #include "march_lights.glsl"
+#include "sampler_channels.glsl"
 #include "sampler_light.glsl"
+#include "sampler_labels.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
 #if FEATURE_SURFACES
@@ -31,6 +33,13 @@ uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
 #if FEATURE_TERMINATION
 uniform float uTermination; // transmittance below which a ray ends
+#endif
+
+// A sample that may add something: of a medium of labels too, which needs no extinction of the function.
+#if FEATURE_LABELS
+#define MAY_SHOW true
+#else
+#define MAY_SHOW (extinction > 0.0)
 #endif
 
 // Devices run neighbours of this order side by side, and all of them wait for the slowest. So 4 x 1, 4 x 2, 4 x 4 and
@@ -91,6 +100,7 @@ void main() {
     while (i < ray.count && left > 0 && TURNS_LEFT) {
         TURN;
         float extinction = 0.0;
+        bool taken = false; // a sample may show
         SegmentEnd back; // the stride's, or its middle where that alone counts
         bool shows = false; // something can show there
         float length = 0.0; // of the stride, in segments
@@ -119,7 +129,7 @@ void main() {
                 if (!within) break;
                 back = endOf(currentBrickValue(p));
                 extinction = segmentExtinction(front, back);
-                if (extinction > 0.0) break;
+                if (taken = MAY_SHOW) break;
                 ++segments;
                 i += n;
 #if FEATURE_ENDS
@@ -163,7 +173,7 @@ void main() {
 #if FEATURE_PASSES
             if (gMissing || gNaming) break;
 #endif
-            if (extinction > 0.0) break;
+            if (taken = MAY_SHOW) break;
             ++segments;
             i += n;
 #if FEATURE_ENDS
@@ -176,18 +186,34 @@ void main() {
 #else
         const bool waits = false;
 #endif
-        if (!(extinction > 0.0) && !waits) break;
-#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
+        if (!taken && !waits) break;
+#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY || FEATURE_LABELS
         vec3 middle = stridePosition(ray, i, length);
+#endif
+#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
         vec3 gradient = fieldGradient(middle);
 #endif
 #if FEATURE_GRADIENT_OPACITY
         precise float graded = extinction * gradientOpacity(gradient);
         extinction = graded;
 #endif
+#if FEATURE_LABELS
+        LabelShares shares = labelsAt(middle);
+        float medium = labelledMedium(shares, uLabelDensity);
+        float function = labelledFunction(shares, extinction);
+        precise float labelledSum = function + medium;
+        float ofLabels = labelledSum > 0.0 ? labelledPart(shares, extinction, medium, labelledSum) : 0.0;
+        extinction = labelledSum;
+#if FEATURE_SHADING
+        if (medium > function) gradient = mediumGradient(middle);
+#endif
+#endif
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
         vec3 colour = segmentColour(front, back, depth, alpha, n);
+#if FEATURE_LABELS
+        colour = labelled(shares, ofLabels, colour);
+#endif
 #if FEATURE_LIGHTS
         colour = shadeByLights(colour, gradient, ray.direction, middle, materialPlace(front, back), receivedLight(middle));
 #elif FEATURE_SHADING

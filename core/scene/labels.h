@@ -1,0 +1,50 @@
+// core/scene/labels.h: Labels: a segmentation beside a volume, and how a picture shows it (docs/sampling.md,
+// "Labels").
+#pragma once
+
+#include "core/base/names.h"
+
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Labelled tissue: a medium of its own in the label's colour, whatever its values; as the transfer function
+/// shows it, in the label's colour; or as the transfer function shows it.
+enum class LabelLook { solid, tint, plain };
+template <> const NameTable<LabelLook>& namesOf<LabelLook>();
+
+/// The look of the labels that a pattern names; what it leaves out is that of the others.
+struct LabelRule {
+    std::string of; // a name with * and ?, a value, or "group:NAME"
+    std::optional<LabelLook> look = {};
+    std::optional<double> opacity = {};
+    std::optional<glm::dvec3> colour = {}; // linear light
+    bool operator==(const LabelRule&) const = default;
+};
+
+struct Labels {
+    static constexpr std::size_t kMostPatterns = 4096;
+    /// Opacity of a solid label per mm.
+    static constexpr double kSolidOpacity = 0.9;
+
+    std::filesystem::path path;  // a file or folder; "" none
+    std::filesystem::path names; // of a file with names and colours; ""  the labels' own
+    LabelLook look = LabelLook::solid;
+    /// [0,1]. solid: per mm, kSolidOpacity by default; else a factor on the function's extinction, 1.
+    std::optional<double> opacity = {};
+    /// Patterns of the labels that show; none: all. Labels of `hide` do not.
+    std::vector<std::string> show, hide;
+    /// True if tissue without a label shows. None: it does unless `show` names labels.
+    std::optional<bool> unlabelled = {};
+    std::vector<LabelRule> each; // of several rules for a label the last one counts
+    bool sameFrame = false;      // taken though the frames of reference differ
+    /// Where they were imported to; not in files.
+    std::filesystem::path store = {};
+    bool operator==(const Labels&) const = default;
+};
+
+} // namespace tessera

@@ -1,0 +1,109 @@
+// render/labels/label_looks.cpp: see label_looks.h.
+#include "render/labels/label_looks.h"
+
+#include "bricking/labels/label_names.h"
+#include "core/base/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+/// The look of one label.
+struct OneLook {
+    bool shows = true;
+    LabelLook look = LabelLook::solid;
+    double opacity = 1;
+    glm::vec3 colour{1};
+};
+
+double extinctionPerMm(double opacity) {
+    return -std::log1p(-std::min(opacity, 1 - std::ldexp(1.0, -24)));
+}
+
+/// Calls visit(number) for every label that matches.
+template <typename Visit>
+void forEachMatch(const LabelTable& table, const std::string& pattern, const std::string& where,
+                  const Visit& visit) {
+    bool any = false;
+    for (std::size_t n = 0; n < table.labels.size(); ++n)
+        if (labelMatches(table.labels[n], pattern)) {
+            any = true;
+            visit(n);
+        }
+    if (!any)
+        throw badFile(where, "the name, the value or the group of a label",
+                      "\"" + pattern + "\"; nearest: " + nearestLabels(table, pattern));
+}
+
+std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, const std::string& where) {
+    std::vector<OneLook> looks(table.labels.size());
+    std::vector<std::optional<double>> opacity(looks.size(), labels.opacity);
+    for (std::size_t n = 0; n < looks.size(); ++n) {
+        looks[n].shows = labels.show.empty();
+        looks[n].look = labels.look;
+        const Label& label = table.labels[n];
+        looks[n].colour = label.colour ? *label.colour : labelColour(label.value);
+    }
+    for (const std::string& pattern : labels.show)
+        forEachMatch(table, pattern, where + ".show", [&](std::size_t n) { looks[n].shows = true; });
+    for (const std::string& pattern : labels.hide)
+        forEachMatch(table, pattern, where + ".hide", [&](std::size_t n) { looks[n].shows = false; });
+    for (const LabelRule& rule : labels.each)
+        forEachMatch(table, rule.of, where + ".each", [&](std::size_t n) {
+            looks[n].look = rule.look.value_or(looks[n].look);
+            if (rule.opacity)
+                opacity[n] = rule.opacity;
+            if (rule.colour)
+                looks[n].colour = glm::vec3(*rule.colour);
+        });
+    for (std::size_t n = 0; n < looks.size(); ++n)
+        looks[n].opacity =
+            opacity[n].value_or(looks[n].look == LabelLook::solid ? Labels::kSolidOpacity : 1.0);
+    return looks;
+}
+
+} // namespace
+
+LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std::string& where) {
+    const std::vector<OneLook> looks = looksOf(table, labels, where);
+    double density = 0;
+    for (const OneLook& look : looks)
+        if (look.shows && look.look == LabelLook::solid)
+            density = std::max(density, extinctionPerMm(look.opacity));
+    LabelMedium medium;
+    medium.density = static_cast<float>(density);
+    for (const std::vector<std::uint16_t>& set : table.sets) {
+        LabelFactors f;
+        f.plain = set.empty() && labels.unlabelled.value_or(labels.show.empty()) ? 1.0f : 0.0f;
+        glm::dvec3 colour(0);
+        double shown = 0, coloured = 0, plain = 0, tinted = 0, solid = 0;
+        for (const std::uint16_t number : set) {
+            const OneLook& look = looks[number];
+            if (!look.shows)
+                continue;
+            ++shown;
+            double share = 0;
+            if (look.look == LabelLook::plain)
+                plain += look.opacity;
+            else if (look.look == LabelLook::tint)
+                tinted += share = look.opacity;
+            else
+                solid += share = density > 0 ? extinctionPerMm(look.opacity) / density : 0;
+            colour += share * glm::dvec3(look.colour);
+            coloured += share;
+        }
+        if (shown > 0) {
+            f.plain = static_cast<float>(plain / shown);
+            f.tinted = static_cast<float>(tinted / shown);
+            f.solid = static_cast<float>(solid / shown);
+        }
+        if (coloured > 0)
+            f.colour = glm::vec3(colour / coloured);
+        medium.bySet.push_back(f);
+    }
+    return medium;
+}
+
+} // namespace tessera

@@ -1,0 +1,21 @@
+// render/labels/label_looks.h: the looks of a scene's labels as factors of the sets that voxels have.
+#pragma once
+
+#include "bricking/labels/label_table.h"
+#include "core/scene/labels.h"
+#include "render/labels/drawn_labels.h"
+
+#include <vector>
+
+namespace tessera {
+
+struct LabelMedium {
+    std::vector<LabelFactors> bySet; // of every set of a table
+    float density = 0;               // extinction per mm where solid is 1
+};
+
+/// Of overlapping labels those that show count alike. Throws InputError naming `where` for a pattern that no
+/// label matches, with the nearest names.
+LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std::string& where);
+
+} // namespace tessera
