@@ -65,3 +65,50 @@ const std::vector<FileFormat>& fileFormats() {
 } // namespace tessera
 ]] @ONLY)
 endfunction()
+
+# tessera_label_format(NAME ENDINGS .a .b [USES ...] [PRIVATE ...]): a format of files that hold labels of voxels. Its
+# folder, bricking/import/labels/NAME, defines `LabelFormat NAMELabels()` (label_format.h) and calls this in a
+# CMakeLists.txt: that is all that a format takes. Its room is tessera_labels_NAME.
+#   ENDINGS  as above; none: its files are told by LabelFormat::isMeant alone
+function(tessera_label_format name)
+  cmake_parse_arguments(ARG "" "" "ENDINGS;USES;PRIVATE" ${ARGN})
+  tessera_room(tessera_labels_${name} FOLDER bricking/import/labels/${name}
+    USES tessera_label_formats ${ARG_USES}
+    PRIVATE ${ARG_PRIVATE})
+  set_property(GLOBAL APPEND PROPERTY TESSERA_LABEL_FORMATS ${name})
+  set_property(GLOBAL PROPERTY TESSERA_LABEL_ENDINGS_OF_${name} ${ARG_ENDINGS})
+endfunction()
+
+# tessera_label_format_table(FILE): writes the source of labelFormats() of label_format.h.
+function(tessera_label_format_table file)
+  get_property(formats GLOBAL PROPERTY TESSERA_LABEL_FORMATS)
+  set(declared "")
+  set(rows "")
+  foreach(format IN LISTS formats)
+    get_property(endings GLOBAL PROPERTY TESSERA_LABEL_ENDINGS_OF_${format})
+    list(TRANSFORM endings REPLACE "(.+)" "\"\\1\"")
+    list(JOIN endings ", " endings)
+    string(APPEND declared "LabelFormat ${format}Labels();\n")
+    string(APPEND rows "        withEndings(${format}Labels(), {${endings}}),\n")
+  endforeach()
+  file(CONFIGURE OUTPUT ${file} CONTENT [[
+#include "bricking/import/labels/label_format.h"
+
+#include <utility>
+
+namespace tessera {
+@declared@
+namespace {
+LabelFormat withEndings(LabelFormat format, std::vector<std::string> endings) {
+    format.endings = std::move(endings);
+    return format;
+}
+} // namespace
+const std::vector<LabelFormat>& labelFormats() {
+    static const std::vector<LabelFormat> formats = {
+@rows@    };
+    return formats;
+}
+} // namespace tessera
+]] @ONLY)
+endfunction()

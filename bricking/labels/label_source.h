@@ -17,11 +17,13 @@ namespace tessera {
 class LabelLayer {
   public:
     virtual ~LabelLayer() = default;
-    /// Extent and affine, in the nearest LPS order; type and rescale have no meaning here.
+    /// Extent and affine, in any order of axes; type and rescale have no meaning here.
     virtual const VolumeInfo& info() const = 0;
     /// Reads the next `count` slices, z ascending: [z][y][x] label values, 0 for none.
     /// Throws InputError naming the file for truncated or damaged data, and for values that are no labels.
     virtual void readSlices(int count, std::span<std::uint32_t> out) = 0;
+    /// Findings of reading that a user should know, one a line; complete after the last slice.
+    virtual std::vector<std::string> notes() const { return {}; }
 };
 
 struct LabelFile {

@@ -13,15 +13,8 @@
 #include <vector>
 
 namespace tessera {
-namespace {
 
-// Deflate cannot shrink by more than 1032 to 1 (zlib's technical note), so a small file cannot hold a huge
-// volume: such a header is wrong.
-constexpr double kLargestGzipRatio = 1032;
-
-/// Surplus of a whole row or more means that header and voxels do not belong together: a dimension is wrong,
-/// or there are more volumes than the header tells.
-void checkSurplus(const std::string& path, const NiftiHeader& header, std::uint64_t surplusBytes) {
+void checkNiftiSurplus(const std::string& path, const NiftiHeader& header, std::uint64_t surplusBytes) {
     const std::uint64_t row =
         static_cast<std::uint64_t>(header.info.extentVoxels.x) * bytesPerFileValue(header.type);
     if (surplusBytes >= row)
@@ -29,6 +22,12 @@ void checkSurplus(const std::string& path, const NiftiHeader& header, std::uint6
                       std::to_string(surplusBytes) + " bytes more, " + std::to_string(surplusBytes / row) +
                           " rows");
 }
+
+namespace {
+
+// Deflate cannot shrink by more than 1032 to 1 (zlib's technical note), so a small file cannot hold a huge
+// volume: such a header is wrong.
+constexpr double kLargestGzipRatio = 1032;
 
 class GzipNiftiSource final : public SlabSource {
   public:
@@ -65,23 +64,14 @@ class GzipNiftiSource final : public SlabSource {
         }
         next_ += count;
         if (next_ == info_.extentVoxels.z)
-            checkSurplus(path_.string(), header_, stream_.finish());
+            checkNiftiSurplus(path_.string(), header_, stream_.finish());
     }
 
   private:
     std::size_t fileSliceBytes() const {
         return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(header_.type);
     }
-    GzipStream openAtVoxels() const {
-        GzipStream stream{InputFile(path_)};
-        std::vector<std::byte> skipped(64 * 1024);
-        for (std::uint64_t at = 0; at < header_.dataOffsetBytes;) {
-            const auto step = std::min<std::uint64_t>(skipped.size(), header_.dataOffsetBytes - at);
-            stream.read(std::span(skipped).first(step));
-            at += step;
-        }
-        return stream;
-    }
+    GzipStream openAtVoxels() const { return niftiVoxels(path_, header_); }
 
     std::filesystem::path path_;
     NiftiHeader header_;
@@ -116,22 +106,21 @@ void checkLength(const std::string& path, const NiftiHeader& header, double avai
 
 } // namespace
 
-std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
+NiftiFile openNiftiFile(const std::filesystem::path& path) {
     InputFile file(path);
     std::array<std::byte, kNiftiHeaderBytes> head{};
     const std::size_t got = file.readSome(0, head);
-    const bool compressed = got >= 2 && head[0] == std::byte{0x1f} && head[1] == std::byte{0x8b};
-    if (!compressed) {
+    const bool isGzip = got >= 2 && head[0] == std::byte{0x1f} && head[1] == std::byte{0x8b};
+    if (!isGzip) {
         const NiftiHeader header = parseNiftiHeader(std::span(head).first(got), path.string());
         checkLength(path.string(), header, static_cast<double>(file.sizeBytes()));
-        checkSurplus(path.string(), header,
-                     file.sizeBytes() - header.dataOffsetBytes - voxelBytesInFile(header.info, header.type));
-        return makePlainFileSource(std::move(file), header.info,
-                                   {header.type, header.bigEndian, header.dataOffsetBytes},
-                                   describeNifti(header, false));
+        checkNiftiSurplus(path.string(), header,
+                          file.sizeBytes() - header.dataOffsetBytes -
+                              voxelBytesInFile(header.info, header.type));
+        return {std::move(file), header, false};
     }
     const double largest = static_cast<double>(file.sizeBytes()) * kLargestGzipRatio;
-    GzipStream stream(std::move(file));
+    GzipStream stream(InputFile{path});
     stream.read(std::span(head).first(348));
     std::size_t have = 348;
     // A NIfTI-2 header is longer; only then are more bytes sure to exist.
@@ -142,7 +131,28 @@ std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
     }
     const NiftiHeader header = parseNiftiHeader(std::span(head).first(have), path.string());
     checkLength(path.string(), header, largest);
-    return std::make_unique<GzipNiftiSource>(stream.file(), header, describeNifti(header, true));
+    return {std::move(file), header, true};
+}
+
+GzipStream niftiVoxels(const std::filesystem::path& path, const NiftiHeader& header) {
+    GzipStream stream{InputFile(path)};
+    std::vector<std::byte> skipped(64 * 1024);
+    for (std::uint64_t at = 0; at < header.dataOffsetBytes;) {
+        const auto step = std::min<std::uint64_t>(skipped.size(), header.dataOffsetBytes - at);
+        stream.read(std::span(skipped).first(step));
+        at += step;
+    }
+    return stream;
+}
+
+std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
+    NiftiFile nifti = openNiftiFile(path);
+    const NiftiHeader& header = nifti.header;
+    if (nifti.isGzip)
+        return std::make_unique<GzipNiftiSource>(nifti.file, header, describeNifti(header, true));
+    return makePlainFileSource(std::move(nifti.file), header.info,
+                               {header.type, header.bigEndian, header.dataOffsetBytes},
+                               describeNifti(header, false));
 }
 
 FileFormat niftiFormat() {

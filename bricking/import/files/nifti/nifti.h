@@ -2,6 +2,7 @@
 // of our own. Orientation: sform, else qform, else spacing alone; from the format's RAS to LPS.
 #pragma once
 
+#include "bricking/import/files/file_reading.h"
 #include "bricking/import/source/slab_source.h"
 #include "bricking/import/source/slice_converter.h"
 
@@ -29,6 +30,21 @@ struct NiftiHeader {
 /// Throws InputError naming `where` for another format, a detached header (.hdr/.img), more than one volume
 /// (dim[4..7] above 1), an unsupported type, and for geometry that is no volume.
 NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string& where);
+
+/// A file whose header is read, and whose length was checked against it.
+struct NiftiFile {
+    InputFile file;
+    NiftiHeader header;
+    bool isGzip = false;
+};
+/// Throws InputError as parseNiftiHeader() does, and for a file that is shorter than its header says (for
+/// gzip: shorter than any compression could make it).
+NiftiFile openNiftiFile(const std::filesystem::path& path);
+/// Of a gzip file, from its first voxel on.
+GzipStream niftiVoxels(const std::filesystem::path& path, const NiftiHeader& header);
+/// A surplus of a row or more means that header and voxels do not belong together: a dimension is wrong, or
+/// there are more volumes than the header tells. Throws InputError naming the file.
+void checkNiftiSurplus(const std::string& path, const NiftiHeader& header, std::uint64_t surplusBytes);
 
 /// Opens a file in its own voxel order. Reads the header only. Throws InputError as above, and if the file is
 /// shorter than its header says (for gzip: shorter than any compression could make it).

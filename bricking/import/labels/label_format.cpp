@@ -1,0 +1,41 @@
+// bricking/import/labels/label_format.cpp: see label_format.h.
+#include "bricking/import/labels/label_format.h"
+
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+namespace tessera {
+namespace fs = std::filesystem;
+
+const LabelFormat* labelFormatOf(const fs::path& path) {
+    std::string name = path.filename().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const LabelFormat* best = nullptr;
+    std::size_t longest = 0;
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored))
+        for (const LabelFormat& format : labelFormats())
+            for (const std::string& ending : format.endings)
+                if (name.size() > ending.size() && ending.size() > longest && name.ends_with(ending)) {
+                    best = &format;
+                    longest = ending.size();
+                }
+    if (best)
+        return best;
+    for (const LabelFormat& format : labelFormats())
+        if (format.isMeant && format.isMeant(path))
+            return &format;
+    return nullptr;
+}
+
+std::string namedLabelFormats() {
+    std::string all;
+    for (const LabelFormat& format : labelFormats())
+        all += (all.empty() ? "" : ", ") + format.named;
+    const std::size_t last = all.rfind(", ");
+    return last == std::string::npos ? all : all.replace(last, 2, " or ");
+}
+
+} // namespace tessera
