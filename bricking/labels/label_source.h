@@ -33,6 +33,7 @@ struct LabelFile {
     std::vector<Label> labels;
     std::string frameOfReference;   // DICOM UID; "" unknown
     std::vector<std::string> notes; // findings that a user should know, one a line
+    std::string shown = {};         // the path, for messages; openLabels() tells it
 };
 
 } // namespace tessera

@@ -2,6 +2,8 @@
 // have. A voxel of a label volume holds the number of a set, so labels may overlap and have any 32-bit value.
 #pragma once
 
+#include "core/base/volume.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -22,9 +24,20 @@ struct Label {
 struct LabelTable {
     static constexpr std::size_t kMostSets = 65535;
     std::vector<Label> labels; // ascending by value, no value twice
-    /// Of every set the numbers of its labels, ascending. The first set is empty: no label.
+    /// Of every set the numbers of its labels, ascending; sets by comesBefore(), none twice. The first set is
+    /// empty: no label.
     std::vector<std::vector<std::uint16_t>> sets{{}};
     bool operator==(const LabelTable&) const = default;
 };
+
+/// The order of sets: by their size, then by their first labels that differ.
+inline bool comesBefore(const std::vector<std::uint16_t>& a, const std::vector<std::uint16_t>& b) {
+    return a.size() != b.size() ? a.size() < b.size() : a < b;
+}
+
+/// The type of a volume with the numbers of its sets: u8 for less than 256 sets, else u16.
+inline ValueType labelTypeOf(const LabelTable& table) {
+    return table.sets.size() < 256 ? ValueType::u8 : ValueType::u16;
+}
 
 } // namespace tessera

@@ -76,9 +76,11 @@ void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::
 }
 
 SlabPyramid::SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, MemoryBudget& ram, int threads,
-                         Sink sink)
-    : type_(type), threads_(threads), sink_(std::move(sink)),
+                         Sink sink, PyramidRule rule)
+    : type_(type), threads_(threads), sink_(std::move(sink)), rule_(std::move(rule)),
       charge_(ram.charge(bytesNeeded(extentVoxels, type), "one slab of 32 slices of every level")) {
+    if (!rule_.reduce)
+        rule_.reduce = reduceByTwo;
     for (int l = 0; l < kLevelCount; ++l) {
         Level& level = levels_[static_cast<std::size_t>(l)];
         level.extent = levelExtent(extentVoxels, l);
@@ -127,7 +129,7 @@ void SlabPyramid::complete(int l) {
         const auto out = std::span(coarser.values)
                              .subspan(sliceBytes(coarser) * static_cast<std::size_t>(coarser.filled),
                                       sliceBytes(coarser) * static_cast<std::size_t>(slices));
-        reduceByTwo(type_, {level.extent.x, level.extent.y, level.filled}, values, out, threads_);
+        rule_.reduce(type_, {level.extent.x, level.extent.y, level.filled}, values, out, threads_);
         coarser.filled += slices;
         if (coarser.filled == std::min(kChunkExtent, coarser.extent.z - coarser.firstSlice))
             complete(l + 1);

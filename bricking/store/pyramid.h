@@ -6,6 +6,8 @@
 // of eight, divided by 8, halves to even. Float: the terms added in double, c slowest, b, a fastest, times
 // 1/8, rounded to float. A level comes from the level before it, never from level 0 directly: the results
 // differ, and this one can be streamed.
+//
+// Volumes whose values name things have another rule, with the same extents and the same repeated edges.
 #pragma once
 
 #include "core/base/brick.h"
@@ -25,7 +27,21 @@ namespace tessera {
 constexpr const char* kPyramidRule =
     "2x2x2 mean, level by level, halves to even, edge samples repeated at odd extents";
 
-/// One level from the one above it, over a whole box.
+/// The rule of levels of names, whose means say nothing.
+constexpr const char* kMajorityRule =
+    "2x2x2 majority, level by level, ties to the value that is rarer at level 0, then to the lower one, edge "
+    "samples repeated at odd extents";
+
+/// How the samples of a level become those of the next one.
+struct PyramidRule {
+    const char* name = kPyramidRule; // kPyramidRule or kMajorityRule: what the metadata says
+    /// As reduceByTwo(), over any slab that starts at an even slice. Empty: reduceByTwo().
+    std::function<void(ValueType type, const glm::ivec3& extent, std::span<const std::byte> in,
+                       std::span<std::byte> out, int threads)>
+        reduce = {};
+};
+
+/// Means: one level from the one above it, over a whole box.
 /// @param extent  of in, each at least 1; out has ceil(extent / 2) samples. Both [z][y][x].
 void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::byte> in,
                  std::span<std::byte> out, int threads);
@@ -44,7 +60,8 @@ class SlabPyramid {
     using Sink = std::function<void(const Slab&)>;
 
     /// Charges one slab per level to ram. Throws InputError when the budget cannot hold them.
-    SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, MemoryBudget& ram, int threads, Sink sink);
+    SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, MemoryBudget& ram, int threads, Sink sink,
+                PyramidRule rule = {});
     static std::size_t bytesNeeded(const glm::ivec3& extentVoxels, ValueType type);
 
     /// Slices that the next slab of level 0 has; 0 when all have come.
@@ -67,6 +84,7 @@ class SlabPyramid {
     ValueType type_;
     int threads_;
     Sink sink_;
+    PyramidRule rule_;
     Charge charge_;
     std::array<Level, kLevelCount> levels_;
 };

@@ -17,6 +17,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace tessera {
 namespace fs = std::filesystem;
@@ -99,7 +100,7 @@ void scanRow(ValueType type, const std::byte* row, int count, Slot& slot) {
 
 struct StoreWriter::State {
     State(const fs::path& storeAt, const VolumeInfo& volume, MemoryBudget& ram, int threadsWanted,
-          bool replace);
+          bool replace, PyramidRule rule);
 
     void writeSlab(const SlabPyramid::Slab& slab);
     void prepare(Slot& slot, const SlabPyramid::Slab& slab) const;
@@ -121,9 +122,7 @@ struct StoreWriter::State {
     bool finished = false;
 };
 
-namespace {
-/// All checks before a folder is made.
-const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bool force) {
+void checkStoreTarget(const fs::path& target, const VolumeInfo& info, bool force) {
     checkStorable(info, target.string());
     std::error_code ignored;
     if (fs::symlink_status(target, ignored).type() != fs::file_type::not_found) {
@@ -133,12 +132,18 @@ const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bo
         if (!force)
             throw badFile(target.string(), "a new name, or --force to replace", "an existing store");
     }
+}
+
+namespace {
+/// All checks before a folder is made.
+const fs::path& checkedTarget(const fs::path& target, const VolumeInfo& info, bool force) {
+    checkStoreTarget(target, info, force);
     return target;
 }
 } // namespace
 
 StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, MemoryBudget& ram,
-                          int threadsWanted, bool replace)
+                          int threadsWanted, bool replace, PyramidRule rule)
     : target(storeAt), force(replace), info(withPlainTexts(volume)), threads(threadCount(threadsWanted)),
       folder(checkedTarget(target, info, force)) {
     // The total first, so that the message names the minimum and not one of its parts.
@@ -153,6 +158,7 @@ StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Mem
         slot.raw.resize(chunkBytesOf(info));
         slot.encoded.resize(encodedBound(slot.raw.size()));
     }
+    metadata.rule = rule.name;
     metadata.lowest = std::numeric_limits<double>::infinity();
     metadata.highest = -metadata.lowest;
     for (int l = 0; l < kLevelCount; ++l) {
@@ -166,8 +172,9 @@ StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Mem
         }
         metadata.shards[static_cast<std::size_t>(l)].resize(cellCount(level.layout.shards));
     }
-    pyramid.emplace(info.extentVoxels, info.type, ram, threads,
-                    [this](const SlabPyramid::Slab& slab) { writeSlab(slab); });
+    pyramid.emplace(
+        info.extentVoxels, info.type, ram, threads,
+        [this](const SlabPyramid::Slab& slab) { writeSlab(slab); }, std::move(rule));
 }
 
 void StoreWriter::State::writeSlab(const SlabPyramid::Slab& slab) {
@@ -287,8 +294,8 @@ void StoreWriter::State::closeRow(int l, int shardZ) {
 }
 
 StoreWriter::StoreWriter(const fs::path& target, const VolumeInfo& info, MemoryBudget& ram, int threads,
-                         bool force)
-    : state_(std::make_unique<State>(target, info, ram, threads, force)) {}
+                         bool force, PyramidRule rule)
+    : state_(std::make_unique<State>(target, info, ram, threads, force, std::move(rule))) {}
 StoreWriter::~StoreWriter() = default;
 
 std::size_t StoreWriter::floorBytes(const VolumeInfo& info, int threads) {
@@ -306,7 +313,7 @@ void StoreWriter::push() {
     state_->pyramid->push();
 }
 
-void StoreWriter::finish(const VolumeInfo& final) {
+void StoreWriter::finish(const VolumeInfo& final, const std::string& imageLabel) {
     State& s = *state_;
     TESSERA_CHECK(s.pyramid && s.pyramid->nextSlices() == 0);
     s.pyramid.reset();
@@ -316,6 +323,7 @@ void StoreWriter::finish(const VolumeInfo& final) {
     s.info.lossy = final.lossy;
     s.info.remarks = withPlainTexts(final).remarks;
     s.metadata.info = s.info;
+    s.metadata.imageLabel = imageLabel;
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string text = levelDocument(s.info, level);
         const fs::path folder = s.folder.path() / std::to_string(level);

@@ -7,6 +7,7 @@
 //     writer.commit();       // durable, then renamed
 #pragma once
 
+#include "bricking/store/pyramid.h"
 #include "core/base/budget.h"
 #include "core/base/volume.h"
 
@@ -15,17 +16,23 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 
 namespace tessera {
+
+/// Throws InputError where StoreWriter would: for a target that exists and force is off, or that is no store,
+/// and for an info that cannot be stored.
+void checkStoreTarget(const std::filesystem::path& target, const VolumeInfo& info, bool force);
 
 class StoreWriter {
   public:
     /// Charges floorBytes() to ram.
     /// @param threads  that compress; 0: all processors
+    /// @param rule  by which levels are made
     /// Throws InputError: the target exists and force is off, or is no store; its parent is missing; the
     /// budget is below the floor; info cannot be stored. Throws Error if the folder cannot be made.
     StoreWriter(const std::filesystem::path& target, const VolumeInfo& info, MemoryBudget& ram, int threads,
-                bool force);
+                bool force, PyramidRule rule = {});
     ~StoreWriter();
     StoreWriter(const StoreWriter&) = delete;
     StoreWriter& operator=(const StoreWriter&) = delete;
@@ -42,7 +49,8 @@ class StoreWriter {
     void push();
     /// After the last slab.
     /// @param final  info with values from voxels (SlabSource::info) Gives the memory back.
-    void finish(const VolumeInfo& final);
+    /// @param imageLabel  of a volume of labels, the JSON of OME's "image-label"; "": none
+    void finish(const VolumeInfo& final, const std::string& imageLabel = {});
     /// Renames the temporary folder to the target, replacing a store if force was given.
     /// @param durable  synchronise to disk first, so that a power cut cannot leave the name without the data
     void commit(bool durable = true);

@@ -105,13 +105,18 @@ Json omeAttributes(const StoreMetadata& metadata) {
                          {"start", start},
                          {"end", end}};
     const Json channel = {{"color", "FFFFFF"}, {"label", label}, {"active", true}, {"window", window}};
-    return {{"version", "0.5"},
-            {"multiscales", Json::array({{{"name", label},
-                                          {"type", "mean"},
-                                          {"metadata", {{"method", kPyramidRule}}},
-                                          {"axes", axes},
-                                          {"datasets", datasets}}})},
-            {"omero", {{"channels", Json::array({channel})}, {"rdefs", {{"model", "greyscale"}}}}}};
+    const bool isMean = metadata.rule == kPyramidRule;
+    Json ome = {{"version", "0.5"},
+                {"multiscales", Json::array({{{"name", label},
+                                              {"type", isMean ? "mean" : "mode"},
+                                              {"metadata", {{"method", metadata.rule}}},
+                                              {"axes", axes},
+                                              {"datasets", datasets}}})}};
+    if (isMean) // names have no window
+        ome["omero"] = {{"channels", Json::array({channel})}, {"rdefs", {{"model", "greyscale"}}}};
+    if (!metadata.imageLabel.empty())
+        ome["image-label"] = Json::parse(metadata.imageLabel);
+    return ome;
 }
 
 Json tesseraAttributes(const StoreMetadata& metadata) {
@@ -153,7 +158,7 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         {"clampedVoxels", info.clampedVoxels},
         {"range",
          {{"lowest", valueJson(info, metadata.lowest)}, {"highest", valueJson(info, metadata.highest)}}},
-        {"levelRule", kPyramidRule},
+        {"levelRule", metadata.rule},
         {"levels", levels},
         {"stats", {{"path", "stats"}, {"brick", kBrickExtent}, {"cell", kCellExtent}}}};
     // Written only if there is something to say: the same voxels keep the same content hash.
@@ -375,6 +380,13 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where) {
     if (!fits(metadata.info.type, metadata.lowest) || !fits(metadata.info.type, metadata.highest) ||
         metadata.lowest > metadata.highest)
         throw badFile(where, "a range of values of the stored type", "another one");
+    metadata.rule = textAt(document, root + "/levelRule", where);
+    if (metadata.rule != kPyramidRule && metadata.rule != kMajorityRule)
+        throw badFile(
+            where, std::string(root) + "/levelRule to be '" + kPyramidRule + "' or '" + kMajorityRule + "'",
+            "another rule");
+    if (const Json::json_pointer at("/attributes/ome/image-label"); document.contains(at))
+        metadata.imageLabel = document.at(at).dump(); // the checksum holds
     for (int level = 0; level < kLevelCount; ++level) {
         const auto at = static_cast<std::size_t>(level);
         metadata.shards[at] = parseShards(document, numbered(root + "/levels", at) + "/shards",

@@ -28,7 +28,9 @@ struct ShardRecord {
 
 struct StoreMetadata {
     VolumeInfo info;
-    double lowest = 0, highest = 0;                           // stored values of level 0
+    double lowest = 0, highest = 0; // stored values of level 0
+    std::string rule;               // kPyramidRule or kMajorityRule
+    std::string imageLabel;         // JSON of OME's "image-label": colours and properties of labels; "" none
     std::array<std::vector<ShardRecord>, kLevelCount> shards; // per level [z][y][x] of the shard grid
 };
 

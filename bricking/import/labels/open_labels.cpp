@@ -18,8 +18,8 @@ constexpr std::size_t kMostMasks = 65535; // labels of a table
 /// A layer of a mask: all that is not 0 is inside, and gets the mask's value.
 class MaskLayer final : public LabelLayer {
   public:
-    MaskLayer(std::unique_ptr<LabelLayer> layer, std::uint32_t value)
-        : layer_(std::move(layer)), value_(value) {}
+    MaskLayer(std::unique_ptr<LabelLayer> layer, std::uint32_t value, std::string name)
+        : layer_(std::move(layer)), value_(value), name_(std::move(name)) {}
     const VolumeInfo& info() const override { return layer_->info(); }
     void readSlices(int count, std::span<std::uint32_t> out) override {
         layer_->readSlices(count, out);
@@ -30,8 +30,10 @@ class MaskLayer final : public LabelLayer {
     }
     std::vector<std::string> notes() const override {
         std::vector<std::string> notes = layer_->notes();
+        for (std::string& note : notes)
+            note = name_ + ": " + note;
         if (most_ > 1)
-            notes.push_back("has values other than 0 and 1, up to " + std::to_string(most_) +
+            notes.push_back(name_ + ": has values other than 0 and 1, up to " + std::to_string(most_) +
                             "; all that is not 0 is inside");
         return notes;
     }
@@ -39,6 +41,7 @@ class MaskLayer final : public LabelLayer {
   private:
     std::unique_ptr<LabelLayer> layer_;
     std::uint32_t value_;
+    std::string name_;
     std::uint32_t most_ = 0;
 };
 
@@ -94,14 +97,12 @@ LabelFile openMasks(const fs::path& folder, const SourceOptions& options) {
         all.labels.push_back({value, name.empty() ? "label " + std::to_string(value) : name});
         for (const std::string& note : one.notes)
             all.notes.push_back(name + ": " + note);
-        all.layers.push_back(std::make_unique<MaskLayer>(std::move(one.layers.front()), value));
+        all.layers.push_back(std::make_unique<MaskLayer>(std::move(one.layers.front()), value, name));
     }
     return all;
 }
 
-} // namespace
-
-LabelFile openLabels(const fs::path& path, const SourceOptions& options) {
+LabelFile openAny(const fs::path& path, const SourceOptions& options) {
     refusePipeOrDevice(path);
     std::error_code none;
     if (!fs::exists(path, none))
@@ -111,6 +112,14 @@ LabelFile openLabels(const fs::path& path, const SourceOptions& options) {
     if (fs::is_directory(path, none))
         return openMasks(path, options);
     throw badFile(path.string(), "labels: " + namedLabelFormats(), "another kind of file");
+}
+
+} // namespace
+
+LabelFile openLabels(const fs::path& path, const SourceOptions& options) {
+    LabelFile file = openAny(path, options);
+    file.shown = path.string();
+    return file;
 }
 
 } // namespace tessera
