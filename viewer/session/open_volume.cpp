@@ -5,6 +5,7 @@
 #include "core/scene/preset.h"
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/frame_plan.h"
+#include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/session/view_geometry.h" // heldBy
@@ -89,6 +90,7 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         next->store = std::make_unique<StoreReader>(store, next->ram);
     }
     nameFunction(volume, next->store->info());
+    importLabelsFor(next->store->info(), volume.labels, next->ram, common);
     faceThinVolume(scene, next->store->info(), false);
     next->scene = std::move(scene);
     return next;

@@ -42,11 +42,13 @@ std::string hexHash(const std::string& text, std::uint64_t start = 0xCBF29CE4842
 }
 
 /// One line for every regular file below path, or for path itself. Every change of a file changes its line.
-std::string factsOf(const fs::path& path) {
+/// @param leftOut  "FOLDER/" below path whose files do not count; "" none
+std::string factsOf(const fs::path& path, const std::string& leftOut = {}) {
     std::vector<std::string> files;
     const auto add = [&](const fs::path& file) {
         struct stat facts {};
-        if (::stat(file.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode))
+        if (::stat(file.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode) ||
+            (!leftOut.empty() && file.lexically_relative(path).string().starts_with(leftOut)))
             return;
         const auto time = [](const timespec& t) {
             return "|" + std::to_string(t.tv_sec) + "." + std::to_string(t.tv_nsec);
@@ -68,6 +70,12 @@ std::string factsOf(const fs::path& path) {
     for (const std::string& file : files)
         text += file + "\n";
     return text;
+}
+
+/// Of a store in the cache. What is found at first use and kept in it (bricking/analysis/body/kept_table.h)
+/// has a checksum of its own, and does not make it another store.
+std::string factsOfStore(const fs::path& store) {
+    return factsOf(store, "stats/table/");
 }
 
 /// The bytes that removing the folder frees. Links are not followed, including the folder itself, because
@@ -112,7 +120,7 @@ std::string textOf(const json& note, const char* key) {
 bool isWhole(const Entry& entry, const std::string& check) {
     const json note = readNote(entry);
     return textOf(note, "check") == check && isStore(entry.store) &&
-           textOf(note, "store") == hexHash(factsOf(entry.store));
+           textOf(note, "store") == hexHash(factsOfStore(entry.store));
 }
 
 /// Under the entry's lock. The note goes first: a store without one is no entry.
@@ -167,7 +175,7 @@ void makeEntry(const Entry& entry, const fs::path& source, const std::string& fa
         throw badFile(source.string(), "files that do not change during the import", "files that changed");
     }
     note["about"] = about(entry.store);
-    note["store"] = hexHash(factsOf(entry.store));
+    note["store"] = hexHash(factsOfStore(entry.store));
     note["bytes"] = bytesBelow(entry.store);
     writeOutputFile(entry.note, note.dump(1, ' ', true, json::error_handler_t::replace) + "\n");
     std::error_code ignored;
@@ -221,7 +229,7 @@ std::uint64_t cacheLimitBytes() {
     return text && *text ? parseBytes(text, "TESSERA_CACHE_SIZE") : kDefaultLimitBytes;
 }
 
-fs::path cachedStore(const fs::path& source, const InputOptions& options, const CommonOptions& common,
+fs::path cachedStore(const fs::path& source, const std::string& options, const CommonOptions& common,
                      const MakeStore& make) {
     constexpr std::chrono::milliseconds kBetweenLooks{20};
     const std::uint64_t limit = cacheLimitBytes();
@@ -230,11 +238,11 @@ fs::path cachedStore(const fs::path& source, const InputOptions& options, const 
         return scratchStore(why, common, make);
     const std::string facts = factsOf(source);
     const std::string key =
-        std::to_string(kImportVersion) + "\n" + options.key() + "\n" + source.string() + "\n" + facts;
+        std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
     const Entry entry(folder, hexHash(key));
     const std::string check = hexHash(key, 0x9E3779B97F4A7C15u);
     // A hash instead of the path: folders may carry patients' names, and the cache must not.
-    const json note = {{"source", hexHash(source.string())}, {"options", options.key()}, {"check", check}};
+    const json note = {{"source", hexHash(source.string())}, {"options", options}, {"check", check}};
     bool told = false, made = false;
     for (;;) {
         LockTry reading = tryLock(entry.lock, LockKind::shared, true);

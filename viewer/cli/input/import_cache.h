@@ -27,8 +27,9 @@ using MakeStore = std::function<void(const std::filesystem::path& store, bool du
 /// until the command ends. If the cache cannot be used, the store is made in a temporary folder, with a note.
 /// Waits for another process that makes the same one.
 /// @param source  canonical
+/// @param options  all that affects the result besides the files
 /// Throws what `make` throws, and InputError if the files change meanwhile.
-std::filesystem::path cachedStore(const std::filesystem::path& source, const InputOptions& options,
+std::filesystem::path cachedStore(const std::filesystem::path& source, const std::string& options,
                                   const CommonOptions& common, const MakeStore& make);
 
 struct CacheEntry {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bricking/import/catalogue.h"
+#include "bricking/import/labels/open_labels.h"
 #include "bricking/import/open_source.h"
 #include "viewer/cli/modules/load_module.h"
 
@@ -18,6 +19,7 @@ struct ImportModule {
     decltype(&countPassed) count;
     decltype(&keyOf) key;
     decltype(&openSource) openPath;
+    decltype(&openLabels) openLabelled;
 };
 
 } // namespace tessera

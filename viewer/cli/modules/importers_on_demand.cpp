@@ -40,5 +40,8 @@ const char* keyOf(PassedReason reason) {
 std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options) {
     return importModule().openPath(path, options);
 }
+LabelFile openLabels(const std::filesystem::path& path, const SourceOptions& options) {
+    return importModule().openLabelled(path, options);
+}
 
 } // namespace tessera

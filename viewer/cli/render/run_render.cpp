@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
+#include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/along_path.h"
@@ -118,6 +119,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     requireSliceInVolume(scene, store.info(),
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
+    importLabelsFor(store.info(), volume.labels, ram, common);
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
     if (arguments.mode.cropsToBody())

@@ -1,0 +1,64 @@
+// viewer/cli/input/label_input.cpp: see label_input.h.
+#include "viewer/cli/input/label_input.h"
+
+#include "bricking/labels/label_import.h"
+#include "core/base/error.h"
+#include "viewer/cli/input/import_cache.h"
+#if TESSERA_WITH_IMPORT
+#include "bricking/import/labels/open_labels.h"
+#endif
+
+#include <cstdio>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// All that an import depends on besides the files.
+std::string keyOf(const VolumeInfo& scan, const Labels& labels) {
+    std::string key = "labels " + std::to_string(kLabelImportVersion) + "|" +
+                      std::to_string(labels.sameFrame) + "|" + formatExtent(scan.extentVoxels);
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 3; ++row) {
+            char text[40];
+            std::snprintf(text, sizeof text, "|%a", scan.patientFromVoxel[column][row]);
+            key += text;
+        }
+    return key;
+}
+
+} // namespace
+
+#if TESSERA_WITH_IMPORT
+void importLabelsFor(const VolumeInfo& scan, Labels& labels, MemoryBudget& ram, const CommonOptions& common) {
+    if (labels.path.empty())
+        return;
+    std::error_code ignored;
+    if (!fs::exists(labels.path, ignored))
+        throw badFile(labels.path.string(), "a file or folder of labels", "nothing there");
+    const MakeStore make = [&](const fs::path& store, bool durable) {
+        SourceOptions source;
+        source.scratchFolder = store.parent_path();
+        LabelFile file = openLabels(labels.path, source);
+        LabelImportOptions import;
+        import.durable = durable;
+        import.progress = common.progress.get();
+        import.sameFrame = labels.sameFrame;
+        const LabelImportReport report = importLabels(file, scan, store, ram, import);
+        common.progress->end();
+        common.note("wrote " + store.string() + ": " + std::to_string(report.labels) + " labels, " +
+                    formatBytes(report.bytesOut) + ", in " + formatNumber(report.seconds, 3) + " s");
+        for (const std::string& line : report.notes)
+            common.note(line);
+    };
+    labels.store = cachedStore(fs::canonical(labels.path), keyOf(scan, labels), common, make);
+}
+#else
+void importLabelsFor(const VolumeInfo&, Labels& labels, MemoryBudget&, const CommonOptions&) {
+    if (!labels.path.empty())
+        throw InputError(labels.path.string() + ": this program was built without importers");
+}
+#endif
+
+} // namespace tessera
