@@ -190,7 +190,7 @@ Integrator FramePlan::preintegration() const {
 }
 
 Integrator FramePlan::automaticIntegrator() const {
-    return mayTake == Integrator::midpoint ||
+    return mayTake == Integrator::midpoint || layer().labels ||
                    !isSharp(layer().statistics, layer().table, info(), view.quality.stepVoxels)
                ? Integrator::midpoint
                : preintegration();
@@ -200,7 +200,7 @@ std::vector<Integrator> FramePlan::integratorsToTry() const {
     if (layer().reduces())
         return {Integrator::midpoint};
     if (view.quality.integrator != Integrator::automatic || mayTake == Integrator::midpoint ||
-        isSmooth(layer().statistics, layer().table, info(), view.quality.stepVoxels))
+        layer().labels || isSmooth(layer().statistics, layer().table, info(), view.quality.stepVoxels))
         return {layer().optics.integrator};
     return {Integrator::midpoint, preintegration()};
 }

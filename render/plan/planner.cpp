@@ -285,6 +285,11 @@ void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
     if (!scene.surfaces.empty())
         throw InputError("volumes[0].labels: expected no isosurfaces beside labels, found " +
                          std::to_string(scene.surfaces.size()) + "; leave one of them out");
+    if (const Integrator named = scene.quality.integrator;
+        named != Integrator::automatic && named != Integrator::midpoint)
+        throw InputError(
+            "integrator: expected midpoint with labels, whose shares change within a segment, found " +
+            integratorNames()[static_cast<std::size_t>(named)]);
     auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
     LabelMedium medium = labelLooks(volume->table(), labels, "volumes[0].labels");
     layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(medium.bySet), medium.density);

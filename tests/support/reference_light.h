@@ -38,7 +38,7 @@ struct RaysOfLight {
         : input(referenceInput(prepared, scene)), function(*input.function, input.surfaces, *input.info),
           optics(shadingOf(input)), obstacles(function, *input.info), sources(input),
           samples(*input.cache, *input.info, 0, nullptr),
-          light(*input.info, optics, obstacles, sources, emptyCells, samples, panels) {}
+          light(*input.info, optics, obstacles, sources, emptyCells, samples, nullptr, panels) {}
     glm::dvec3 patient(const glm::dvec3& voxel) const {
         return glm::dvec3(input.info->patientFromVoxel * glm::dvec4(voxel, 1));
     }

@@ -35,7 +35,7 @@ FeatureModule gradientOpacity() {
 FeatureModule labels() {
     return {.define = "FEATURE_LABELS",
             .meaning = "labels, kept beside the values",
-            .excludes = kFeatureValues | kFeatureSurfaces,
+            .excludes = kFeatureValues | kFeatureSurfaces | kIntegratorFeatures,
             .turns = 64};
 }
 

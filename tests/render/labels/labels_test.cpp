@@ -1,0 +1,378 @@
+// tests/render/labels/labels_test.cpp: labels in pictures (docs/sampling.md, "Labels"): closed forms on every
+// engine and in the light of voxels. The native engine has the mirror's bits, the GPU ray caster its own
+// tolerance, and skipping changes nothing.
+#include "core/image/image_metrics.h"
+#include "render/picture/render_scene.h"
+#include "tests/support/graded.h"
+#include "tests/support/labelled.h"
+#include "tests/support/lights.h"
+#include "tests/support/mixed_fixture.h"
+#include "tests/support/native_fixture.h"
+#include "tests/support/reference_light.h"
+#include "tests/support/surface_fixture.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+using namespace tessera::test;
+
+constexpr glm::ivec2 kSize(39, 43); // no packet's edges divide it
+
+const std::filesystem::path& torsoLabels() {
+    static const BallsOfLabels labels(infoOf("torso"));
+    return labels.store;
+}
+
+enum class Lit { no, head, lights, shadows };
+struct LabelCase {
+    const char* preset;
+    int camera;
+    Lit lit;
+    LabelLook look;
+    bool isolates = false, grades = false;
+    Gradient gradient = Gradient::central;
+    Scene scene(const glm::ivec2& size, const char* store = "torso") const {
+        Scene s = sceneOn(infoOf(store), preset, camera, size);
+        s.shading.on = lit != Lit::no;
+        s.shading.gradient = gradient;
+        if (lit == Lit::lights)
+            lightWithAll(s, infoOf(store), ShadingModel::phong, true);
+        if (lit == Lit::shadows) {
+            s.lighting.lights = {keyLight()};
+            s.lighting.occlusion = Occlusion{.rays = 16, .radiusMm = 12};
+        }
+        if (grades)
+            grade(s);
+        label(s, torsoLabels(), look);
+        Labels& labels = s.volumes[0].labels;
+        labels.hide = {"two"};
+        labels.each = {{"40", LabelLook::plain, 0.5, {}}, {"3", LabelLook::tint, {}, glm::dvec3(0, 1, 0)}};
+        if (isolates)
+            labels.show = {"group:pair", "5", "6", "7"};
+        return s;
+    }
+};
+std::ostream& operator<<(std::ostream& out, const LabelCase& c) {
+    return out << c.preset << ", camera " << c.camera << ", light " << static_cast<int>(c.lit) << ", "
+               << nameOf(c.look) << (c.isolates ? ", isolated" : "") << (c.grades ? ", graded" : "");
+}
+class Labelled : public testing::TestWithParam<LabelCase> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, Labelled,
+                         testing::Values(LabelCase{"bone-1", 0, Lit::head, LabelLook::solid},
+                                         LabelCase{"soft-tissue", 1, Lit::no, LabelLook::tint},
+                                         LabelCase{"soft-tissue", 2, Lit::head, LabelLook::plain},
+                                         LabelCase{"bone-1", 0, Lit::lights, LabelLook::solid, true},
+                                         LabelCase{"soft-tissue", 0, Lit::head, LabelLook::tint, false, true},
+                                         LabelCase{"soft-tissue", 0, Lit::shadows, LabelLook::solid},
+                                         LabelCase{"bone-1", 1, Lit::head, LabelLook::solid, true, true,
+                                                   Gradient::sobel}));
+
+TEST_P(Labelled, NativeHasTheMirrorsBits) {
+    Prepared prepared("torso", GetParam().scene(kSize));
+    if (GetParam().lit != Lit::shadows)
+        expectTheMirrorsBits(prepared);
+    const Image whole = nativePicture(prepared).image;
+    NativeChoices choices;
+    choices.slicing.fixedIterations = 7;
+    EXPECT_EQ(differing(nativePicture(prepared, choices).image, whole), 0u) << "seven turns at a time";
+    choices = {};
+    choices.blocks = true;
+    EXPECT_EQ(differing(nativePicture(prepared, choices).image, whole), 0u) << "blocks";
+    Scene scene = GetParam().scene(kSize);
+    scene.quality.skipping = false;
+    Prepared all("torso", scene);
+    EXPECT_EQ(differing(nativePicture(all).image, whole), 0u) << "without skipping";
+    scene.volumes[0].labels = {};
+    Prepared without("torso", scene);
+    EXPECT_GT(compare(nativePicture(without).image, whole).maxAbs, 0.01);
+}
+
+TEST_P(Labelled, NativeHasTheMirrorsBitsAcrossLevels) {
+    if (GetParam().lit == Lit::shadows)
+        GTEST_SKIP() << "the mirror's light is compared in whole pictures";
+    Prepared prepared("torso", GetParam().scene(kSize));
+    Planner& p = prepared.p;
+    for (const unsigned seed : {1u, 2u}) {
+        p.setSelection(randomShownLevels(p.layer().selection, seed));
+        ASSERT_TRUE(p.layer().mixed());
+        expectTheMirrorsBits(prepared);
+        const Image whole = nativePicture(prepared).image;
+        Scene scene = GetParam().scene(kSize);
+        scene.quality.skipping = false;
+        Prepared all("torso", scene);
+        all.p.setSelection(Selection(p.layer().selection));
+        EXPECT_EQ(differing(nativePicture(all).image, whole), 0u) << "without skipping";
+    }
+}
+
+TEST_P(Labelled, MarchEqualsTheMirrorOnItsOwnRays) {
+    if (GetParam().lit == Lit::shadows)
+        GTEST_SKIP() << "the mirror's light is compared in whole pictures";
+    const GlContext context({"software"});
+    for (const bool isMixed : {false, true}) {
+        Prepared prepared("torso", GetParam().scene({32, 32}));
+        Planner& p = prepared.p;
+        if (isMixed)
+            p.setSelection(randomShownLevels(p.layer().selection, 5));
+        const auto rays = gpuRays(p.view.frame, prepared.budgets.gpu);
+        Work work;
+        Image mirror(p.view.imageSize);
+        mirror.pixels = mirrorRays<float>(
+            mirrorInput(p, true), rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
+        const std::uint32_t features = marchFeatures(p, true);
+        EXPECT_NE(features & kFeatureLabels, 0u);
+        const GpuPicture gpu = marchOn(prepared, features);
+        EXPECT_LE(compare(gpu.image, mirror).maxAbs, 2e-5);
+        Slicing shreds;
+        shreds.fixedTile = 24;
+        shreds.fixedIterations = 7;
+        EXPECT_TRUE(bitEqual(marchOn(prepared, features, shreds).image, gpu.image));
+        EXPECT_TRUE(bitEqual(marchOn(prepared, features & ~kFeatureSkipping).image, gpu.image));
+    }
+}
+
+Image drawnBy(const Scene& scene, EngineKind kind, std::size_t gpuBytes = std::size_t{1} << 30) {
+    MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30), gpu("GPU memory", "--gpu-memory", gpuBytes);
+    const StoreReader store(storePath("torso"), ram);
+    RenderOptions options;
+    options.engine = kind;
+    options.device.text = "software";
+    const Image image = renderScene(scene, store, ram, gpu, options).image;
+    EXPECT_LE(gpu.peakBytes(), gpuBytes);
+    return image;
+}
+
+// Whole pictures of every engine, with the light of voxels.
+TEST(LabelLight, EveryEngineHasTheSame) {
+    const LabelCase shadowed{"soft-tissue", 0, Lit::shadows, LabelLook::solid};
+    Scene scene = shadowed.scene({40, 40});
+    const auto draw = [&](EngineKind kind) { return drawnBy(scene, kind); };
+    const Image native = draw(EngineKind::native), mirror = draw(EngineKind::mirror);
+    EXPECT_EQ(differing(native, mirror), 0u);
+    EXPECT_LE(compare(draw(EngineKind::gpu), mirror).maxAbs, 5e-5);
+    scene.imageSize = {12, 12};
+    scene.lighting.occlusion->rays = 4;
+    EXPECT_LE(compare(draw(EngineKind::reference), draw(EngineKind::native)).rms, 0.03);
+}
+
+/// A box of one label through the whole volume.
+struct OneLabel {
+    OneLabel(const VolumeInfo& scan, bool half) : store(folder / "l.zarr") {
+        HeldLayer layer(scan, Values(cellCount(scan.extentVoxels), 1));
+        for (std::size_t i = 0; half && i < layer.values.size(); ++i)
+            layer.values[i] = gridPosition(i, scan.extentVoxels).x < scan.extentVoxels.x / 2 ? 1 : 0;
+        LabelFile file = fileOf({layer});
+        MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
+        importLabels(file, scan, store, ram, quickly());
+    }
+    const ScratchFolder folder;
+    const std::filesystem::path store;
+};
+
+/// The volume's own picture, by every engine.
+std::vector<Image> byEveryEngine(Prepared& prepared, const Scene& scene) {
+    ReferenceInput input = referenceInput(prepared, scene);
+    input.labels = prepared.p.layer().labelBricks.get();
+    return {nativePicture(prepared).image, mirrorPicture(prepared),
+            marchOn(prepared, marchFeatures(prepared.p, true)).image, referencePicture(input, prepared)};
+}
+
+// A label that changes nothing leaves every bit; one of half the opacity is a function of half the
+// extinction.
+TEST(LabelForms, AreThoseOfTheFunction) {
+    const GlContext context({"software"});
+    const OneLabel one(infoOf("torso"), false);
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {24, 24});
+    ValueSummary values;
+    values.isHu = true;
+    const TransferFunction whole = presetFunction("soft-tissue", values);
+    scene.volumes[0].transferFunction = whole;
+    Prepared bare("torso", scene);
+    label(scene, one.store, LabelLook::plain);
+    Prepared plain("torso", scene);
+    const std::vector<Image> expected = byEveryEngine(bare, scene), found = byEveryEngine(plain, scene);
+    for (std::size_t n = 0; n + 1 < expected.size(); ++n)
+        EXPECT_EQ(differing(expected[n], found[n]), 0u) << n;
+    EXPECT_LE(compare(expected.back(), found.back()).maxAbs, 1e-6);
+
+    scene.volumes[0].labels.opacity = 0.5;
+    Prepared half("torso", scene);
+    scene.volumes[0].labels = {};
+    scene.volumes[0].transferFunction = whole;
+    Prepared table("torso", scene);
+    for (glm::vec4& entry : table.p.layer().optics.table)
+        entry.a *= 0.5f;
+    EXPECT_LE(compare(nativePicture(half).image, nativePicture(table).image).maxAbs, 2e-6);
+    EXPECT_LE(compare(mirrorPicture(half), mirrorPicture(table)).maxAbs, 2e-6);
+}
+
+// A medium: the opacity of a ray is that of its length.
+TEST(LabelForms, AMediumIsEven) {
+    const GlContext context({"software"});
+    const Stored volume([](const glm::dvec3& p) { return 3 * p.x; }, glm::ivec3(44, 40, 48));
+    const OneLabel one(volume.info, false);
+    Scene scene = volume.scene({}, 1, 24);
+    scene.shading.on = false;
+    label(scene, one.store);
+    scene.volumes[0].labels.opacity = 0.02;
+    scene.volumes[0].labels.each = {{"*", {}, {}, glm::dvec3(0.2, 0.5, 0.9)}};
+    const auto prepared = volume.prepare(scene);
+    for (const Image& image : byEveryEngine(*prepared, scene)) {
+        EXPECT_FALSE(isBlank(image));
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            const auto ray =
+                segmentedRay(prepared->p.view.frame, glm::dvec2(static_cast<double>(i % 24) + 0.5,
+                                                                static_cast<double>(i / 24) + 0.5));
+            const double mm = ray.count == 0 ? 0 : (ray.count - 1 + ray.tail) * ray.segmentMm;
+            const double alpha = 1 - std::pow(1 - 0.02, mm);
+            ASSERT_NEAR(image.pixels[i].a, alpha, 2e-5);
+            ASSERT_NEAR(image.pixels[i].b, 0.9 * alpha, 2e-5);
+        }
+    }
+}
+
+TEST(LabelForms, WhatIsHiddenIsNotThere) {
+    const OneLabel half(infoOf("torso"), true);
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {32, 32});
+    label(scene, half.store);
+    scene.volumes[0].labels.hide = {"*"};
+    scene.volumes[0].labels.unlabelled = false;
+    Prepared nothing("torso", scene);
+    EXPECT_TRUE(isBlank(nativePicture(nothing).image));
+    EXPECT_EQ(nothing.p.layer().selection.shownBricks(), 0u);
+    scene.volumes[0].labels.unlabelled = true;
+    Prepared rest("torso", scene);
+    EXPECT_LT(rest.p.layer().selection.shownBricks(), [&] {
+        Scene all = scene;
+        all.volumes[0].labels = {};
+        return Prepared("torso", all).p.layer().selection.shownBricks();
+    }());
+    // Culled or not: the same picture.
+    Prepared kept("torso", scene, false);
+    EXPECT_EQ(differing(nativePicture(rest).image, nativePicture(kept).image), 0u);
+}
+
+// Halved steps come nearer to the true integral.
+TEST(LabelConvergence, TheMirrorComesToTheReference) {
+    const auto difference = [](LabelLook look, double step, bool shading) {
+        Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {24, 24});
+        scene.shading.on = shading;
+        scene.quality.stepVoxels = step;
+        label(scene, torsoLabels(), look);
+        Prepared prepared("torso", scene);
+        ReferenceInput input = referenceInput(prepared, scene);
+        input.labels = prepared.p.layer().labelBricks.get();
+        return compare(mirrorPicture(prepared), referencePicture(input, prepared)).rms;
+    };
+    for (const LabelLook look : {LabelLook::solid, LabelLook::tint, LabelLook::plain}) {
+        const double coarse = difference(look, 1, false), fine = difference(look, 0.125, false);
+        EXPECT_LT(fine, 0.2 * coarse) << nameOf(look);
+        EXPECT_LT(fine, 2e-3) << nameOf(look);
+    }
+    EXPECT_LT(difference(LabelLook::solid, 0.125, true), 0.6 * difference(LabelLook::solid, 1, true));
+}
+
+// What statistics say is empty has no factor anywhere that a sample can reach.
+TEST(LabelCells, AreEmptyOnlyWhereNothingShows) {
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16});
+    label(scene, torsoLabels());
+    scene.volumes[0].labels.show = {"6", "7"};
+    Prepared prepared("torso", scene);
+    const Layer& layer = prepared.p.layer();
+    const glm::ivec3 e = prepared.p.info().extentVoxels;
+    Selection finest = layer.selection;
+    std::fill(finest.levels.begin(), finest.levels.end(), std::uint8_t{0});
+    finest.counts = {};
+    finest.counts[0] = finest.levels.size();
+    LabelField field(*layer.labelBricks, finest, nullptr, e);
+    std::mt19937 random(3);
+    int shown = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
+        const glm::dvec3 p = glm::dvec3(unit(), unit(), unit()) * glm::dvec3(e);
+        const std::size_t cell = linearIndex(glm::ivec3(p) / kCellExtent, layer.statistics.cells);
+        const auto shares = field.shares(p);
+        EXPECT_EQ(shares.plain, 0);
+        if (shares.solid > 0) {
+            ++shown;
+            EXPECT_TRUE(std::isinf(layer.statistics.cellMin[cell]));
+        }
+    }
+    EXPECT_GT(shown, 50);
+}
+
+// The factors of coarse samples are means: no structure is lost at any level.
+TEST(LabelLevels, CoarseSamplesAreMeans) {
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16});
+    label(scene, torsoLabels());
+    scene.volumes[0].labels.show = {"5", "6"};
+    Prepared prepared("torso", scene);
+    const DrawnLabels& labels = *prepared.p.layer().labels;
+    const glm::ivec3 e = prepared.p.info().extentVoxels, bricks = brickGrid(e);
+    const auto channels = static_cast<std::size_t>(labels.numbers().count);
+    const std::size_t texels = cellCount(glm::ivec3(kBrickExtent));
+    std::vector<std::uint16_t> fine(channels * texels), coarse(channels * texels);
+    const auto solid = static_cast<std::size_t>(labels.numbers().solid) * texels;
+    for (std::size_t b = 0; b < cellCount(bricks); ++b) {
+        labels.fill(b, 0, fine);
+        const glm::ivec3 inside = e - gridPosition(b, bricks) * kBrickExtent;
+        for (int level = 1; level + 1 < kLevelCount; ++level) {
+            labels.fill(b, level, coarse);
+            const int along = 1 << level;
+            for (int n = 0; n < (kBrickExtent >> level); ++n) {
+                const glm::ivec3 at(n, (3 * n) % (kBrickExtent >> level), (5 * n) % (kBrickExtent >> level));
+                const glm::ivec3 low = at * along, high = glm::min(low + along, inside);
+                if (glm::any(glm::greaterThanEqual(low, high)))
+                    continue;
+                double sum = 0;
+                for (int z = low.z; z < high.z; ++z)
+                    for (int y = low.y; y < high.y; ++y)
+                        for (int x = low.x; x < high.x; ++x)
+                            sum += fine[solid + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))];
+                EXPECT_NEAR(coarse[solid + linearIndex(at, glm::ivec3(kBrickExtent))],
+                            sum / static_cast<double>(cellCount(high - low)), 1);
+            }
+        }
+    }
+}
+
+// Budgets of a few bricks, in passes: the same bits.
+TEST(LabelBudgets, PassesChangeNothing) {
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {32, 32});
+    scene.quality.maxError = 0;
+    label(scene, torsoLabels());
+    const Image ample = drawnBy(scene, EngineKind::native);
+    EXPECT_FALSE(isBlank(ample));
+    for (const std::size_t mib : {24u, 40u})
+        EXPECT_EQ(differing(drawnBy(scene, EngineKind::native, std::size_t{mib} << 20), ample), 0u) << mib;
+}
+
+TEST(LabelRefusals, NameWhatIsMeant) {
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16});
+    label(scene, torsoLabels());
+    const auto refusal = [&](const Scene& s) -> std::string {
+        try {
+            Prepared prepared("torso", s);
+            return "";
+        } catch (const InputError& error) {
+            return error.what();
+        }
+    };
+    scene.volumes[0].labels.show = {"on"};
+    EXPECT_NE(refusal(scene).find("one"), std::string::npos) << refusal(scene);
+    scene.volumes[0].labels.show = {};
+    scene.surfaces = {{200, {1, 1, 1}, 1}};
+    EXPECT_NE(refusal(scene).find("isosurfaces"), std::string::npos) << refusal(scene);
+    scene.surfaces = {};
+    scene.quality.integrator = Integrator::linear;
+    EXPECT_NE(refusal(scene).find("midpoint"), std::string::npos) << refusal(scene);
+    scene.quality.integrator = Integrator::midpoint;
+    scene.volumes[0].labels.path = scene.volumes[0].labels.store = storePath("torso");
+    EXPECT_NE(refusal(scene), "") << "a store without labels";
+}
+
+} // namespace
+} // namespace tessera
