@@ -153,26 +153,42 @@ inline Placed winnerOf(const std::map<std::uint32_t, double>& weights) {
     return placed;
 }
 
-/// @param isCounted  the layer is finer: a majority of the voxels inside
-inline Placed placedOracle(const HeldLayer& layer, const VolumeInfo& scan, const glm::ivec3& voxel,
-                           bool isCounted) {
-    const glm::ivec3 e = layer.grid.extentVoxels;
-    const glm::dmat4 layerFromPatient = glm::inverse(layer.grid.patientFromVoxel),
-                     scanFromPatient = glm::inverse(scan.patientFromVoxel);
-    std::map<std::uint32_t, double> weights;
-    double doubt = 1;
-    if (isCounted) {
-        for (std::size_t i = 0; i < layer.values.size(); ++i) {
-            const glm::dvec4 mm =
-                layer.grid.patientFromVoxel * glm::dvec4(glm::dvec3(gridPosition(i, e)) + 0.5, 1);
-            const glm::dvec3 in = glm::dvec3(scanFromPatient * mm) - glm::dvec3(voxel);
-            if (in.x >= 0 && in.y >= 0 && in.z >= 0 && in.x < 1 && in.y < 1 && in.z < 1)
-                ++weights[layer.values[i]];
+class PlacementOracle {
+  public:
+    /// @param isCounted  the layer is finer: a majority of the voxels inside
+    PlacementOracle(const HeldLayer& layer, const VolumeInfo& scan, bool isCounted)
+        : layer_(layer), scan_(scan), isCounted_(isCounted),
+          layerFromPatient_(glm::inverse(layer.grid.patientFromVoxel)),
+          inside_(isCounted ? cellCount(scan.extentVoxels) : 0) {
+        const glm::dmat4 scanFromPatient = glm::inverse(scan.patientFromVoxel);
+        for (std::size_t i = 0; isCounted && i < layer.values.size(); ++i) {
+            const glm::dvec4 mm = layer.grid.patientFromVoxel *
+                                  glm::dvec4(glm::dvec3(gridPosition(i, layer.grid.extentVoxels)) + 0.5, 1);
+            const glm::ivec3 in(glm::floor(glm::dvec3(scanFromPatient * mm)));
+            if (glm::clamp(in, glm::ivec3(0), scan.extentVoxels - 1) == in)
+                ++inside_[linearIndex(in, scan.extentVoxels)][layer.values[i]];
         }
     }
+    Placed at(const glm::ivec3& voxel) const;
+
+  private:
+    const HeldLayer& layer_;
+    const VolumeInfo& scan_;
+    bool isCounted_;
+    glm::dmat4 layerFromPatient_;
+    std::vector<std::map<std::uint32_t, double>> inside_;
+};
+
+inline Placed PlacementOracle::at(const glm::ivec3& voxel) const {
+    const glm::ivec3 e = layer_.grid.extentVoxels;
+    std::map<std::uint32_t, double> weights;
+    if (isCounted_)
+        weights = inside_[linearIndex(voxel, scan_.extentVoxels)];
+    const bool isCounted = !weights.empty();
+    double doubt = 1;
     if (weights.empty()) {
         const glm::dvec3 at =
-            glm::dvec3(layerFromPatient * scan.patientFromVoxel * glm::dvec4(glm::dvec3(voxel) + 0.5, 1));
+            glm::dvec3(layerFromPatient_ * scan_.patientFromVoxel * glm::dvec4(glm::dvec3(voxel) + 0.5, 1));
         for (int axis = 0; axis < 3; ++axis) {
             doubt = std::min({doubt, std::abs(at[axis]), std::abs(at[axis] - e[axis])});
             if (at[axis] < -1e-12 || at[axis] > e[axis] + 1e-12)
@@ -189,11 +205,11 @@ inline Placed placedOracle(const HeldLayer& layer, const VolumeInfo& scan, const
                     const double weight =
                         std::max(0.0, 1 - off.x) * std::max(0.0, 1 - off.y) * std::max(0.0, 1 - off.z);
                     if (weight > 0)
-                        weights[layer.values[linearIndex({x, y, z}, e)]] += weight;
+                        weights[layer_.values[linearIndex({x, y, z}, e)]] += weight;
                 }
     }
     Placed placed = winnerOf(weights);
-    if (!isCounted || weights.size() == 1)
+    if (!isCounted)
         placed.lead = std::min(placed.lead, doubt);
     return placed;
 }

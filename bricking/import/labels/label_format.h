@@ -31,6 +31,9 @@ const std::vector<LabelFormat>& labelFormats();
 /// accepts the path; null: none does. A folder has no ending.
 const LabelFormat* labelFormatOf(const std::filesystem::path& path);
 
+/// A file's name without the ending of the format, in any case.
+std::string nameWithoutEnding(const std::filesystem::path& file, const LabelFormat& format);
+
 /// "NIfTI files (.nii, .nii.gz) or ...": of all formats, for messages.
 std::string namedLabelFormats();
 

@@ -2,7 +2,7 @@
 #include "bricking/import/labels/label_values.h"
 
 #include "core/base/error.h"
-#include "core/base/magnitude.h"
+#include "core/base/shown_text.h"
 
 #include <array>
 #include <bit>
@@ -99,7 +99,7 @@ void LabelValues::convert(std::span<const std::byte> in, std::span<std::uint32_t
         const std::uint64_t at = done_ + *wrong;
         const auto nx = static_cast<std::uint64_t>(extent_.x), ny = static_cast<std::uint64_t>(extent_.y);
         throw badFile(file_, "labels: whole numbers from 0 to 4294967295",
-                      shownNumber(found) + " in voxel (" + std::to_string(at % nx) + ", " +
+                      numberText(found, 10) + " in voxel (" + std::to_string(at % nx) + ", " +
                           std::to_string(at / nx % ny) + ", " + std::to_string(at / nx / ny) + ")");
     }
     done_ += out.size();

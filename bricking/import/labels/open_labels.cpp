@@ -45,16 +45,6 @@ class MaskLayer final : public LabelLayer {
     std::uint32_t most_ = 0;
 };
 
-/// A file's name without its format's ending.
-std::string structureOf(const fs::path& file, const LabelFormat& format) {
-    const std::string name = file.filename().string();
-    std::size_t longest = 0;
-    for (const std::string& ending : format.endings)
-        if (name.size() > ending.size() && labelFormatOf("x" + name.substr(name.size() - ending.size())))
-            longest = std::max(longest, ending.size());
-    return printable(name.substr(0, name.size() - longest));
-}
-
 struct Mask {
     fs::path file;
     const LabelFormat* format;
@@ -82,7 +72,9 @@ LabelFile openMasks(const fs::path& folder, const SourceOptions& options) {
               [](const Mask& a, const Mask& b) { return a.file.filename() < b.file.filename(); });
     LabelFile all;
     if (others > 0)
-        all.notes.push_back(std::to_string(others) + " files that are no masks are left out");
+        all.notes.push_back(std::to_string(others) +
+                            (others == 1 ? " file that is no mask is" : " files that are no masks are") +
+                            " left out");
     for (const Mask& mask : masks) {
         LabelFile one = mask.format->open(mask.file, options);
         if (one.layers.size() != 1)
@@ -93,7 +85,7 @@ LabelFile openMasks(const fs::path& folder, const SourceOptions& options) {
             throw badFile(mask.file.string(), "the frame of reference of the masks before it",
                           "'" + printable(one.frameOfReference) + "'");
         const auto value = static_cast<std::uint32_t>(all.layers.size() + 1);
-        const std::string name = structureOf(mask.file, *mask.format);
+        const std::string name = printable(nameWithoutEnding(mask.file, *mask.format));
         all.labels.push_back({value, name.empty() ? "label " + std::to_string(value) : name});
         for (const std::string& note : one.notes)
             all.notes.push_back(name + ": " + note);

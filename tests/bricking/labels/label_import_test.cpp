@@ -116,10 +116,11 @@ TEST(LabelImport, AnotherGridGetsTheHeaviestLabel) {
         const HeldLayer layer(gridOf(grid.extent, grid.affine),
                               blobs(grid.extent, {3, 9, 200, 70000}, 5, 25));
         const ReadBack back = imported({layer}, scan);
+        const PlacementOracle oracle(layer, scan, grid.isCounted);
         std::size_t compared = 0, labelled = 0, doubtful = 0;
         for (std::size_t i = 0; i < back.levels[0].size(); ++i) {
             const glm::ivec3 voxel = gridPosition(i, scan.extentVoxels);
-            const Placed expected = placedOracle(layer, scan, voxel, grid.isCounted);
+            const Placed expected = oracle.at(voxel);
             if (expected.lead < 1e-7 && !grid.isCounted) {
                 ++doubtful;
                 continue;
@@ -175,7 +176,7 @@ TEST(LabelImport, LayersOverlap) {
         LabelSet expected;
         bool isDoubtful = false;
         for (const HeldLayer& layer : layers) {
-            const Placed placed = placedOracle(layer, scan, gridPosition(i, scan.extentVoxels), false);
+            const Placed placed = PlacementOracle(layer, scan, false).at(gridPosition(i, scan.extentVoxels));
             isDoubtful = isDoubtful || placed.lead < 1e-7;
             if (placed.value != 0)
                 expected.insert(placed.value);
