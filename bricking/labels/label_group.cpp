@@ -64,7 +64,9 @@ LabelGroup::LabelGroup(std::vector<LabelLayer*> layers, LabelNumbers& labels, Me
     : layers_(std::move(layers)), labels_(labels), threads_(threads), scratch_(std::move(scratch)),
       combinations_(ram, labels.where()), part_(partOf(info())),
       charge_(ram.charge(bytesNeeded(info(), layers_.size(), threads), "reading layers of labels")) {
-    buffers_.resize(threadsFor(layers_.size(), threads_));
+    const bool areAlone =
+        std::ranges::all_of(layers_, [](const LabelLayer* layer) { return layer->isAlone(); });
+    buffers_.resize(areAlone ? threadsFor(layers_.size(), threads_) : 1);
     for (auto& buffer : buffers_)
         buffer.resize(sliceVoxels(info()) * static_cast<std::size_t>(part_));
 }

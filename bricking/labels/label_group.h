@@ -70,7 +70,7 @@ class LabelGroup {
     LabelSets combinations_;
     int part_; // slices read at once
     Charge charge_;
-    std::vector<std::vector<std::uint32_t>> buffers_; // one a thread
+    std::vector<std::vector<std::uint32_t>> buffers_; // of layers that are read at the same time
     std::unique_ptr<SpoolFile> before_;               // combinations of all but the last kMostOpen layers
     std::size_t next_ = 0;                            // the first layer that is not in it
     int nextZ_ = 0;

@@ -22,6 +22,8 @@ class LabelLayer {
     /// Reads the next `count` slices, z ascending: [z][y][x] label values, 0 for none.
     /// Throws InputError naming the file for truncated or damaged data, and for values that are no labels.
     virtual void readSlices(int count, std::span<std::uint32_t> out) = 0;
+    /// True if it shares nothing with other layers: they may then be read at the same time by other threads.
+    virtual bool isAlone() const { return false; }
     /// Findings of reading that a user should know, one a line; complete after the last slice.
     virtual std::vector<std::string> notes() const { return {}; }
 };

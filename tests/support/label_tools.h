@@ -8,12 +8,15 @@
 #include "tests/support/bricking_test_volumes.h"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
 #include <set>
+#include <thread>
 
 namespace tessera::test {
 
@@ -24,16 +27,24 @@ using LabelSet = std::set<std::uint32_t>; // of values
 struct HeldLayer final : LabelLayer {
     HeldLayer(const VolumeInfo& volume, Values voxels) : grid(volume), values(std::move(voxels)) {}
     const VolumeInfo& info() const override { return grid; }
+    bool isAlone() const override { return !readers; }
     void readSlices(int count, std::span<std::uint32_t> out) override {
+        if (readers) {
+            EXPECT_EQ(readers->fetch_add(1), 0) << "layers that share something are read at the same time";
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
         const std::size_t slice = cellCount({grid.extentVoxels.x, grid.extentVoxels.y, 1});
         ASSERT_LE(next + count, grid.extentVoxels.z);
         ASSERT_EQ(out.size(), slice * static_cast<std::size_t>(count));
         std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(slice) * next, out.size(), out.begin());
         next += count;
+        if (readers)
+            --*readers;
     }
     VolumeInfo grid;
     Values values;
     int next = 0;
+    std::shared_ptr<std::atomic<int>> readers = {}; // what layers share; null: nothing
 };
 
 inline VolumeInfo gridOf(const glm::ivec3& extent, const glm::dmat4& patientFromVoxel) {
@@ -46,7 +57,7 @@ inline VolumeInfo gridOf(const glm::ivec3& extent, const glm::dmat4& patientFrom
 inline LabelFile fileOf(const std::vector<HeldLayer>& layers, std::vector<Label> labels = {}) {
     LabelFile file;
     for (const HeldLayer& layer : layers)
-        file.layers.push_back(std::make_unique<HeldLayer>(layer.grid, layer.values));
+        file.layers.push_back(std::make_unique<HeldLayer>(layer));
     file.labels = std::move(labels);
     file.shown = "test.seg";
     return file;

@@ -21,6 +21,7 @@ class MaskLayer final : public LabelLayer {
     MaskLayer(std::unique_ptr<LabelLayer> layer, std::uint32_t value, std::string name)
         : layer_(std::move(layer)), value_(value), name_(std::move(name)) {}
     const VolumeInfo& info() const override { return layer_->info(); }
+    bool isAlone() const override { return layer_->isAlone(); }
     void readSlices(int count, std::span<std::uint32_t> out) override {
         layer_->readSlices(count, out);
         for (std::uint32_t& value : out) {

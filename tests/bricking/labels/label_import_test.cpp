@@ -191,6 +191,15 @@ TEST(LabelImport, LayersOverlap) {
         EXPECT_EQ(imported(layers, scan, threads).hash, back.hash) << threads;
 }
 
+TEST(LabelImport, LayersThatShareAFileAreReadOneByOne) {
+    const VolumeInfo scan = scanOf({9, 8, 7});
+    std::vector<HeldLayer> layers(4, HeldLayer(scan, Values(9 * 8 * 7, 1)));
+    const auto shared = std::make_shared<std::atomic<int>>(0);
+    for (HeldLayer& layer : layers)
+        layer.readers = shared;
+    EXPECT_EQ(imported(layers, scan, 4).table.sets.size(), 2u);
+}
+
 TEST(LabelImport, MoreLayersThanFilesMayBeOpen) {
     const VolumeInfo scan = scanOf({6, 5, 9});
     std::vector<HeldLayer> layers;

@@ -26,6 +26,8 @@ class NiftiLabels final : public LabelLayer {
 
     const VolumeInfo& info() const override { return header_.info; }
 
+    bool isAlone() const override { return true; }
+
     void readSlices(int count, std::span<std::uint32_t> out) override {
         const glm::ivec3 extent = header_.info.extentVoxels;
         TESSERA_CHECK(count >= 0 && next_ + count <= extent.z);
