@@ -81,7 +81,7 @@ constexpr int kGzipWindow = 15 + 16;            // zlib: the largest window, gzi
 } // namespace
 
 struct GzipStream::State {
-    explicit State(InputFile f) : file(std::move(f)), input(kInputBytes) {
+    State(InputFile f, std::uint64_t offset) : file(std::move(f)), input(kInputBytes), inputOffset(offset) {
         if (inflateInit2(&stream, kGzipWindow) != Z_OK)
             throw Error("zlib cannot start");
     }
@@ -96,7 +96,8 @@ struct GzipStream::State {
     bool atMemberEnd = false;
 };
 
-GzipStream::GzipStream(InputFile file) : state_(std::make_unique<State>(std::move(file))) {}
+GzipStream::GzipStream(InputFile file, std::uint64_t offsetBytes)
+    : state_(std::make_unique<State>(std::move(file), offsetBytes)) {}
 GzipStream::~GzipStream() = default;
 GzipStream::GzipStream(GzipStream&&) noexcept = default;
 

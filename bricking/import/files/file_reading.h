@@ -34,7 +34,8 @@ std::unique_ptr<SlabSource> makePlainFileSource(InputFile file, const VolumeInfo
 
 class GzipStream {
   public:
-    explicit GzipStream(InputFile file);
+    /// @param offsetBytes  of the first gzip member in the file
+    explicit GzipStream(InputFile file, std::uint64_t offsetBytes = 0);
     ~GzipStream();
     GzipStream(GzipStream&&) noexcept;
 
