@@ -3,7 +3,6 @@
 // PS3.5, A.5).
 #include "bricking/import/dicom/dicom_deflated.h"
 
-#include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -167,6 +166,13 @@ void readInflated(const std::filesystem::path& path, std::uint64_t offset, std::
     });
     if (filled < out.size())
         throw badFile(path.string(), "the pixels that it had when it was opened", "fewer");
+}
+
+void spoolInflated(const std::filesystem::path& path, SpoolFile& spool) {
+    inflateTo(path, [&](std::uint64_t, std::span<const std::byte> bytes) {
+        spool.append(bytes);
+        return true;
+    });
 }
 
 } // namespace tessera

@@ -3,6 +3,8 @@
 // thousandfold, so the whole file is never in memory.
 #pragma once
 
+#include "bricking/import/source/source_files.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -35,5 +37,8 @@ class InflatedFile {
 /// Fills out from byte `offset` of the plain file on, skipping bytes before it. Throws InputError naming the
 /// file if it ends earlier.
 void readInflated(const std::filesystem::path& path, std::uint64_t offset, std::span<std::byte> out);
+
+/// Appends the plain file to a spool, whole. Throws as InflatedFile does.
+void spoolInflated(const std::filesystem::path& path, SpoolFile& spool);
 
 } // namespace tessera
