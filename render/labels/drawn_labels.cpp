@@ -37,14 +37,15 @@ struct DrawnLabels::Sum {
     }
 };
 
-DrawnLabels::DrawnLabels(std::unique_ptr<LabelVolume> volume, std::vector<LabelFactors> bySet, float density)
-    : volume_(std::move(volume)), extent_(volume_->voxels().info().extentVoxels), cells_(cellGrid(extent_)),
+DrawnLabels::DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table,
+                         std::vector<LabelFactors> bySet, float density)
+    : volume_(std::move(volume)), table_(std::move(table)), extent_(volume_->voxels().info().extentVoxels), cells_(cellGrid(extent_)),
       bricks_(brickGrid(extent_)) {
     setFactors(std::move(bySet), density);
 }
 
 void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
-    TESSERA_CHECK(bySet.size() == volume_->table().sets.size());
+    TESSERA_CHECK(bySet.size() == table_.sets.size());
     bySet_ = std::move(bySet);
     bool plain = false, tinted = false, solid = false;
     for (const LabelFactors& f : bySet_) {

@@ -28,11 +28,14 @@ struct LabelFactors {
 class DrawnLabels {
   public:
     /// @param volume   on the lattice of the volume that is drawn
-    /// @param bySet    of every set of its table
+    /// @param table    its labels, with the names and colours that they have in the picture
+    /// @param bySet    of every set of the table
     /// @param density  extinction per mm of the labels' medium
-    DrawnLabels(std::unique_ptr<LabelVolume> volume, std::vector<LabelFactors> bySet, float density);
+    DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table, std::vector<LabelFactors> bySet,
+                float density);
 
     const LabelVolume& volume() const { return *volume_; }
+    const LabelTable& table() const { return table_; }
     std::span<const LabelFactors> factors() const { return bySet_; }
     /// Which channels there are.
     const leaf::LabelNumbers& numbers() const { return numbers_; }
@@ -68,6 +71,7 @@ class DrawnLabels {
     void fillFromVoxels(const glm::ivec3& brick, int level, std::span<std::uint16_t> out) const;
 
     std::unique_ptr<LabelVolume> volume_;
+    LabelTable table_;
     glm::ivec3 extent_{0}, cells_{0}, bricks_{0};
     std::vector<LabelFactors> bySet_;
     leaf::LabelNumbers numbers_;

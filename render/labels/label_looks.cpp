@@ -3,12 +3,16 @@
 
 #include "bricking/labels/label_names.h"
 #include "core/base/error.h"
+#include "core/base/names.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace tessera {
 namespace {
+
+/// In place of a file of names: those that TotalSegmentator gives its values.
+constexpr const char* kTotalSegmentator = "totalsegmentator";
 
 /// The look of one label.
 struct OneLook {
@@ -34,7 +38,7 @@ void forEachMatch(const LabelTable& table, const std::string& pattern, const std
         }
     if (!any)
         throw badFile(where, "the name, the value or the group of a label",
-                      "\"" + pattern + "\"; nearest: " + nearestLabels(table, pattern));
+                      "\"" + pattern + "\"; nearest: " + joinNames(nearestNames(table, pattern)));
 }
 
 std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, const std::string& where) {
@@ -65,6 +69,16 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, cons
 }
 
 } // namespace
+
+LabelTable namedLabels(const LabelTable& table, const Labels& labels) {
+    LabelTable named = table;
+    if (labels.names == kTotalSegmentator)
+        applyNames(named, totalSegmentatorNames());
+    else if (!labels.names.empty())
+        applyNames(named, readLabelNames(labels.names));
+    applyKnownNames(named);
+    return named;
+}
 
 LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std::string& where) {
     const std::vector<OneLook> looks = looksOf(table, labels, where);

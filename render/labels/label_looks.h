@@ -14,6 +14,10 @@ struct LabelMedium {
     float density = 0;               // extinction per mm where solid is 1
 };
 
+/// The labels of a volume with the names and colours that the scene's file of names gives them, or the
+/// program knows. Throws InputError naming that file.
+LabelTable namedLabels(const LabelTable& table, const Labels& labels);
+
 /// Of overlapping labels those that show count alike. Throws InputError naming `where` for a pattern that no
 /// label matches, with the nearest names.
 LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std::string& where);

@@ -291,8 +291,10 @@ void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
             "integrator: expected midpoint with labels, whose shares change within a segment, found " +
             integratorNames()[static_cast<std::size_t>(named)]);
     auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
-    LabelMedium medium = labelLooks(volume->table(), labels, "volumes[0].labels");
-    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(medium.bySet), medium.density);
+    LabelTable table = namedLabels(volume->table(), labels);
+    LabelMedium medium = labelLooks(table, labels, "volumes[0].labels");
+    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table),
+                                                 std::move(medium.bySet), medium.density);
     layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);
     layer.labels->showOnly(layer.statistics, ram);
 }
