@@ -37,7 +37,10 @@ Selection cullBricks(const Statistics& statistics, const TransferTable& table, c
                 statistics.brickRange({i, j, k}, layers, lo, hi);
                 const double a = info.rescaleSlope * static_cast<double>(lo) + info.rescaleIntercept;
                 const double b = info.rescaleSlope * static_cast<double>(hi) + info.rescaleIntercept;
-                if (culling != Culling::none && table.emptyOver(std::min(a, b), std::max(a, b)))
+                const std::uint8_t shows = statistics.showsOfBrick(linearIndex({i, j, k}, s.bricks), layers);
+                const bool isEmpty = (shows & kShowsMedium) == 0 &&
+                                     (shows == 0 || table.emptyOver(std::min(a, b), std::max(a, b)));
+                if (culling != Culling::none && isEmpty)
                     mine = Selection::kEmpty;
                 ++s.counts[mine];
             }

@@ -22,8 +22,11 @@ constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the w
 /// all are equal.
 int histogramBin(double value, double lowest, double highest);
 
-/// All values as stored (physical = slope * stored + intercept). Ranges of what is drawn may be no numbers,
-/// where nothing shows, or infinite, where something does whatever the transfer function.
+/// What can show of a cell or a brick, whatever its values: the transfer function; something else too, such as
+/// the medium of labels.
+enum ShownPart : std::uint8_t { kShowsFunction = 1, kShowsMedium = 2 };
+
+/// All values as stored (physical = slope * stored + intercept).
 struct Statistics {
     glm::ivec3 cells{0};                   // cellGrid(extent)
     std::vector<float> cellMin, cellMax;   // [z][y][x] over cells, ghost layer of one voxel included
@@ -33,7 +36,20 @@ struct Statistics {
     std::vector<float> wideMin, wideMax;   // the same with two layers around
     float lowest = 0, highest = 0;         // over the whole volume, level 0
     std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
-    Charge charge;                         // the charge of the vectors above
+    /// Parts that can show, where labels decide: of a cell and those that touch it; of bricks with their
+    /// layers, 1 and 2. Empty: the function everywhere.
+    std::vector<std::uint8_t> cellShows, brickShows, wideShows;
+    Charge charge; // the charge of the vectors above, but for those of labels
+
+    bool hasLabels() const { return !cellShows.empty(); }
+    std::uint8_t showsOfCell(std::size_t cell) const {
+        return cellShows.empty() ? std::uint8_t{kShowsFunction} : cellShows[cell];
+    }
+    /// @param layers  1 or 2
+    std::uint8_t showsOfBrick(std::size_t brick, int layers) const {
+        const std::vector<std::uint8_t>& shows = layers == 1 ? brickShows : wideShows;
+        return shows.empty() ? std::uint8_t{kShowsFunction} : shows[brick];
+    }
 
     /// Range of a brick's voxels and of the layers around it.
     /// @param layers  1 or 2

@@ -169,8 +169,6 @@ glm::dvec3 TransferFunction::colour(double value) const {
 }
 
 bool TransferTable::emptyOver(double lowest, double highest) const {
-    if (std::isnan(lowest) || (std::isinf(lowest) && std::isinf(highest)))
-        return std::isnan(lowest);
     const double last = static_cast<double>(entries.size() - 1);
     const double a = (lowest - firstValue) * static_cast<double>(entriesPerValue);
     const double b = (highest - firstValue) * static_cast<double>(entriesPerValue);

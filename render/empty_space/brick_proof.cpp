@@ -153,7 +153,8 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
                     // One layer of voxels, which the range of the current cell covers too: it is in both
                     // ranges.
                     const Hull own = cellRange(firstCell + at);
-                    there = {std::max(there.lo, own.lo), std::min(there.hi, own.hi)};
+                    there.lo = std::max(there.lo, own.lo), there.hi = std::min(there.hi, own.hi);
+                    there.shows &= own.shows;
                 }
                 hull.add(there);
             }
@@ -161,7 +162,7 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
 
 std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
     const std::size_t index = linearIndex(brick, in_.selection.bricks);
-    if (empty(Hull::of(wide_[index].x, wide_[index].y)))
+    if (!in_.statistics.hasLabels() && empty({wide_[index].x, wide_[index].y, kShowsFunction}))
         return 0; // at any levels
     const int level = levelOf(brick);
     findNeighbours(brick, level, false);

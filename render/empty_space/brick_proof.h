@@ -32,20 +32,15 @@ struct OccupancyInput {
 
 struct Hull {
     float lo = std::numeric_limits<float>::infinity(), hi = -std::numeric_limits<float>::infinity();
+    std::uint8_t shows = 0; // ShownPart: of any place in it
     void add(float low, float high) {
         lo = std::min(lo, low);
         hi = std::max(hi, high);
     }
-    void add(const Hull& other) { add(other.lo, other.hi); }
-    /// Of statistics: without numbers, of nothing.
-    static Hull of(float low, float high) {
-        Hull hull;
-        hull.add(low, high);
-        return hull;
+    void add(const Hull& other) {
+        add(other.lo, other.hi);
+        shows |= other.shows;
     }
-    // Where labels decide (Statistics::cellMin): nothing shows; something does, whatever the function.
-    bool isNothing() const { return lo > hi; }
-    bool isAnything() const { return lo == -std::numeric_limits<float>::infinity(); }
 };
 
 /// TransferTable::emptyOver() of stored values, inline because it is called for every cell.
@@ -59,8 +54,12 @@ class ZeroExtinction {
         TESSERA_CHECK(std::isfinite(scale_) && scale_ != 0 && std::isfinite(offset_));
     }
     bool over(const Hull& h) const {
-        if (h.isAnything() || h.isNothing())
-            return h.isNothing();
+        if (h.shows != kShowsFunction) {
+            if ((h.shows & kShowsMedium) != 0)
+                return false;
+            if (h.shows == 0)
+                return true;
+        }
         const double x = static_cast<double>(h.lo) * scale_ + offset_;
         const double y = static_cast<double>(h.hi) * scale_ + offset_;
         const double a = std::clamp(std::min(x, y), 0.0, last_ + 1),
@@ -100,7 +99,7 @@ class BrickProof {
     struct Neighbour {
         glm::ivec3 side{0}, brick{0};
         int level = 0;
-        bool plain = true; // blends over half a sample of level 0
+        bool plain = true;    // blends over half a sample of level 0
         glm::ivec3 layers{0}; // of cells that it reaches, per crossed axis
     };
     static bool isValue(int level) { return level + 1 >= kLevelCount; } // its value is its mean
@@ -109,19 +108,19 @@ class BrickProof {
     }
     Hull rangeOf(const glm::ivec3& brick, int level) const {
         const std::size_t b = linearIndex(brick, in_.selection.bricks);
-        const Hull range = voxelRange(b);
-        if (isValue(level) && !range.isAnything())
-            return {in_.selection.means[b], in_.selection.means[b]};
-        return range;
+        if (isValue(level))
+            return {in_.selection.means[b], in_.selection.means[b], in_.statistics.showsOfBrick(b, 1)};
+        return voxelRange(b);
     }
     /// Range of a brick's voxels and one layer around them.
     Hull voxelRange(std::size_t brick) const {
-        return Hull::of(in_.statistics.brickMin[brick], in_.statistics.brickMax[brick]);
+        return {in_.statistics.brickMin[brick], in_.statistics.brickMax[brick],
+                in_.statistics.showsOfBrick(brick, 1)};
     }
     bool empty(const Hull& h) const { return zero_.over(h); }
     Hull cellRange(const glm::ivec3& cell) const {
         const std::size_t c = linearIndex(cell, in_.statistics.cells);
-        return Hull::of(in_.statistics.cellMin[c], in_.statistics.cellMax[c]);
+        return {in_.statistics.cellMin[c], in_.statistics.cellMax[c], in_.statistics.showsOfCell(c)};
     }
     Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
     void findNeighbours(const glm::ivec3& brick, int level, bool everyOne);

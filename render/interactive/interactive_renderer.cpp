@@ -123,7 +123,7 @@ std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
     Scene scene = scene_;
     scene.camera = view;
     return plannedCamera(scene, p_.layer().voxels(), p_.layer().statistics, p_.layer().table, p_.view.part,
-                         ram_, options_.threads);
+                         ram_, options_.threads, p_.layer().labelBricks.get());
 }
 
 void InteractiveRenderer::setWindow(const WindowChoice& window) {

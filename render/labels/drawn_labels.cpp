@@ -39,8 +39,8 @@ struct DrawnLabels::Sum {
 
 DrawnLabels::DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table,
                          std::vector<LabelFactors> bySet, float density)
-    : volume_(std::move(volume)), table_(std::move(table)), extent_(volume_->voxels().info().extentVoxels), cells_(cellGrid(extent_)),
-      bricks_(brickGrid(extent_)) {
+    : volume_(std::move(volume)), table_(std::move(table)), extent_(volume_->voxels().info().extentVoxels),
+      cells_(cellGrid(extent_)), bricks_(brickGrid(extent_)) {
     setFactors(std::move(bySet), density);
 }
 

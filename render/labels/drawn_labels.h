@@ -57,10 +57,9 @@ class DrawnLabels {
     /// 32^3 each: extinction is function * tau + medium. Thread-safe.
     void extinctions(const ChunkKey& key, std::span<float> function, std::span<float> medium) const;
 
-    /// Makes the ranges of cells and bricks those of what is drawn. Where nothing shows they are no
-    /// numbers. Where the medium shows they are infinite. Throws InputError where
-    /// ram has no room.
-    void showOnly(Statistics& statistics, MemoryBudget& ram) const;
+    /// Sets what shows of the cells and bricks of the volume that is drawn. Throws InputError where ram has
+    /// no room.
+    void showOnly(Statistics& statistics, MemoryBudget& ram);
 
   private:
     struct Sum;
@@ -77,6 +76,7 @@ class DrawnLabels {
     leaf::LabelNumbers numbers_;
     std::vector<std::uint16_t> texelsBySet_, standing_; // numbers_.count a set; a brick
     bool showsFunction_ = false;
+    Charge showsCharge_;
 };
 
 } // namespace tessera

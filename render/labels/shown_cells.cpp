@@ -1,4 +1,4 @@
-// render/labels/shown_cells.cpp: the ranges of cells and bricks whose labels show: see drawn_labels.h.
+// render/labels/shown_cells.cpp: what shows of cells and bricks with labels: see drawn_labels.h.
 #include "core/base/brick.h"
 #include "core/base/error.h"
 #include "render/labels/drawn_labels.h"
@@ -6,14 +6,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <glm/common.hpp>
-#include <limits>
+#include <utility>
 
 namespace tessera {
 namespace {
-
-constexpr std::uint8_t kFunction = 1, kMedium = 2; // what shows of a cell
-constexpr float kInfinite = std::numeric_limits<float>::infinity(),
-                kNothing = std::numeric_limits<float>::quiet_NaN();
 
 /// Of each cell and those that touch it, along one axis after another.
 void spread(std::vector<std::uint8_t>& shows, const glm::ivec3& cells) {
@@ -36,60 +32,39 @@ void spread(std::vector<std::uint8_t>& shows, const glm::ivec3& cells) {
     }
 }
 
-struct ShownRange {
-    float low = kInfinite, high = -kInfinite;
-    void add(float least, float most) { // nothing adds nothing
-        low = std::min(low, least);
-        high = std::max(high, most);
-    }
-    void put(float& least, float& most) const {
-        least = low > high ? kNothing : low;
-        most = low > high ? kNothing : high;
-    }
-};
-
 } // namespace
 
-void DrawnLabels::showOnly(Statistics& s, MemoryBudget& ram) const {
+void DrawnLabels::showOnly(Statistics& s, MemoryBudget& ram) {
     TESSERA_CHECK(s.cells == cells_ && s.bricks == bricks_);
-    const std::size_t count = cellCount(cells_);
-    const Charge charge = ram.charge(2 * count, "which cells have labels");
-    std::vector<std::uint8_t> shows(count);
-    for (std::size_t cell = 0; cell < count; ++cell)
+    const std::size_t cells = cellCount(cells_), bricks = cellCount(bricks_);
+    showsCharge_ = ram.charge(cells + 2 * bricks, "what shows of labels");
+    const Charge spreading = ram.charge(cells, "which cells have labels");
+    std::vector<std::uint8_t> shows(cells);
+    for (std::size_t cell = 0; cell < cells; ++cell)
         for (const LabelCells::Share& share : volume_->cells().of(cell)) {
             const LabelFactors& f = bySet_[share.set];
-            shows[cell] |= (f.plain > 0 || f.tinted > 0 ? kFunction : 0) | (f.solid > 0 ? kMedium : 0);
+            shows[cell] |=
+                (f.plain > 0 || f.tinted > 0 ? kShowsFunction : 0) | (f.solid > 0 ? kShowsMedium : 0);
         }
     spread(shows, cells_);
-    for (std::size_t cell = 0; cell < count; ++cell) {
-        if (shows[cell] & kMedium) {
-            s.cellMin[cell] = -kInfinite, s.cellMax[cell] = kInfinite;
-        } else if (!(shows[cell] & kFunction)) {
-            s.cellMin[cell] = s.cellMax[cell] = kNothing;
-        }
-    }
-    // A brick's range with a layer of voxels around is that of its cells; with two, by cells that touch it.
-    for (std::size_t b = 0; b < s.brickMin.size(); ++b) {
+    s.brickShows.assign(bricks, 0);
+    s.wideShows.assign(bricks, 0);
+    // With one layer a brick's own cells say enough, with two those that touch it.
+    for (std::size_t b = 0; b < bricks; ++b) {
         const glm::ivec3 first = gridPosition(b, bricks_) * kCellsPerBrick;
         const glm::ivec3 end = glm::min(first + kCellsPerBrick, cells_);
         const glm::ivec3 from = glm::max(first - 1, glm::ivec3(0)), to = glm::min(end + 1, cells_);
-        ShownRange own, wide;
-        bool isWhole = true; // all around has the function alone
         for (int z = from.z; z < to.z; ++z)
             for (int y = from.y; y < to.y; ++y)
                 for (int x = from.x; x < to.x; ++x) {
                     const glm::ivec3 at(x, y, z);
-                    const std::size_t cell = linearIndex(at, cells_);
-                    isWhole = isWhole && shows[cell] == kFunction;
-                    wide.add(s.cellMin[cell], s.cellMax[cell]);
+                    const std::uint8_t part = shows[linearIndex(at, cells_)];
+                    s.wideShows[b] |= part;
                     if (glm::all(glm::greaterThanEqual(at, first)) && glm::all(glm::lessThan(at, end)))
-                        own.add(s.cellMin[cell], s.cellMax[cell]);
+                        s.brickShows[b] |= part;
                 }
-        if (isWhole)
-            continue;
-        own.put(s.brickMin[b], s.brickMax[b]);
-        wide.put(s.wideMin[b], s.wideMax[b]);
     }
+    s.cellShows = std::move(shows);
 }
 
 } // namespace tessera

@@ -104,15 +104,16 @@ Occluder::Range Occluder::rangeOf(const ChunkKey& chunk) const {
         for (int y = low.y; y < high.y; ++y)
             for (int x = low.x; x < high.x; ++x) {
                 const std::size_t b = linearIndex({x, y, z}, statistics_.bricks);
-                range.low = std::min(range.low, statistics_.brickMin[b]);
-                range.high = std::max(range.high, statistics_.brickMax[b]);
+                range.add(statistics_.brickMin[b], statistics_.brickMax[b], statistics_.showsOfBrick(b, 1));
             }
     return range;
 }
 
 bool Occluder::isEmpty(const Range& range) const {
-    if (range.low > range.high)
-        return true; // nothing is there, or shows
+    if ((range.shows & kShowsMedium) != 0)
+        return false;
+    if (range.shows == 0)
+        return true;
     const double a = info_.rescaleSlope * range.low + info_.rescaleIntercept;
     const double b = info_.rescaleSlope * range.high + info_.rescaleIntercept;
     return table_->emptyOver(std::min(a, b), std::max(a, b));
@@ -313,7 +314,7 @@ bool Occluder::nothingNear(const ChunkKey& chunk) const {
     Range range = rangeOf(chunk);
     if (chunk.level == 0) {
         const std::size_t b = linearIndex({chunk.i, chunk.j, chunk.k}, statistics_.bricks);
-        range = {statistics_.wideMin[b], statistics_.wideMax[b]};
+        range = {statistics_.wideMin[b], statistics_.wideMax[b], statistics_.showsOfBrick(b, 2)};
     } else {
         const glm::ivec3 at(chunk.i, chunk.j, chunk.k), grid = chunkGrid(info_.extentVoxels, chunk.level);
         const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, grid - 1);
@@ -321,7 +322,7 @@ bool Occluder::nothingNear(const ChunkKey& chunk) const {
             for (int y = low.y; y <= high.y; ++y)
                 for (int x = low.x; x <= high.x; ++x) {
                     const Range beside = rangeOf({chunk.level, x, y, z});
-                    range = {std::min(range.low, beside.low), std::max(range.high, beside.high)};
+                    range.add(beside.low, beside.high, beside.shows);
                 }
     }
     return isEmpty(range);
@@ -343,8 +344,8 @@ Occluder::Range Occluder::rangeAround(const glm::ivec3& sample, int level) const
         for (int y = low.y >> shift; y <= high.y >> shift; ++y)
             for (int x = low.x >> shift; x <= high.x >> shift; ++x) {
                 const std::size_t n = linearIndex({x, y, z}, grid);
-                range.low = std::min(range.low, least[n]);
-                range.high = std::max(range.high, most[n]);
+                range.add(least[n], most[n],
+                          byCells ? statistics_.showsOfCell(n) : statistics_.showsOfBrick(n, 1));
             }
     return range;
 }
@@ -431,8 +432,7 @@ void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks,
                     for (int n = 0; n < (2 * kAround + 1) * (2 * kAround + 1); ++n) {
                         const std::size_t index =
                             runIndex(run, y + n % (2 * kAround + 1), z + n / (2 * kAround + 1));
-                        range.low = std::min(range.low, room.low[index]);
-                        range.high = std::max(range.high, room.high[index]);
+                        range.add(room.low[index], room.high[index], kShowsFunction);
                     }
                 if (range.low > range.high || isEmpty(range)) // all around is empty
                     continue;

@@ -11,6 +11,7 @@
 #include "render/labels/drawn_labels.h"
 #include "render/light/directions.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -112,6 +113,12 @@ class Occluder {
   private:
     struct Range { // of stored values
         float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+        std::uint8_t shows = 0; // ShownPart
+        void add(float least, float most, std::uint8_t part) {
+            low = std::min(low, least);
+            high = std::max(high, most);
+            shows |= part;
+        }
     };
     void read(const ChunkKey& chunk, bool occludes, BrickCache& cache, OcclusionRoom& room) const;
     std::shared_ptr<const ChunkExtinctions::Samples> extinctionsOf(const ChunkKey& key,

@@ -41,7 +41,7 @@ double typicalChangePerVoxel(const Statistics& statistics, const TransferTable& 
                 for (int x = first.x; x < end.x; ++x) {
                     const std::size_t cell = linearIndex({x, y, z}, statistics.cells);
                     const float lowest = statistics.cellMin[cell], highest = statistics.cellMax[cell];
-                    if (std::isfinite(lowest) && !empty(lowest, highest))
+                    if (!empty(lowest, highest))
                         ranges.push_back(static_cast<float>(std::abs(physical(highest) - physical(lowest))));
                 }
     }

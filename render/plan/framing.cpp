@@ -262,10 +262,10 @@ namespace {
 /// The fit of all points that decide the edges of a picture from a side; empty if nothing is shown.
 ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cache, const VolumeInfo& info,
                    const Statistics& statistics, const TransferTable& table, const DrawnPart* part,
-                   const glm::ivec2& imageSize, int threads) {
+                   LabelBricks* labels, const glm::ivec2& imageSize, int threads) {
     const ViewFit empty(axes, projection, imageSize);
     const ViewSpace space(info, empty.axes());
-    const ShownRays shown(cache, info, statistics, table, space, part, kLeastOpacityFramed, threads);
+    const ShownRays shown(cache, info, statistics, table, space, part, labels, kLeastOpacityFramed, threads);
     EdgeSearch search(info, statistics, shown, space, empty, threads);
     // Visibility depends on the eye, which is being searched: iterates until it hardly moves.
     for (int turn = 0;; ++turn) {
@@ -294,7 +294,7 @@ std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int thre
 
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    MemoryBudget& ram, int threads) {
+                    MemoryBudget& ram, int threads, LabelBricks* labels) {
     const VolumeInfo& info = volume.info();
     const ViewAxes axes = axesOf(view);
     const Camera whole = fitCamera(info, axes, view.projection, imageSize);
@@ -303,13 +303,13 @@ Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Sta
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
     BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
     const ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part),
-                                   imageSize, threads);
+                                   labels, imageSize, threads);
     return fit.empty() ? whole : fit.camera();
 }
 
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads) {
+                     MemoryBudget& ram, int threads, LabelBricks* labels) {
     // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
     constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
     const VolumeInfo& info = volume.info();
@@ -321,7 +321,7 @@ Camera turningCamera(const FittedView& view, const ChunkSource& volume, const St
         ViewFit fit(axes, Projection::parallel, imageSize);
         if (view.fit != Fit::volume)
             fit = fitOfShown(axes, Projection::parallel, cache, info, statistics, table, partOf(view, part),
-                             imageSize, threads);
+                             labels, imageSize, threads);
         if (fit.empty()) { // the volume's box
             const ViewSpace space(info, axes);
             const glm::dvec3 all(info.extentVoxels);

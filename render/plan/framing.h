@@ -20,16 +20,16 @@ constexpr double kLeastOpacityFramed = 0.015;
 /// nothing is visible. Statistics give the cells that could be outermost, and rays through their voxels
 /// decide. So nearly invisible cells, and cells that are only possibly visible by their range, do not move
 /// the camera. Only voxels near the picture's edges are read. Independent of threads, engine and budgets.
-/// Throws InputError if ram cannot hold framingBytes().
+/// @param labels  of the volume, or null. Throws InputError if ram cannot hold framingBytes().
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    MemoryBudget& ram, int threads);
+                    MemoryBudget& ram, int threads, LabelBricks* labels = nullptr);
 
 /// The camera of a turntable: fitted for every turn about the patient's axis through its focal point,
 /// starting from the view's side. Some 12 times the work. Throws as fittedCamera() does.
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads);
+                     MemoryBudget& ram, int threads, LabelBricks* labels = nullptr);
 
 /// Minimum memory for fitting to what is shown.
 /// @param threads  0: all processors

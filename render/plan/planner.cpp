@@ -231,13 +231,15 @@ void Planner::chooseByVisibility(std::span<const SeenBrick> seen) {
 }
 
 Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statistics& statistics,
-                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads) {
+                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads,
+                     LabelBricks* labels) {
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!view)
         return std::get<Camera>(scene.camera);
-    Camera camera = !view->named && scene.mode == Mode::slice
-                        ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
-                        : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads);
+    Camera camera =
+        !view->named && scene.mode == Mode::slice
+            ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
+            : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads, labels);
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return camera;
@@ -293,8 +295,8 @@ void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
     auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
     LabelTable table = namedLabels(volume->table(), labels);
     LabelMedium medium = labelLooks(table, labels, "volumes[0].labels");
-    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table),
-                                                 std::move(medium.bySet), medium.density);
+    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table), std::move(medium.bySet),
+                                                 medium.density);
     layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);
     layer.labels->showOnly(layer.statistics, ram);
 }
@@ -335,7 +337,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, M
         p.setFunction(std::get<TransferFunction>(function), scene);
     p.view.part = drawnPart(scene, info);
     p.view.camera = plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().table,
-                                  p.view.part, ram, threads);
+                                  p.view.part, ram, threads, p.layer().labelBricks.get());
     p.ramFloorBytes = floor;
     return p;
 }

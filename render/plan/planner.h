@@ -110,6 +110,7 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 /// @param part   the part that its cuts keep: drawnPart() Throws InputError where ram cannot hold
 ///     framingBytes() (framing.h).
 Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statistics& statistics,
-                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads);
+                     const TransferTable& table, const DrawnPart& part, MemoryBudget& ram, int threads,
+                     LabelBricks* labels = nullptr);
 
 } // namespace tessera

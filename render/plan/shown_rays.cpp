@@ -37,9 +37,9 @@ double endOfBox(const RayLine<double>& line, const glm::ivec3& first, int edge) 
 
 ShownRays::ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
                      const TransferTable& table, const ViewSpace& space, const DrawnPart* part,
-                     double leastOpacity, int threads)
+                     LabelBricks* labels, double leastOpacity, int threads)
     : cache_(cache), info_(info), bricks_(statistics.bricks), table_(table), space_(space), part_(part),
-      leastDepth_(-std::log1p(-leastOpacity)) {
+      labels_(labels), leastDepth_(-std::log1p(-leastOpacity)) {
     for (const SurfaceValue& surface : table.surfaces)
         surfaces_.push_back({surface.value, -std::log1p(-std::min(surface.opacity, 0.999))});
     double sum = 0;
@@ -52,7 +52,10 @@ ShownRays::ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics
     }
     shownCells_.resize(cellCount(bricks_));
     parallelFor(shownCells_.size(), threads, [&](std::size_t b) {
-        if (emptyOver(statistics.brickMin[b], statistics.brickMax[b]))
+        const auto isEmpty = [&](std::uint8_t shows, float lowest, float highest) {
+            return (shows & kShowsMedium) == 0 && (shows == 0 || emptyOver(lowest, highest));
+        };
+        if (isEmpty(statistics.showsOfBrick(b, 1), statistics.brickMin[b], statistics.brickMax[b]))
             return;
         const glm::ivec3 first = gridPosition(b, bricks_) * kCellsPerBrick;
         for (int bit = 0; bit < 64; ++bit) {
@@ -63,7 +66,7 @@ ShownRays::ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics
             if (part_ && !part_->meets(low, low + static_cast<double>(kCellExtent)))
                 continue;
             const std::size_t at = linearIndex(cell, statistics.cells);
-            if (!emptyOver(statistics.cellMin[at], statistics.cellMax[at]))
+            if (!isEmpty(statistics.showsOfCell(at), statistics.cellMin[at], statistics.cellMax[at]))
                 shownCells_[b] |= std::uint64_t{1} << bit;
         }
     });
@@ -74,19 +77,46 @@ std::size_t ShownRays::bytes(const VolumeInfo& info) {
            (TransferTable::kMaxEntries / kSumEvery + 1) * sizeof(double);
 }
 
+struct ShownRays::NearLabels {
+    std::size_t brick = SIZE_MAX;
+    LabelBricks::Texels texels;
+};
+
+/// At level 0, of the voxel alone.
+ShownRays::Labelled ShownRays::labelled(NearLabels& near, const glm::ivec3& voxel) const {
+    if (!labels_)
+        return {};
+    if (const std::size_t brick = linearIndex(voxel / kBrickExtent, bricks_); brick != near.brick)
+        near = {brick, labels_->get(brick, 0)};
+    constexpr auto kTexels = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
+    const leaf::LabelNumbers& numbers = labels_->labels().numbers();
+    const auto factor = [&](std::int32_t channel) {
+        if (channel < 0)
+            return 0.0;
+        const std::uint16_t texel =
+            (*near.texels)[static_cast<std::size_t>(channel) * kTexels +
+                           linearIndex(voxel % kBrickExtent, glm::ivec3(kBrickExtent))];
+        return static_cast<double>(texel) / double{leaf::kLightOne};
+    };
+    return {factor(numbers.plain) + factor(numbers.tinted),
+            static_cast<double>(numbers.density) * factor(numbers.solid)};
+}
+
 void ShownRays::strengths(LatticeReader& samples, const glm::ivec3& first,
                           std::array<double, kCellVoxels>& out) const {
     samples.cube<kCellExtent>(first, out.data());
+    NearLabels near;
     for (std::size_t n = 0; n < out.size(); ++n) {
         const glm::ivec3 voxel = first + gridPosition(n, glm::ivec3(kCellExtent));
         out[n] = glm::any(glm::greaterThanEqual(voxel, info_.extentVoxels)) || !drawn(glm::dvec3(voxel) + 0.5)
                      ? 0
-                     : strength(samples, voxel, physical(out[n]));
+                     : strength(samples, near, voxel, physical(out[n]));
     }
 }
 
-double ShownRays::strength(LatticeReader& samples, const glm::ivec3& voxel, double value) const {
-    double most = lookUp(entryOf(value));
+double ShownRays::strength(LatticeReader& samples, NearLabels& near, const glm::ivec3& voxel,
+                           double value) const {
+    double most = extinctionOf(labelled(near, voxel), lookUp(entryOf(value)));
     for (const Surface& surface : surfaces_)
         for (int face = 0; face < 6; ++face) {
             glm::ivec3 next = voxel;
@@ -117,6 +147,7 @@ bool ShownRays::reaches(LatticeReader& samples, const glm::dvec3& place, const g
     if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1))
         return false;
     double before = std::numeric_limits<double>::quiet_NaN();
+    NearLabels near;
     for (double t = std::ceil(t0 / kStepVoxels) * kStepVoxels; t <= t1; t += kStepVoxels) {
         const glm::dvec3 p = line.base + t * line.direction;
         const glm::ivec3 voxel = glm::clamp(glm::ivec3(p), glm::ivec3(0), info_.extentVoxels - 1);
@@ -135,7 +166,8 @@ bool ShownRays::reaches(LatticeReader& samples, const glm::dvec3& place, const g
         }
         const double value = physical(valueAt(samples, p));
         if (!std::isnan(before))
-            depth += meanExtinction(before, value) * kStepVoxels * mmPerVoxel;
+            depth +=
+                extinctionOf(labelled(near, voxel), meanExtinction(before, value)) * kStepVoxels * mmPerVoxel;
         for (const Surface& surface : surfaces_)
             if (!std::isnan(before) && (before < surface.value) != (value < surface.value))
                 depth += surface.depth;

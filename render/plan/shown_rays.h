@@ -44,10 +44,11 @@ class ShownRays {
     /// All must outlive this.
     /// @param leastOpacity  from which on a ray is visible
     /// @param part  the drawn part; null: all of the volume
+    /// @param labels  null: there are none
     /// @param threads  0: all processors
     ShownRays(BrickCache& cache, const VolumeInfo& info, const Statistics& statistics,
-              const TransferTable& table, const ViewSpace& space, const DrawnPart* part, double leastOpacity,
-              int threads);
+              const TransferTable& table, const ViewSpace& space, const DrawnPart* part, LabelBricks* labels,
+              double leastOpacity, int threads);
 
     /// For one thread.
     LatticeReader reader() const { return {cache_, info_, 0, nullptr}; }
@@ -76,7 +77,16 @@ class ShownRays {
     bool reaches(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction,
                  double mmPerVoxel, double& depth) const;
     /// @param value  of the voxel, physical
-    double strength(LatticeReader& samples, const glm::ivec3& voxel, double value) const;
+    /// Share of the function, and the medium's extinction.
+    struct Labelled {
+        double function = 1, medium = 0;
+    };
+    static double extinctionOf(const Labelled& shares, double extinction) {
+        return extinction * shares.function + shares.medium;
+    }
+    struct NearLabels; // of the brick that was read last
+    Labelled labelled(NearLabels& near, const glm::ivec3& voxel) const;
+    double strength(LatticeReader& samples, NearLabels& near, const glm::ivec3& voxel, double value) const;
     double physical(double stored) const { return info_.rescaleSlope * stored + info_.rescaleIntercept; }
     bool emptyOver(float lowest, float highest) const;
     /// Of a point in voxels.
@@ -95,6 +105,7 @@ class ShownRays {
     const TransferTable& table_;
     const ViewSpace& space_;
     const DrawnPart* part_;
+    LabelBricks* labels_;
     double leastDepth_;                     // optical
     std::vector<std::uint64_t> shownCells_; // of every brick
     std::vector<Surface> surfaces_;

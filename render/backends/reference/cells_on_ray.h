@@ -122,8 +122,10 @@ class EmptyCells {
             grid_ = cellGrid(input.info->extentVoxels);
             empty_.resize(s->cellMin.size());
             for (std::size_t i = 0; i < empty_.size(); ++i)
-                empty_[i] = function.emptyOver(static_cast<double>(s->cellMin[i]),
-                                               static_cast<double>(s->cellMax[i]));
+                empty_[i] =
+                    (s->showsOfCell(i) & kShowsMedium) == 0 &&
+                    (s->showsOfCell(i) == 0 || function.emptyOver(static_cast<double>(s->cellMin[i]),
+                                                                  static_cast<double>(s->cellMax[i])));
         }
     }
     /// True if [ta,tb] of a ray, which crosses no border of such cells, is in one of them.

@@ -30,7 +30,9 @@ glm::dvec3 middleOfWhatShows(const ReferenceInput& input) {
         const StoredFunction function(*input.function, input.surfaces, *input.info);
         glm::ivec3 first = s->bricks, last(-1);
         for (std::size_t b = 0; b < s->wideMin.size(); ++b)
-            if (!function.emptyOver(double{s->wideMin[b]}, double{s->wideMax[b]})) {
+            if ((s->showsOfBrick(b, 2) & kShowsMedium) != 0 ||
+                (s->showsOfBrick(b, 2) != 0 &&
+                 !function.emptyOver(double{s->wideMin[b]}, double{s->wideMax[b]}))) {
                 first = glm::min(first, gridPosition(b, s->bricks));
                 last = glm::max(last, gridPosition(b, s->bricks));
             }

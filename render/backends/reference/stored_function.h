@@ -110,10 +110,7 @@ class StoredFunction {
     const std::vector<Isosurface>& surfaces() const { return surfaces_; }
     /// True if extinction is 0 on all of [lo,hi], without an isosurface: extinction is piecewise monotone, so
     /// ends and kinks (both limits) decide.
-    /// Ranges of statistics may be no numbers, or infinite (bricking/statistics/statistics.h).
     bool emptyOver(double lo, double hi) const {
-        if (std::isnan(lo) || (std::isinf(lo) && std::isinf(hi)))
-            return std::isnan(lo);
         for (const Isosurface& surface : surfaces_)
             if (lo <= surface.value && surface.value <= hi)
                 return false;

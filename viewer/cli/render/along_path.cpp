@@ -131,7 +131,8 @@ Path turnOf(const RenderTask& task) {
         throw badFile("--turn", "a volume to turn around", "a slice, which is seen along its normal");
     const Planner plan = planView(scene, task.store, task.ram, task.options.threads);
     Camera camera = turningCamera(*view, plan.layer().voxels(), plan.layer().statistics, plan.layer().table,
-                                  plan.view.part, scene.imageSize, task.ram, task.options.threads);
+                                  plan.view.part, scene.imageSize, task.ram, task.options.threads,
+                                  plan.layer().labelBricks.get());
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return turntable(camera, *a.turn, frames, framesPerSecond);
