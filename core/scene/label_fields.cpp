@@ -63,10 +63,10 @@ const Fields<Labels>& labelsFields() {
                    "labels as a medium in their colours, as tinted tissue, or as tissue: {names} (default: "
                    "{default})");
         f.add("opacity", &Labels::opacity, numberIn(0, 1),
-              "Opacity of solid labels per mm (default: 0.9); of others a factor on the transfer function's "
-              "extinction (default: 1).")
+              "Opacity of solid labels per mm (default: 0.999 over a voxel); of others a factor on the "
+              "transfer function's extinction (default: 1).")
             .setBy("--label-opacity",
-                   "opacity of labels: solid ones per mm (default: 0.9), else a factor on "
+                   "opacity of labels: solid ones per mm (default: opaque), else a factor on "
                    "the preset's (default: 1)",
                    "a number from 0 to 1");
         f.add("show", &Labels::show, patternsKind(),

@@ -28,13 +28,14 @@ struct LabelRule {
 
 struct Labels {
     static constexpr std::size_t kMostPatterns = 4096;
-    /// Opacity of a solid label per mm.
-    static constexpr double kSolidOpacity = 0.9;
+    /// Opacity of a solid label that names none, over the edge of a voxel.
+    static constexpr double kSolidOpacity = 0.999;
 
     std::filesystem::path path;  // a file or folder; "" none
     std::filesystem::path names; // of a file with names and colours; ""  the labels' own
     LabelLook look = LabelLook::solid;
-    /// [0,1]. solid: per mm, kSolidOpacity by default; else a factor on the function's extinction, 1.
+    /// [0,1]. solid: per mm, by default kSolidOpacity over a voxel; else a factor on the function's
+    /// extinction, 1.
     std::optional<double> opacity = {};
     /// Patterns of the labels that show; none: all. Labels of `hide` do not.
     std::vector<std::string> show, hide;

@@ -6,8 +6,12 @@
 const float kLabelReach = 2.0f;
 const float kLabelSteepness = 1e4f;
 
+/// The border of the medium, as its share there: nothing of it lies where its share is less.
+const float kLabelBorder = 0.45f;
+
 LEAF_STRUCT LabelShares {
     V plain, tinted, solid;
+    V dense;            // solid times the medium's extinction there, relative to the densest
     V red, green, blue; // times tinted + solid
 };
 /// The extinction of the function's share, and of the labels' medium.
@@ -16,8 +20,9 @@ LEAF V labelledFunction(LEAF_IN(LEAF_OF(LabelShares)) shares, V extinction) {
     return taken;
 }
 LEAF V labelledMedium(LEAF_IN(LEAF_OF(LabelShares)) shares, V density) {
-    LEAF_LET own = density * shares.solid;
-    return own;
+    LEAF_LET inside = heldToOne((shares.solid - V(kLabelBorder)) * V(1.0f / (1.0f - kLabelBorder)));
+    LEAF_LET own = density * inside * (shares.dense / shares.solid);
+    return select(inside > V(0.0f), own, V(0.0f));
 }
 /// Of the medium along an axis, stored units per voxel.
 /// @param low, high  its shares before and behind

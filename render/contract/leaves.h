@@ -167,13 +167,15 @@ TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, con
 template <typename V, typename Channel>
 TESSERA_LEAF LabelShares<V> labelShares(const LabelNumbers& labels, const Channel& channel) {
     const V zero(0.0f);
-    LabelShares<V> shares{zero, zero, zero, zero, zero, zero};
+    LabelShares<V> shares{zero, zero, zero, zero, zero, zero, zero};
     if (labels.plain >= 0)
         shares.plain = channel(labels.plain);
     if (labels.tinted >= 0)
         shares.tinted = channel(labels.tinted);
     if (labels.solid >= 0)
-        shares.solid = channel(labels.solid);
+        shares.solid = shares.dense = channel(labels.solid);
+    if (labels.dense >= 0)
+        shares.dense = channel(labels.dense);
     if (labels.colour >= 0) {
         shares.red = channel(labels.colour);
         shares.green = channel(labels.colour + 1);

@@ -42,10 +42,11 @@ struct LabelNumbers {
     std::int32_t plain = -1;  // share of the function as it is
     std::int32_t tinted = -1; // share of the function's extinction, in the labels' colour
     std::int32_t solid = -1;  // share of the labels' own medium
+    std::int32_t dense = -1;  // that share times the medium's relative extinction; -1: it is 1
     std::int32_t colour = -1; // the first of three: the labels' colour times (tinted + solid)
-    float density = 0;        // extinction per mm where solid is 1
+    float density = 0;        // extinction per mm of the densest medium
 };
-constexpr int kMostLabelChannels = 6;
+constexpr int kMostLabelChannels = 7;
 
 /// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
 struct MaterialNumbers {

@@ -3,6 +3,7 @@
 
 #include "core/base/brick.h"
 #include "core/base/error.h"
+#include "render/contract/leaves.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,14 +27,16 @@ std::uint16_t texelOf(double factor) {
 
 /// Weighted by voxels.
 struct DrawnLabels::Sum {
-    double voxels = 0, plain = 0, tinted = 0, solid = 0;
-    glm::dvec3 colour{0}; // times tinted + solid
+    double voxels = 0, plain = 0, tinted = 0, solid = 0, dense = 0; // solid: voxels with a medium
+    glm::dvec3 ofTinted{0}, ofSolid{0};                             // colours times these
     void add(const LabelFactors& f, double count) {
         voxels += count;
         plain += count * static_cast<double>(f.plain);
         tinted += count * static_cast<double>(f.tinted);
-        solid += count * static_cast<double>(f.solid);
-        colour += count * static_cast<double>(f.tinted + f.solid) * glm::dvec3(f.colour);
+        solid += f.solid > 0 ? count : 0;
+        dense += count * static_cast<double>(f.solid);
+        ofTinted += count * static_cast<double>(f.tinted) * glm::dvec3(f.colour);
+        ofSolid += count * static_cast<double>(f.solid) * glm::dvec3(f.colour);
     }
 };
 
@@ -47,8 +50,9 @@ DrawnLabels::DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table,
 void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
     TESSERA_CHECK(bySet.size() == table_.sets.size());
     bySet_ = std::move(bySet);
-    bool plain = false, tinted = false, solid = false;
+    bool plain = false, tinted = false, solid = false, dense = false;
     for (const LabelFactors& f : bySet_) {
+        dense = dense || (f.solid > 0 && f.solid < 1);
         plain = plain || f.plain > 0;
         tinted = tinted || f.tinted > 0;
         solid = solid || f.solid > 0;
@@ -67,6 +71,8 @@ void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
         channels(true, numbers_.tinted, 1);
     if (solid)
         channels(true, numbers_.solid, 1);
+    if (dense)
+        channels(true, numbers_.dense, 1);
     if (tinted || solid)
         channels(true, numbers_.colour, 3);
     texelsBySet_.clear();
@@ -84,17 +90,25 @@ void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
     }
 }
 
-/// One texel a channel.
+/// One texel a channel. A share of the medium is kept above that of its border, so that whatever is there of
+/// it lies inside.
 void DrawnLabels::put(const Sum& sum, std::uint16_t* at) const {
+    const double border{leaf::kLabelBorder};
     const double share = sum.voxels > 0 ? 1 / sum.voxels : 0;
-    if (numbers_.plain >= 0)
-        at[numbers_.plain] = texelOf(sum.plain * share);
-    if (numbers_.tinted >= 0)
-        at[numbers_.tinted] = texelOf(sum.tinted * share);
-    if (numbers_.solid >= 0)
-        at[numbers_.solid] = texelOf(sum.solid * share);
+    const double solid = sum.solid > 0 ? border + (1 - border) * sum.solid * share : 0;
+    const double ofSolid = sum.solid > 0 ? solid / sum.solid : 0; // per voxel of it
+    const auto set = [at](std::int32_t channel, double factor) {
+        if (channel >= 0)
+            at[channel] = texelOf(factor);
+    };
+    set(numbers_.plain, sum.plain * share);
+    set(numbers_.tinted, sum.tinted * share);
+    set(numbers_.solid, solid);
+    set(numbers_.dense, sum.dense * ofSolid);
+    // The medium's colour is that of its extinction; as a share it counts like its share.
+    const double perDense = sum.dense > 0 ? solid / sum.dense : 0;
     for (int c = 0; numbers_.colour >= 0 && c < 3; ++c)
-        at[numbers_.colour + c] = texelOf(sum.colour[c] * share);
+        set(numbers_.colour + c, sum.ofTinted[c] * share + sum.ofSolid[c] * perDense);
 }
 
 /// Over cells [low, high).
@@ -200,8 +214,7 @@ void DrawnLabels::extinctions(const ChunkKey& key, std::span<float> function, st
     const auto channels = static_cast<std::size_t>(numbers_.count);
     std::vector<std::uint16_t> texels(channels * kTexels);
     const auto factor = [&](std::int32_t channel, std::size_t i) {
-        return channel < 0 ? 0.0f
-                           : texels[static_cast<std::size_t>(channel) * kTexels + i] * (1 / leaf::kLightOne);
+        return texels[static_cast<std::size_t>(channel) * kTexels + i] * (1 / leaf::kLightOne);
     };
     for (int z = 0; z < along; ++z)
         for (int y = 0; y < along; ++y)
@@ -220,8 +233,10 @@ void DrawnLabels::extinctions(const ChunkKey& key, std::span<float> function, st
                             const std::size_t from = linearIndex({i, j, k}, glm::ivec3(kBrickExtent));
                             const std::size_t to = linearIndex(
                                 glm::ivec3(x, y, z) * edge + glm::ivec3(i, j, k), glm::ivec3(kChunkExtent));
-                            function[to] = factor(numbers_.plain, from) + factor(numbers_.tinted, from);
-                            medium[to] = numbers_.density * factor(numbers_.solid, from);
+                            const auto shares = leaf::labelShares<float>(
+                                numbers_, [&](int channel) { return factor(channel, from); });
+                            function[to] = leaf::labelledFunction(shares, 1.0f);
+                            medium[to] = leaf::labelledMedium(shares, numbers_.density);
                         }
             }
 }

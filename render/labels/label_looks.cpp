@@ -18,7 +18,8 @@ constexpr const char* kTotalSegmentator = "totalsegmentator";
 struct OneLook {
     bool shows = true;
     LabelLook look = LabelLook::solid;
-    double opacity = 1;
+    double opacity = 1;    // a factor on the function's extinction
+    double extinction = 0; // solid: per mm
     glm::vec3 colour{1};
 };
 
@@ -41,7 +42,8 @@ void forEachMatch(const LabelTable& table, const std::string& pattern, const std
                       "\"" + pattern + "\"; nearest: " + joinNames(nearestNames(table, pattern)));
 }
 
-std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, const std::string& where) {
+std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, double voxelMm,
+                             const std::string& where) {
     std::vector<OneLook> looks(table.labels.size());
     std::vector<std::optional<double>> opacity(looks.size(), labels.opacity);
     for (std::size_t n = 0; n < looks.size(); ++n) {
@@ -62,9 +64,11 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, cons
             if (rule.colour)
                 looks[n].colour = glm::vec3(*rule.colour);
         });
-    for (std::size_t n = 0; n < looks.size(); ++n)
-        looks[n].opacity =
-            opacity[n].value_or(looks[n].look == LabelLook::solid ? Labels::kSolidOpacity : 1.0);
+    for (std::size_t n = 0; n < looks.size(); ++n) {
+        looks[n].opacity = opacity[n].value_or(1.0);
+        looks[n].extinction =
+            opacity[n] ? extinctionPerMm(*opacity[n]) : extinctionPerMm(Labels::kSolidOpacity) / voxelMm;
+    }
     return looks;
 }
 
@@ -80,12 +84,13 @@ LabelTable namedLabels(const LabelTable& table, const Labels& labels) {
     return named;
 }
 
-LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std::string& where) {
-    const std::vector<OneLook> looks = looksOf(table, labels, where);
+LabelMedium labelLooks(const LabelTable& table, const Labels& labels, double voxelMm,
+                       const std::string& where) {
+    const std::vector<OneLook> looks = looksOf(table, labels, voxelMm, where);
     double density = 0;
     for (const OneLook& look : looks)
         if (look.shows && look.look == LabelLook::solid)
-            density = std::max(density, extinctionPerMm(look.opacity));
+            density = std::max(density, look.extinction);
     LabelMedium medium;
     medium.density = static_cast<float>(density);
     for (const std::vector<std::uint16_t>& set : table.sets) {
@@ -104,7 +109,7 @@ LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std:
             else if (look.look == LabelLook::tint)
                 tinted += share = look.opacity;
             else
-                solid += share = density > 0 ? extinctionPerMm(look.opacity) / density : 0;
+                solid += share = density > 0 ? look.extinction / density : 0;
             colour += share * glm::dvec3(look.colour);
             coloured += share;
         }

@@ -18,8 +18,11 @@ struct LabelMedium {
 /// program knows. Throws InputError naming that file.
 LabelTable namedLabels(const LabelTable& table, const Labels& labels);
 
-/// Of overlapping labels those that show count alike. Throws InputError naming `where` for a pattern that no
+/// Of overlapping labels those that show count alike.
+/// @param voxelMm  the edge of a typical voxel
+/// Throws InputError naming `where` for a pattern that no
 /// label matches, with the nearest names.
-LabelMedium labelLooks(const LabelTable& table, const Labels& labels, const std::string& where);
+LabelMedium labelLooks(const LabelTable& table, const Labels& labels, double voxelMm,
+                       const std::string& where);
 
 } // namespace tessera

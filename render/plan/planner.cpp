@@ -294,7 +294,7 @@ void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
             integratorNames()[static_cast<std::size_t>(named)]);
     auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
     LabelTable table = namedLabels(volume->table(), labels);
-    LabelMedium medium = labelLooks(table, labels, "volumes[0].labels");
+    LabelMedium medium = labelLooks(table, labels, typicalVoxelMm(layer.info()), "volumes[0].labels");
     layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table), std::move(medium.bySet),
                                                  medium.density);
     layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);

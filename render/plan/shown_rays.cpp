@@ -90,16 +90,12 @@ ShownRays::Labelled ShownRays::labelled(NearLabels& near, const glm::ivec3& voxe
         near = {brick, labels_->get(brick, 0)};
     constexpr auto kTexels = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
     const leaf::LabelNumbers& numbers = labels_->labels().numbers();
-    const auto factor = [&](std::int32_t channel) {
-        if (channel < 0)
-            return 0.0;
-        const std::uint16_t texel =
-            (*near.texels)[static_cast<std::size_t>(channel) * kTexels +
-                           linearIndex(voxel % kBrickExtent, glm::ivec3(kBrickExtent))];
-        return static_cast<double>(texel) / double{leaf::kLightOne};
-    };
-    return {factor(numbers.plain) + factor(numbers.tinted),
-            static_cast<double>(numbers.density) * factor(numbers.solid)};
+    const std::size_t at = linearIndex(voxel % kBrickExtent, glm::ivec3(kBrickExtent));
+    const auto shares = leaf::labelShares<double>(numbers, [&](int channel) {
+        return static_cast<double>((*near.texels)[static_cast<std::size_t>(channel) * kTexels + at]) /
+               double{leaf::kLightOne};
+    });
+    return {leaf::labelledFunction(shares, 1.0), leaf::labelledMedium(shares, double{numbers.density})};
 }
 
 void ShownRays::strengths(LatticeReader& samples, const glm::ivec3& first,

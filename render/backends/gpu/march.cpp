@@ -146,6 +146,7 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uLabelPlain", static_cast<int>(optics.labels.plain));
     program_.set("uLabelTinted", static_cast<int>(optics.labels.tinted));
     program_.set("uLabelSolid", static_cast<int>(optics.labels.solid));
+    program_.set("uLabelDense", static_cast<int>(optics.labels.dense));
     program_.set("uLabelColour", static_cast<int>(optics.labels.colour));
     program_.set("uLabelDensity", optics.labels.density);
     program_.set("uReduction", static_cast<int>(optics.reduction));

@@ -26,14 +26,16 @@ class LabelsAlongRay {
         };
         using Shares = leaf::LabelShares<double>;
         cubics_ = {along(&Shares::plain), along(&Shares::tinted), along(&Shares::solid),
-                   along(&Shares::red),   along(&Shares::green),  along(&Shares::blue)};
+                   along(&Shares::dense), along(&Shares::red),    along(&Shares::green),
+                   along(&Shares::blue)};
         for (const Shares& shares : at)
             hasMedium_ = hasMedium_ || shares.solid > 0;
     }
 
     bool hasMedium() const { return hasMedium_; }
     template <typename V> leaf::LabelShares<V> at(V u) const {
-        return {cubics_[0](u), cubics_[1](u), cubics_[2](u), cubics_[3](u), cubics_[4](u), cubics_[5](u)};
+        return {cubics_[0](u), cubics_[1](u), cubics_[2](u), cubics_[3](u),
+                cubics_[4](u), cubics_[5](u), cubics_[6](u)};
     }
     /// Extinctions of the function's share, and of the medium.
     template <typename V> V function(V u, V extinction) const {
@@ -41,6 +43,16 @@ class LabelsAlongRay {
     }
     template <typename V> V medium(V u) const {
         return leaf::labelledMedium(at(u), V(static_cast<double>(numbers_.density)));
+    }
+    /// Kinks of the medium, from 0 to 1: where its share is that of its border.
+    template <typename Visit> void forEachBorder(const Visit& visit) const {
+        std::array<double, 4> ends{};
+        const Cubic& solid = cubics_[2];
+        const std::size_t count = hasMedium_ ? solid.monotonePieces(ends) : 0;
+        const double border{leaf::kLabelBorder};
+        for (std::size_t i = 0; i + 1 < count; ++i)
+            if ((solid(ends[i]) < border) != (solid(ends[i + 1]) < border))
+                visit(crossing(solid, border, ends[i], ends[i + 1]));
     }
     bool hasColour() const { return numbers_.colour >= 0; }
 
@@ -62,8 +74,9 @@ class LabelsAlongRay {
     }
 
     const leaf::LabelNumbers& numbers_;
-    std::array<Cubic, 6> cubics_ = {Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0),
-                                    Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0)};
+    std::array<Cubic, 7> cubics_ = {Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0),
+                                    Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0), Cubic(0, 0, 0, 0),
+                                    Cubic(0, 0, 0, 0)};
     bool hasMedium_ = false;
 };
 

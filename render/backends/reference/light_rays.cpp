@@ -210,6 +210,8 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     }
     std::sort(cuts_.begin(), cuts_.end());
     cuts_.push_back(1);
+    if (labels)
+        labels->forEachBorder([&](double u) { cuts_.insert(cuts_.end() - 1, u); });
     for (int n = 1; labels && rejects && n < kPartsOfLabels; ++n)
         cuts_.insert(cuts_.end() - 1, static_cast<double>(n) / kPartsOfLabels);
     std::sort(cuts_.begin(), cuts_.end());

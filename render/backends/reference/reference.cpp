@@ -165,6 +165,9 @@ class RayIntegral {
                     cuts.push_back(crossing(cubic, *k, stretch.ends[i], stretch.ends[i + 1]));
         findSurfaces(stretch);
         std::sort(cuts.begin(), cuts.end());
+        if (labels)
+            labels->forEachBorder([&](double u) { cuts.push_back(u); });
+        std::sort(cuts.begin(), cuts.end());
         const CellLabels ofCell{labels ? &*labels : nullptr, nullptr};
         if (!optics_.takesGradients()) {
             cutWhereMediumPrevails(cubic, ofCell, nullptr);

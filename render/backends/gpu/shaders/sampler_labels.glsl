@@ -7,7 +7,7 @@
 
 uniform sampler3D uLabelTexels, uLabelStanding;         // the first four channels
 uniform sampler3D uMoreLabelTexels, uMoreLabelStanding; // the others
-uniform int uLabelPlain, uLabelTinted, uLabelSolid, uLabelColour; // channels; -1: none
+uniform int uLabelPlain, uLabelTinted, uLabelSolid, uLabelDense, uLabelColour; // channels; -1: none
 uniform float uLabelDensity;
 
 float labelChannel(vec4 first, vec4 more, int channel) {
@@ -20,7 +20,8 @@ LabelShares labelsAt(vec3 p) {
     precise vec4 more = vec4(0.0);
     if (max(uLabelColour + 2, uLabelSolid) >= 4) more = channelsAt(uMoreLabelTexels, uMoreLabelStanding, p) * (1.0 / 16384.0);
     LabelShares shares = LabelShares(labelChannel(first, more, uLabelPlain), labelChannel(first, more, uLabelTinted),
-                                     labelChannel(first, more, uLabelSolid), 0.0, 0.0, 0.0);
+                                     labelChannel(first, more, uLabelSolid), 0.0, 0.0, 0.0, 0.0);
+    shares.dense = uLabelDense < 0 ? shares.solid : labelChannel(first, more, uLabelDense);
     if (uLabelColour < 0) return shares;
     shares.red = labelChannel(first, more, uLabelColour);
     shares.green = labelChannel(first, more, uLabelColour + 1);
