@@ -21,7 +21,7 @@ struct LabelCells {
     glm::ivec3 cells{0};              // cellGrid(extent)
     std::vector<std::uint32_t> first; // [z][y][x] over cells, and one more: of `shares`
     std::vector<Share> shares;        // of each cell by ascending set; voxels of the volume alone
-    Charge charge;
+    Charge charge;                    // of the table as well
 
     /// Of a cell, by its linear index.
     std::span<const Share> of(std::size_t cell) const {

@@ -451,7 +451,8 @@ LabelFiles readLabelFiles(const StoreReader& store, MemoryBudget& ram) {
     eachCell(folder, store.path(), extent, arrays, files.table.sets.size(), [](auto, auto) {});
     LabelCells& cells = files.cells;
     cells.charge = ram.charge(static_cast<std::size_t>(arrays.cells + 1) * sizeof(std::uint32_t) +
-                                  static_cast<std::size_t>(arrays.shares) * sizeof(LabelCells::Share),
+                                  static_cast<std::size_t>(arrays.shares) * sizeof(LabelCells::Share) +
+                                  bytesOf(files.table),
                               "the cells of a volume of labels");
     cells.cells = cellGrid(extent);
     cells.first.reserve(static_cast<std::size_t>(arrays.cells + 1));

@@ -25,10 +25,11 @@ namespace tessera {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kSlabSlices = 16;                            // of the scan, placed at once
-constexpr std::size_t kPieceValues = std::size_t{1} << 19; // compressed at once
-constexpr std::size_t kTableBytes = std::size_t{4} << 20;  // counts and orders of 65535 sets and labels
-constexpr std::size_t kMostNamed = 5;                      // of empty labels
+constexpr int kSlabSlices = 16;                             // of the scan, placed at once
+constexpr std::size_t kPieceValues = std::size_t{1} << 19;  // compressed at once
+constexpr std::size_t kNumbersBytes = std::size_t{6} << 20; // counts and numbers of the most sets and labels
+constexpr std::size_t kTableBytes = std::size_t{1} << 20;   // a table of some thousand labels
+constexpr std::size_t kMostNamed = 5;                       // of empty labels
 
 std::string whereOf(const LabelFile& file) {
     return file.shown.empty() ? "labels" : file.shown;
@@ -147,6 +148,7 @@ struct Settled {
     std::vector<std::uint16_t> numberOf; // of a set, from its number in the temporary file
     std::vector<std::uint64_t> voxels;   // of a set of the table
     std::uint64_t labelled = 0;          // voxels
+    Charge charge;
 };
 
 Label shownLabel(Label label) {
@@ -163,7 +165,15 @@ Label shownLabel(Label label) {
 }
 
 Settled settle(const LabelFile& file, const LabelNumbers& labels, const LabelSets& sets,
-               const SetsInUse& used) {
+               const SetsInUse& used, MemoryBudget& ram) {
+    constexpr std::size_t kLabelBytes = 320, kSetBytes = 128; // with what leads to them; without names
+    std::size_t bytes = (file.labels.size() + labels.size()) * kLabelBytes;
+    for (const Label& label : file.labels)
+        bytes += 2 * (label.name.size() + label.group.size());
+    for (const std::uint32_t set : used.sets())
+        bytes += kSetBytes + 2 * sizeof(std::uint16_t) * sets.of(set).size();
+    Settled settled;
+    settled.charge = ram.charge(bytes - std::min(bytes, kTableBytes), "the table of labels");
     std::map<std::uint32_t, Label> byValue;
     for (const Label& label : file.labels)
         if (label.value != 0)
@@ -173,7 +183,6 @@ Settled settle(const LabelFile& file, const LabelNumbers& labels, const LabelSet
     if (byValue.size() > LabelTable::kMostSets)
         throw badFile(whereOf(file), "at most " + std::to_string(LabelTable::kMostSets) + " labels",
                       std::to_string(byValue.size()));
-    Settled settled;
     std::map<std::uint32_t, std::uint16_t> indices; // by value
     for (auto& [value, label] : byValue) {
         indices[value] = static_cast<std::uint16_t>(settled.table.labels.size());
@@ -267,7 +276,8 @@ void checkLayers(const LabelFile& file, const VolumeInfo& scan) {
 
 /// The first pass: numbers of sets of every voxel.
 Settled placeAll(LabelFile& file, const VolumeInfo& scan, const fs::path& scratch, MemoryBudget& ram,
-                 const LabelImportOptions& options, Progress& progress, PackedSlices& packed) {
+                 const LabelImportOptions& options, Progress& progress, PackedSlices& packed,
+                 std::vector<std::string>& notes) {
     const auto groups = groupsOf(file);
     const Charge own = ram.charge(slabBytes(groups.size(), scan), "placing labels on the scan");
     LabelNumbers labels(whereOf(file));
@@ -300,7 +310,11 @@ Settled placeAll(LabelFile& file, const VolumeInfo& scan, const fs::path& scratc
         }
         progress.update(static_cast<double>(z + slices) / extent.z);
     }
-    return settle(file, labels, sets, used);
+    for (const auto& layers : placed)
+        if (std::string note = layers->note(); !note.empty())
+            notes.push_back(std::move(note));
+    placed.clear();
+    return settle(file, labels, sets, used, ram);
 }
 
 /// The second pass: levels and cells.
@@ -343,7 +357,7 @@ std::size_t labelImportFloorBytes(const LabelFile& file, const VolumeInfo& scan,
         placing += LabelGroup::bytesNeeded(grid, group.size(), threads) + LabelSets::kStepBytes +
                    PlacedLabels::bytesNeeded(grid, scan);
     }
-    return std::max(placing, writingBytes(scan, threads)) + kTableBytes;
+    return std::max(placing, writingBytes(scan, threads)) + kNumbersBytes + kTableBytes;
 }
 
 LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const fs::path& store,
@@ -356,13 +370,16 @@ LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const fs
         const Charge floor = ram.charge(labelImportFloorBytes(file, scan, options.threads),
                                         "importing labels onto a scan this wide");
     }
-    const Charge own = ram.charge(kTableBytes + PackedSlices::bytesNeeded(scan), "importing labels");
+    const Charge own =
+        ram.charge(kNumbersBytes + kTableBytes + PackedSlices::bytesNeeded(scan), "importing labels");
     const fs::path scratch = fs::absolute(store).parent_path();
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
     progress.stage("reading labels");
     PackedSlices packed(scratch, sliceOf(scan));
-    const Settled settled = placeAll(file, scan, scratch, ram, options, progress, packed);
+    LabelImportReport report;
+    report.notes = file.notes;
+    const Settled settled = placeAll(file, scan, scratch, ram, options, progress, packed, report.notes);
     if (settled.labelled == 0)
         throw badFile(whereOf(file), "labels on the scan", "no labelled voxel");
     progress.stage("writing labels");
@@ -378,13 +395,11 @@ LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const fs
     }
     progress.stage("finishing the store");
     writer.commit(options.durable);
-    LabelImportReport report;
     report.voxels = info.voxelCount();
     report.labelled = settled.labelled;
     report.labels = settled.table.labels.size();
     report.sets = settled.table.sets.size();
     report.bytesOut = writer.counters().bytesWritten;
-    report.notes = file.notes;
     for (const auto& layer : file.layers)
         for (std::string& note : layer->notes())
             report.notes.push_back(std::move(note));

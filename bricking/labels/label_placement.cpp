@@ -6,6 +6,7 @@
 #include "bricking/import/source/oriented_source.h"
 #include "core/base/brick.h"
 #include "core/base/error.h"
+#include "core/base/shown_text.h"
 #include "core/base/threads.h"
 
 #include <algorithm>
@@ -239,6 +240,17 @@ void PlacedLabels::readSlices(int count, std::span<std::uint32_t> out) {
                           out);
     }
     nextZ_ += count;
+}
+
+std::string PlacedLabels::note() const {
+    if (how_ == How::copied || how_ == How::streamed)
+        return "";
+    const glm::dvec3 mm = group_->info().spacingMm();
+    return "a grid other than the scan's, " + std::to_string(extent_.x) + " x " + std::to_string(extent_.y) +
+           " x " + std::to_string(extent_.z) + " voxels of " + numberText(mm.x) + " x " + numberText(mm.y) +
+           " x " + numberText(mm.z) + " mm: " +
+           (how_ == How::counted ? "a voxel of the scan gets the label of most voxels in it"
+                                 : "a voxel of the scan gets the label of the largest weight around it");
 }
 
 /// Slices in the scan's order: x and y may be exchanged or run the other way.

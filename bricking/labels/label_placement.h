@@ -16,6 +16,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace tessera {
@@ -37,6 +38,8 @@ class PlacedLabels {
 
     /// The next slices of the scan: [z][y][x] numbers of sets.
     void readSlices(int count, std::span<std::uint32_t> out);
+    /// How voxels get there, for people; "" where they are copied.
+    std::string note() const;
 
   private:
     enum class How { copied, streamed, weighted, counted };

@@ -30,6 +30,17 @@ struct LabelTable {
     bool operator==(const LabelTable&) const = default;
 };
 
+/// Memory that it takes, roughly.
+inline std::size_t bytesOf(const LabelTable& table) {
+    constexpr std::size_t kAllocation = 32; // of the heap, for a text or a list
+    std::size_t bytes = 0;
+    for (const Label& label : table.labels)
+        bytes += sizeof(Label) + label.name.size() + label.group.size() + kAllocation;
+    for (const auto& set : table.sets)
+        bytes += sizeof(set) + set.size() * sizeof(std::uint16_t) + kAllocation;
+    return bytes;
+}
+
 /// The order of sets: by their size, then by their first labels that differ.
 inline bool comesBefore(const std::vector<std::uint16_t>& a, const std::vector<std::uint16_t>& b) {
     return a.size() != b.size() ? a.size() < b.size() : a < b;

@@ -67,6 +67,8 @@ inline std::string segPixelBytes(const SegImage& image) {
 
 inline std::string segDataSet(const SegImage& image) {
     DicomBytes d;
+    d.implicitVr = image.syntax == "1.2.840.10008.1.2";
+    const DicomBytes none = d;
     if (!image.characters.empty())
         d.element(0x8, 0x5, "CS", image.characters);
     d.element(0x8, 0x16, "UI", image.storageClass);
@@ -92,7 +94,7 @@ inline std::string segDataSet(const SegImage& image) {
     d.element(0x62, 0x1, "CS", image.type);
     std::vector<std::string> segments;
     for (const SegSegment& segment : image.segments) {
-        DicomBytes s, code;
+        DicomBytes s = none, code = none;
         code.element(0x8, 0x100, "SH", "1");
         code.element(0x8, 0x102, "SH", "99X");
         code.element(0x8, 0x104, "LO", segment.category);
@@ -114,7 +116,7 @@ inline std::string segDataSet(const SegImage& image) {
         d.number(0x62, 0xe, image.most);
         d.element(0x62, 0x10, "CS", image.fractionalType);
     }
-    DicomBytes plane, measures, shared;
+    DicomBytes plane = none, measures = none, shared = none;
     plane.element(0x20, 0x37, "DS", image.orientation);
     if (!image.thickness.empty())
         measures.element(0x18, 0x50, "DS", image.thickness);
@@ -126,7 +128,7 @@ inline std::string segDataSet(const SegImage& image) {
     d.element(0x5200, 0x9229, "SQ", DicomBytes::item(shared.bytes()));
     std::vector<std::string> frames;
     for (const SegTestFrame& frame : image.frames) {
-        DicomBytes groups, place, segment, own;
+        DicomBytes groups = none, place = none, segment = none, own = none;
         if (frame.position) {
             place.element(0x20, 0x32, "DS", decimals(*frame.position));
             groups.element(0x20, 0x9113, "SQ", DicomBytes::item(place.bytes()));

@@ -201,6 +201,8 @@ TEST_F(DamagedLabels, CellsThatContradictThemselvesAreRefused) {
     EXPECT_THAT(refusalOf(), AllOf(HasSubstr("sets/voxels"), HasSubstr("voxels in a cell")));
     rewrite("voxels", 2, changed(voxels, at, -static_cast<int>(voxels[at])));
     EXPECT_THAT(refusalOf(), HasSubstr("sets/voxels"));
+    rewrite("voxels", 2, changed(changed(voxels, at, -static_cast<int>(voxels[at])), at + 1, voxels[at]));
+    EXPECT_THAT(refusalOf(), AllOf(HasSubstr("sets/voxels"), HasSubstr("at least one voxel")));
     rewrite("voxels", 2, voxels);
     EXPECT_EQ(refusalOf(), "");
     rewrite("set", 1, changed(sets, at, 1000));

@@ -12,7 +12,10 @@
 
 namespace {
 std::atomic<std::size_t> liveBytes{0}, peakBytes{0};
+} // namespace
 
+#ifndef __SANITIZE_ADDRESS__ // which has its own
+namespace {
 void* counted(std::size_t bytes) {
     void* const at = std::malloc(bytes == 0 ? 1 : bytes);
     if (!at)
@@ -49,6 +52,7 @@ void operator delete(void* at, std::size_t) noexcept {
 void operator delete[](void* at, std::size_t) noexcept {
     uncounted(at);
 }
+#endif
 
 namespace tessera::test {
 namespace {

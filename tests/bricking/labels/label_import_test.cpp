@@ -36,7 +36,7 @@ TEST(LabelImport, AnEqualGridIsCopiedInEveryOrderOfItsAxes) {
     std::array<int, 3> order = {0, 1, 2};
     std::string hash;
     do {
-        for (int flips = 0; flips < 8; ++flips) {
+        for (int flips = 0; flips < 8; flips += flips == 4 ? 3 : flips == 2 ? 2 : 1) { // none, one or all
             // Axis a of the layer is axis order[a] of the scan, and may run the other way.
             glm::ivec3 size;
             glm::dmat4 affine(1);

@@ -363,6 +363,8 @@ TEST(NrrdLabels, LiesAreRefused) {
     EXPECT_THAT(refusalOfReading(folder / "gone.nhdr"), HasSubstr("gone.raw"));
     writeBytes(folder / "b.nrrd", good);
     EXPECT_THAT(refusalOfReading(folder / "b.nrrd"), HasSubstr("truncated"));
+    writeBytes(folder / "long.nrrd", good + "# " + std::string(std::size_t{17} << 20, 'x'));
+    EXPECT_THAT(refusalOfReading(folder / "long.nrrd"), HasSubstr("16 MiB at most"));
     writeBytes(folder / "c.nrrd", "");
     EXPECT_THAT(refusalOfReading(folder / "c.nrrd"), HasSubstr("an NRRD file"));
 }

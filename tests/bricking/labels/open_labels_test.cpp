@@ -8,6 +8,7 @@
 #include <chrono>
 #include <gmock/gmock.h>
 #include <iostream>
+#include <sys/resource.h>
 
 namespace tessera::test {
 namespace {
@@ -167,6 +168,34 @@ TEST(OpenLabels, AFolderOfMasks) {
     EXPECT_THAT(voxels,
                 ElementsAre(LabelSet{}, LabelSet{}, LabelSet{}, LabelSet{1, 3}, LabelSet{2, 3}, LabelSet{},
                             LabelSet{3}, LabelSet{}, LabelSet{}, LabelSet{}, LabelSet{}, LabelSet{1}));
+}
+
+TEST(OpenLabels, MoreMasksThanFilesMayBeOpen) {
+    const ScratchFolder scratch;
+    fs::create_directory(scratch / "masks");
+    constexpr std::uint32_t kMasks = 320;
+    for (std::uint32_t i = 0; i < kMasks; ++i) {
+        NiftiImage image; // 2 x 3 x 4
+        image.datatype = 2;
+        image.voxels = std::string(24, '\0');
+        image.voxels[i % 24] = 1;
+        const std::string name = std::to_string(1000 + i) + (i % 2 ? ".nii" : ".nii.gz");
+        writeFile(scratch / "masks" / name, i % 2 ? niftiBytes(image) : gzip(niftiBytes(image)));
+    }
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+    rlimit few = before;
+    few.rlim_cur = 256;
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+    LabelFile file = openLabels(scratch / "masks", {});
+    const VolumeInfo scan = file.layers.front()->info();
+    importAtFloor(file, scan, scratch / "l.zarr");
+    const std::vector<LabelSet> voxels = readBack(scratch / "l.zarr").voxels();
+    setrlimit(RLIMIT_NOFILE, &before);
+    for (std::uint32_t i = 0; i < kMasks; ++i)
+        EXPECT_TRUE(voxels[i % 24].contains(i + 1)) << i;
+    for (std::size_t at = 0; at < voxels.size(); ++at)
+        EXPECT_EQ(voxels[at].size(), (kMasks - at + 23) / 24);
 }
 
 TEST(OpenLabels, WhatIsNoFileOfLabelsIsRefused) {

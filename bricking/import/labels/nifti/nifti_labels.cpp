@@ -14,12 +14,12 @@
 namespace tessera {
 namespace {
 
-/// Reads in pieces, because many masks may be open at once.
+/// Reads in pieces, and has its file open from its first slice to its last one only: masks are many.
 class NiftiLabels final : public LabelLayer {
   public:
     explicit NiftiLabels(NiftiFile nifti)
-        : file_(std::move(nifti.file)), header_(nifti.header), isGzip_(nifti.isGzip),
-          values_(header_.type, header_.bigEndian, file_.path().string(), header_.info.extentVoxels),
+        : path_(nifti.file.path()), header_(nifti.header), isGzip_(nifti.isGzip),
+          values_(header_.type, header_.bigEndian, path_.string(), header_.info.extentVoxels),
           at_(header_.dataOffsetBytes) {
         values_.scale(header_.info.rescaleSlope, header_.info.rescaleIntercept);
     }
@@ -33,7 +33,9 @@ class NiftiLabels final : public LabelLayer {
         TESSERA_CHECK(count >= 0 && next_ + count <= extent.z);
         TESSERA_CHECK(out.size() == cellCount({extent.x, extent.y, count}));
         if (isGzip_ && !stream_)
-            stream_.emplace(niftiVoxels(file_.path(), header_));
+            stream_.emplace(niftiVoxels(path_, header_));
+        if (!isGzip_ && !file_)
+            file_.emplace(path_);
         const std::size_t valueBytes = bytesPerFileValue(header_.type);
         std::vector<std::byte> piece(kPieceVoxels * valueBytes);
         for (std::size_t done = 0; done < out.size(); done += kPieceVoxels) {
@@ -43,26 +45,29 @@ class NiftiLabels final : public LabelLayer {
             if (isGzip_)
                 stream_->read(from);
             else
-                file_.readAt(at_, from);
+                file_->readAt(at_, from);
             at_ += from.size();
             values_.convert(from, to);
         }
         next_ += count;
-        if (isGzip_ && next_ == extent.z) {
-            checkNiftiSurplus(file_.path().string(), header_, stream_->finish());
-            stream_.reset();
-        }
+        if (next_ < extent.z)
+            return;
+        if (isGzip_)
+            checkNiftiSurplus(path_.string(), header_, stream_->finish());
+        stream_.reset();
+        file_.reset();
     }
 
   private:
     static constexpr std::size_t kPieceVoxels = 4096;
 
-    InputFile file_;
+    std::filesystem::path path_;
     NiftiHeader header_;
     bool isGzip_;
     LabelValues values_;
     std::uint64_t at_;
     std::optional<GzipStream> stream_;
+    std::optional<InputFile> file_;
     int next_ = 0;
 };
 

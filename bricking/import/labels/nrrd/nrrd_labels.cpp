@@ -39,6 +39,8 @@ class NrrdLayer final : public LabelLayer {
 
     const VolumeInfo& info() const override { return file_->grid.info; }
 
+    bool isAlone() const override { return true; } // what is shared does not change
+
     void readSlices(int count, std::span<std::uint32_t> out) override {
         const glm::ivec3 extent = info().extentVoxels;
         TESSERA_CHECK(count >= 0 && next_ + count <= extent.z);
