@@ -16,6 +16,9 @@ void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& resul
     result.lowest = values.lowest;
     result.highest = values.highest;
     result.patientTable = layer.patientTable;
+    if (layer.labels)
+        result.labels = {layer.labels->table().labels.size(), layer.labels->shownLabels(),
+                         layer.labels->numbers().count};
     result.tableRelativeError = layer.table.relativeError;
 }
 

@@ -89,7 +89,12 @@ struct RenderResult {
     GreyWindow window;                       // as used, in modes that show single values
     double lowest = 0, highest = 0;          // values of the volume, physical units
     std::optional<TableReport> patientTable; // where the scene may hide it
-    bool takenAsHu = false;                  // taken for HU by a preset, by their distribution
+    struct Labels {
+        std::size_t all = 0, shown = 0; // labels of the file; of them those that are drawn
+        int channels = 0;               // planes of 16 bits a sample beside the values
+    };
+    std::optional<Labels> labels; // where the scene has them
+    bool takenAsHu = false;       // taken for HU by a preset, by their distribution
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 

@@ -39,6 +39,13 @@ struct Statistics {
     /// Parts that can show, where labels decide: of a cell and those that touch it; of bricks with their
     /// layers, 1 and 2. Empty: the function everywhere.
     std::vector<std::uint8_t> cellShows, brickShows, wideShows;
+    /// What labels make of each brick's content, for predicted errors.
+    struct LabelledBrick {
+        float function = 1; // mean share of the transfer function
+        float medium = 0;   // mean share of a medium of their own
+        float borders = 0;  // share of cells in which something changes
+    };
+    std::vector<LabelledBrick> labelledBricks;
     Charge charge; // the charge of the vectors above, but for those of labels
 
     bool hasLabels() const { return !cellShows.empty(); }

@@ -7,7 +7,7 @@ const float kLabelReach = 2.0f;
 const float kLabelSteepness = 1e4f;
 
 /// The border of the medium, as its share there: nothing of it lies where its share is less.
-const float kLabelBorder = 0.45f;
+const float kLabelBorder = 0.42f;
 
 LEAF_STRUCT LabelShares {
     V plain, tinted, solid;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 
 namespace tessera {
@@ -43,7 +44,8 @@ struct DrawnLabels::Sum {
 DrawnLabels::DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table,
                          std::vector<LabelFactors> bySet, float density)
     : volume_(std::move(volume)), table_(std::move(table)), extent_(volume_->voxels().info().extentVoxels),
-      cells_(cellGrid(extent_)), bricks_(brickGrid(extent_)) {
+      cells_(cellGrid(extent_)), bricks_(brickGrid(extent_)),
+      voxelMm_(std::cbrt(std::abs(glm::determinant(glm::dmat3(volume_->voxels().info().patientFromVoxel))))) {
     setFactors(std::move(bySet), density);
 }
 
@@ -80,23 +82,38 @@ void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
     for (std::size_t set = 0; set < bySet_.size(); ++set) {
         Sum one;
         one.add(bySet_[set], 1);
-        put(one, texelsBySet_.data() + set * static_cast<std::size_t>(numbers_.count));
+        put(one, 0, texelsBySet_.data() + set * static_cast<std::size_t>(numbers_.count));
     }
     standing_.resize(cellCount(bricks_) * static_cast<std::size_t>(numbers_.count));
     for (std::size_t b = 0; b < cellCount(bricks_); ++b) {
         const glm::ivec3 low = gridPosition(b, bricks_) * kCellsPerBrick;
-        put(sumOf(low, glm::min(low + kCellsPerBrick, cells_)),
+        put(sumOf(low, glm::min(low + kCellsPerBrick, cells_)), kLevelCount - 1,
             standing_.data() + b * static_cast<std::size_t>(numbers_.count));
     }
 }
 
-/// One texel a channel. A share of the medium is kept above that of its border, so that whatever is there of
-/// it lies inside.
-void DrawnLabels::put(const Sum& sum, std::uint16_t* at) const {
+std::size_t DrawnLabels::shownLabels() const {
+    std::vector<std::uint8_t> shown(table_.labels.size());
+    for (std::size_t set = 0; set < table_.sets.size(); ++set)
+        for (const std::uint16_t label : table_.sets[set])
+            if (bySet_[set].shows())
+                shown[label] = 1;
+    return static_cast<std::size_t>(std::count(shown.begin(), shown.end(), 1));
+}
+
+/// One texel a channel, of a sample of a level. A share of the medium is kept above that of its border, so
+/// that whatever is there of it lies inside.
+void DrawnLabels::put(const Sum& sum, int level, std::uint16_t* at) const {
     const double border{leaf::kLabelBorder};
     const double share = sum.voxels > 0 ? 1 / sum.voxels : 0;
-    const double solid = sum.solid > 0 ? border + (1 - border) * sum.solid * share : 0;
-    const double ofSolid = sum.solid > 0 ? solid / sum.solid : 0; // per voxel of it
+    double solid = 0;
+    if (sum.solid > 0) {
+        const double depth = double{numbers_.density} * sum.dense / sum.solid * std::ldexp(voxelMm_, level);
+        const double whole = sum.solid * share;
+        // Half of the way to an empty coarse sample lies the border, not further out by the pitch.
+        const double most = level == 0 ? 1 : 1 + (1 - border / (1 - border)) * std::expm1(-depth);
+        solid = border + (1 - border) * most * whole;
+    }
     const auto set = [at](std::int32_t channel, double factor) {
         if (channel >= 0)
             at[channel] = texelOf(factor);
@@ -104,8 +121,8 @@ void DrawnLabels::put(const Sum& sum, std::uint16_t* at) const {
     set(numbers_.plain, sum.plain * share);
     set(numbers_.tinted, sum.tinted * share);
     set(numbers_.solid, solid);
-    set(numbers_.dense, sum.dense * ofSolid);
-    // The medium's colour is that of its extinction; as a share it counts like its share.
+    set(numbers_.dense, sum.solid > 0 ? solid * sum.dense / sum.solid : 0);
+    // The medium's colour is that of its extinction, and counts as its share does.
     const double perDense = sum.dense > 0 ? solid / sum.dense : 0;
     for (int c = 0; numbers_.colour >= 0 && c < 3; ++c)
         set(numbers_.colour + c, sum.ofTinted[c] * share + sum.ofSolid[c] * perDense);
@@ -156,7 +173,7 @@ void DrawnLabels::fill(std::size_t brick, int level, std::span<std::uint16_t> ou
         for (int y = 0; y < edge; ++y)
             for (int x = 0; x < edge; ++x) {
                 const glm::ivec3 low = at * kCellsPerBrick + glm::ivec3(x, y, z) * cells;
-                put(sumOf(low, glm::min(low + cells, cells_)), texels);
+                put(sumOf(low, glm::min(low + cells, cells_)), level, texels);
                 for (std::size_t c = 0; c < channels; ++c)
                     out[c * kTexels + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))] = texels[c];
             }
@@ -196,7 +213,7 @@ void DrawnLabels::fillFromVoxels(const glm::ivec3& brick, int level, std::span<s
                                 for (int i = low.x; i < high.x; ++i)
                                     sum.add(bySet_[setAt(linearIndex({i, j, k}, glm::ivec3(kChunkExtent)))],
                                             1);
-                        put(sum, texels);
+                        put(sum, level, texels);
                         for (std::size_t c = 0; c < channels; ++c)
                             out[c * kTexels + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))] = texels[c];
                     }

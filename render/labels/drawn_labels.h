@@ -39,6 +39,8 @@ class DrawnLabels {
     std::span<const LabelFactors> factors() const { return bySet_; }
     /// Which channels there are.
     const leaf::LabelNumbers& numbers() const { return numbers_; }
+    /// Labels of the table that some voxel has, and that are drawn.
+    std::size_t shownLabels() const;
     /// Something of the function is drawn; something of the labels' medium is.
     bool showsFunction() const { return showsFunction_; }
     bool showsMedium() const { return numbers_.solid >= 0; }
@@ -65,13 +67,15 @@ class DrawnLabels {
     struct Sum;
     struct Texels;
     Sum sumOf(const glm::ivec3& lowCell, const glm::ivec3& highCell) const;
+    Statistics::LabelledBrick labelledBrick(const glm::ivec3& first, const glm::ivec3& end) const;
     int onlySetOf(const glm::ivec3& brick) const;
-    void put(const Sum& sum, std::uint16_t* at) const;
+    void put(const Sum& sum, int level, std::uint16_t* at) const;
     void fillFromVoxels(const glm::ivec3& brick, int level, std::span<std::uint16_t> out) const;
 
     std::unique_ptr<LabelVolume> volume_;
     LabelTable table_;
     glm::ivec3 extent_{0}, cells_{0}, bricks_{0};
+    double voxelMm_; // the edge of a cube with a voxel's volume
     std::vector<LabelFactors> bySet_;
     leaf::LabelNumbers numbers_;
     std::vector<std::uint16_t> texelsBySet_, standing_; // numbers_.count a set; a brick

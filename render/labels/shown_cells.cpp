@@ -34,10 +34,34 @@ void spread(std::vector<std::uint8_t>& shows, const glm::ivec3& cells) {
 
 } // namespace
 
+/// Of cells [first, end).
+Statistics::LabelledBrick DrawnLabels::labelledBrick(const glm::ivec3& first, const glm::ivec3& end) const {
+    double voxels = 0, function = 0, medium = 0, borders = 0;
+    for (int z = first.z; z < end.z; ++z)
+        for (int y = first.y; y < end.y; ++y)
+            for (int x = first.x; x < end.x; ++x) {
+                const auto shares = volume_->cells().of(linearIndex(glm::ivec3(x, y, z), cells_));
+                bool isBorder = false;
+                for (const LabelCells::Share& share : shares) {
+                    const LabelFactors& f = bySet_[share.set];
+                    voxels += share.voxels;
+                    function += static_cast<double>(f.plain + f.tinted) * share.voxels;
+                    medium += f.solid > 0 ? share.voxels : 0;
+                    isBorder = isBorder || f != bySet_[shares.front().set];
+                }
+                borders += isBorder ? 1 : 0;
+            }
+    if (!(voxels > 0))
+        return {};
+    return {static_cast<float>(function / voxels), static_cast<float>(medium / voxels),
+            static_cast<float>(borders / static_cast<double>(cellCount(end - first)))};
+}
+
 void DrawnLabels::showOnly(Statistics& s, MemoryBudget& ram) {
     TESSERA_CHECK(s.cells == cells_ && s.bricks == bricks_);
     const std::size_t cells = cellCount(cells_), bricks = cellCount(bricks_);
-    showsCharge_ = ram.charge(cells + 2 * bricks, "what shows of labels");
+    showsCharge_ =
+        ram.charge(cells + bricks * (2 + sizeof(Statistics::LabelledBrick)), "what shows of labels");
     const Charge spreading = ram.charge(cells, "which cells have labels");
     std::vector<std::uint8_t> shows(cells);
     for (std::size_t cell = 0; cell < cells; ++cell)
@@ -65,6 +89,11 @@ void DrawnLabels::showOnly(Statistics& s, MemoryBudget& ram) {
                 }
     }
     s.cellShows = std::move(shows);
+    s.labelledBricks.resize(bricks);
+    for (std::size_t b = 0; b < bricks; ++b) {
+        const glm::ivec3 first = gridPosition(b, bricks_) * kCellsPerBrick;
+        s.labelledBricks[b] = labelledBrick(first, glm::min(first + kCellsPerBrick, cells_));
+    }
 }
 
 } // namespace tessera

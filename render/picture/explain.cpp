@@ -63,6 +63,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
          r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks + r.unseenBricks));
     if (r.unseenBricks > 0)
         line("bricks: %zu lie outside the picture, or of what is drawn, and take no memory", r.unseenBricks);
+    if (r.labels)
+        line("labels: %zu of %zu are drawn, from %d planes beside the values", r.labels->shown, r.labels->all,
+             r.labels->channels);
     if (r.patientTable && r.patientTable->why.empty())
         line("table: left out, %.2g l of it", r.patientTable->litres);
     else if (r.patientTable)

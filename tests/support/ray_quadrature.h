@@ -47,6 +47,8 @@ glm::dvec4 integrate(const Optics& optics, const LineField& line, int n, double 
         }
         glm::vec<3, Real> gradient(const glm::vec<3, Real>&) const { return glm::vec<3, Real>(0); }
         Real pitch(const glm::vec<3, Real>&) const { return 1; }
+        leaf::LabelShares<Real> labels(const glm::vec<3, Real>&) const { return {}; }
+        glm::vec<3, Real> mediumGradient(const glm::vec<3, Real>&) const { return glm::vec<3, Real>(0); }
         leaf::ReceivedLight<Real> received(const glm::vec<3, Real>&, const leaf::LightingNumbers&) const {
             return {};
         }

@@ -6,7 +6,8 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <numbers>
+#include <set>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -26,9 +27,6 @@ struct Shape {
             return d.x < 8 && d.y * d.y + d.z * d.z < size * size;
         return d.x < size && d.y < 1 && d.z < 5;
     }
-    double area() const {
-        return kind == 0 ? std::numbers::pi * size * size : kind == 1 ? 16 * 2 * size : 4 * size * 5;
-    }
 };
 
 std::vector<Shape> shapes() {
@@ -36,7 +34,8 @@ std::vector<Shape> shapes() {
     std::vector<Shape> all;
     for (int n = 0; n < kLabels; ++n) {
         const glm::dvec3 cell(n % kAlong, n / kAlong % kAlong, n / (kAlong * kAlong));
-        all.push_back({24.0 * cell + 12.0, n % 3,
+        const glm::dvec3 off = glm::fract(glm::dvec3(0.37, 0.61, 0.83) * double(n));
+        all.push_back({24.0 * cell + 11.5 + off, n % 3,
                        n % 3 == 0   ? 3 + 0.5 * (n % 12)
                        : n % 3 == 1 ? 1.5 + 0.5 * (n % 4)
                                     : 3.0 + n % 6});
@@ -65,6 +64,8 @@ TEST(LabelAreas, OfEveryLabelAreTrue) {
     LabelFile file = fileOf({layer});
     importLabels(file, info, folder / "l.zarr", ram, quickly());
     const StoreReader store(folder / "v.zarr", ram);
+    constexpr double kPixel = 0.5;                            // mm
+    constexpr std::size_t kLeastBytes = std::size_t{2} << 20; // level 1, or one brick of level 0
     // Pixels of half a millimetre, seen along y without perspective.
     Scene scene = sceneOn(info, "bone-1", 0, {240, 240});
     Camera camera = fitCamera(info, View::anterior, Projection::parallel, scene.imageSize);
@@ -74,8 +75,8 @@ TEST(LabelAreas, OfEveryLabelAreTrue) {
     scene.quality.terminationTransmittance = 1.0 / 510;
     scene.quality.integrator = Integrator::automatic;
     label(scene, folder / "l.zarr");
-    const auto areaOf = [&](std::uint32_t value, std::size_t gpuBytes) {
-        scene.volumes[0].labels.show = {std::to_string(value)};
+    const auto areaOf = [&](std::size_t number, std::size_t gpuBytes) {
+        scene.volumes[0].labels.show = {std::to_string(number + 1)};
         MemoryBudget gpu("GPU memory", "--gpu-memory", gpuBytes);
         RenderOptions options;
         options.engine = EngineKind::native;
@@ -83,21 +84,29 @@ TEST(LabelAreas, OfEveryLabelAreTrue) {
         const RenderResult result = renderScene(scene, store, ram, gpu, options);
         double area = 0;
         for (const glm::vec4& pixel : result.image.pixels)
-            area += static_cast<double>(pixel.a) * 0.25;
+            area += static_cast<double>(pixel.a) * kPixel * kPixel;
         return area;
     };
-    for (std::size_t n = 0; n < all.size(); n += 1) {
-        std::set<std::pair<int, int>> columns;
-        for (std::size_t i = 0; i < layer.values.size(); ++i)
-            if (layer.values[i] == n + 1) {
-                const glm::ivec3 at = gridPosition(i, info.extentVoxels);
-                columns.insert({at.x, at.z});
-            }
-        const double truth = static_cast<double>(columns.size()),
-                     ample = areaOf(static_cast<std::uint32_t>(n) + 1, std::size_t{1} << 30);
-        std::printf("%zu kind %d size %.1f truth %.1f ample %.1f ratio %.3f\n", n, all[n].kind, all[n].size,
-                    truth, ample, ample / truth);
+    // The voxels of a shape cover their columns.
+    std::vector<std::set<std::pair<int, int>>> columns(all.size());
+    for (std::size_t i = 0; i < layer.values.size(); ++i)
+        if (const std::uint32_t value = layer.values[i]; value > 0) {
+            const glm::ivec3 at = gridPosition(i, info.extentVoxels);
+            columns[value - 1].insert({at.x, at.z});
+        }
+    std::size_t ampleMisses = 0, leastMisses = 0;
+    for (std::size_t n = 0; n < all.size(); ++n) {
+        SCOPED_TRACE(testing::Message()
+                     << "label " << n + 1 << ", kind " << all[n].kind << ", size " << all[n].size);
+        const auto truth = static_cast<double>(columns[n].size());
+        const double ample = areaOf(n, std::size_t{1} << 30), least = areaOf(n, kLeastBytes);
+        EXPECT_NEAR(ample, truth, std::max(0.02 * truth, 3.7)); // corners of a voxel are rounded
+        EXPECT_NEAR(least, truth, std::max(0.17 * truth, 4.0));
+        ampleMisses += std::abs(ample - truth) > std::max(0.02 * truth, 1.0) ? 1 : 0;
+        leastMisses += std::abs(least - truth) > std::max(0.1 * truth, 2.0) ? 1 : 0;
     }
+    EXPECT_LE(ampleMisses, 6u);
+    EXPECT_LE(leastMisses, 10u);
 }
 
 } // namespace

@@ -59,8 +59,8 @@ TEST(ShownRays, CountTheIntegralOfTheFunction) {
         const ViewSpace space(info, viewAxes(View::anterior));
         BrickCache cache(*ramp.store, ramp.ram, std::size_t{32} << 20, 1);
         const auto visible = [&](double factor, double x, double along) {
-            const ShownRays rays(cache, info, statistics, table, space, nullptr, -std::expm1(-factor * depth),
-                                 1);
+            const ShownRays rays(cache, info, statistics, table, space, nullptr, nullptr,
+                                 -std::expm1(-factor * depth), 1);
             LatticeReader samples = rays.reader();
             return rays.onRay(samples, {x, 4.5, 5.5}, glm::dvec3(along, 0, 0));
         };
@@ -88,8 +88,8 @@ TEST(ShownRays, SeeTheFieldBetweenSamples) {
     for (const glm::dvec2& at : {glm::dvec2(4.1, 5.8), glm::dvec2(4.9, 5.1), glm::dvec2(3.75, 5.5)}) {
         const double depth = depthOf(function, kSlope * (1 + 0.2 * (at.x - 4.5) + 0.1 * (at.y - 5.5)));
         for (const double factor : {0.97, 1.03}) {
-            const ShownRays rays(cache, info, statistics, table, space, nullptr, -std::expm1(-factor * depth),
-                                 1);
+            const ShownRays rays(cache, info, statistics, table, space, nullptr, nullptr,
+                                 -std::expm1(-factor * depth), 1);
             LatticeReader samples = rays.reader();
             EXPECT_EQ(rays.onRay(samples, {20.25, at.x, at.y}, glm::dvec3(1, 0, 0)), factor < 1)
                 << at.x << ", " << at.y;

@@ -151,6 +151,8 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
+    if (result.labels)
+        manifest["labels"] = {{"labels", result.labels->all}, {"drawn", result.labels->shown}};
     if (result.patientTable && result.patientTable->why.empty())
         manifest["patientTable"] = {{"hiddenLitres", result.patientTable->litres}};
     else if (result.patientTable)
