@@ -252,7 +252,7 @@ void expectPacketsCastTheSame(Prepared& prepared, const std::string& what) {
             one.build(path, 0);
             std::size_t shaded = 0;
             for (const native::PacketTarget* target : nativeTargets()) {
-                const NativeShadows rays(p, plane, *target);
+                const NativeShadows rays(p, plane, {}, *target);
                 path.rays = &rays;
                 ShadowMaps other(light, path, quality);
                 other.build(path, 0);

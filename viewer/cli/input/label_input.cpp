@@ -4,6 +4,7 @@
 #include "bricking/labels/label_import.h"
 #include "core/base/error.h"
 #include "viewer/cli/input/import_cache.h"
+#include "viewer/cli/input/volume_input.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/labels/open_labels.h"
 #endif
@@ -37,6 +38,10 @@ void importLabelsFor(const VolumeInfo& scan, Labels& labels, MemoryBudget& ram, 
     std::error_code ignored;
     if (!fs::exists(labels.path, ignored))
         throw badFile(labels.path.string(), "a file or folder of labels", "nothing there");
+    if (looksLikeStore(labels.path)) { // an import that was kept
+        labels.store = labels.path;
+        return;
+    }
     const MakeStore make = [&](const fs::path& store, bool durable) {
         SourceOptions source;
         source.scratchFolder = store.parent_path();
