@@ -47,12 +47,20 @@ template <> const NameTable<LabelLook>& namesOf<LabelLook>() {
 const Fields<Labels>& labelsFields() {
     static const Fields<Labels> fields = [] {
         Fields<Labels> f("labels", "A segmentation beside the volume, and how it shows.");
-        f.add("path", &Labels::path, anyText(),
+        f.add("path", &Labels::path,
+              anyText()
+                  .checked([](const std::string& path, const JsonValue& value) {
+                      if (path.empty())
+                          value.refuse("the path of labels");
+                  })
+                  .described({{"minLength", 1}}),
               "Path of a label file, or of a folder with a mask for each structure, relative to the scene's "
               "file.")
+            .required()
             .setBy("--labels", "labels beside the volume: a file, or a folder with a mask a structure");
         f.add("names", &Labels::names, anyText(),
-              "Path of a file with names and colours of labels: a colour table, JSON or CSV.")
+              "Path of a file with names and colours of labels: a colour table, JSON or CSV; or "
+              "totalsegmentator: those of its values.")
             .unlessDefault()
             .setBy("--label-colours", "names and colours of labels: .ctbl, .label, .json or .csv");
         f.add("look", &Labels::look, named<LabelLook>(),

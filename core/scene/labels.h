@@ -28,6 +28,8 @@ struct LabelRule {
 
 struct Labels {
     static constexpr std::size_t kMostPatterns = 4096;
+    /// In place of a file of names: those that TotalSegmentator gives its values.
+    static constexpr const char* kTotalSegmentator = "totalsegmentator";
     /// Opacity of a solid label that names none, over the edge of a voxel.
     static constexpr double kSolidOpacity = 0.999;
 

@@ -88,7 +88,7 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
     Scene scene = sceneFields().read({document, where});
     for (SceneVolume& volume : scene.volumes)
         for (std::filesystem::path* path : {&volume.path, &volume.labels.path, &volume.labels.names})
-            if (!path->empty())
+            if (!path->empty() && *path != Labels::kTotalSegmentator)
                 *path = std::filesystem::absolute(folder / *path).lexically_normal();
     return scene;
 }

@@ -11,9 +11,6 @@
 namespace tessera {
 namespace {
 
-/// In place of a file of names: those that TotalSegmentator gives its values.
-constexpr const char* kTotalSegmentator = "totalsegmentator";
-
 /// The look of one label.
 struct OneLook {
     bool shows = true;
@@ -76,7 +73,7 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, doub
 
 LabelTable namedLabels(const LabelTable& table, const Labels& labels) {
     LabelTable named = table;
-    if (labels.names == kTotalSegmentator)
+    if (labels.names == Labels::kTotalSegmentator)
         applyNames(named, totalSegmentatorNames());
     else if (!labels.names.empty())
         applyNames(named, readLabelNames(labels.names));

@@ -93,8 +93,8 @@ std::vector<Plane*> ChannelAtlas::planes() const {
 }
 
 void ChannelAtlas::bind(GLuint unit, GLuint standingUnit) const {
-    texels_.bind(unit);
-    standing_.bind(standingUnit);
+    texels_.bindTexture(unit);
+    standing_.bindTexture(standingUnit);
 }
 
 void ChannelAtlas::Channel::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {

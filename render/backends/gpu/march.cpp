@@ -149,6 +149,7 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
     program_.set("uLabelDense", static_cast<int>(optics.labels.dense));
     program_.set("uLabelColour", static_cast<int>(optics.labels.colour));
     program_.set("uLabelDensity", optics.labels.density);
+    program_.set("uLabelSlopes", optics.shading && optics.labels.solid >= 0 ? 6 : 0);
     program_.set("uReduction", static_cast<int>(optics.reduction));
     program_.set("uGradientPoints", optics.gradientOpacity.count);
     for (std::size_t i = 0; i < static_cast<std::size_t>(optics.gradientOpacity.count); ++i)

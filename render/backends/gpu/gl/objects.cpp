@@ -50,6 +50,10 @@ void GlTexture3d::bind(GLuint unit) const {
     glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_READ_ONLY, format_);
 }
 
+void GlTexture3d::bindTexture(GLuint unit) const {
+    glBindTextureUnit(unit, name_);
+}
+
 GlBuffer::GlBuffer(std::size_t bytes, std::span<const std::byte> data, MemoryBudget& gpu,
                    std::string_view label) {
     TESSERA_CHECK(data.empty() || data.size() == bytes);

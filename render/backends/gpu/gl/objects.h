@@ -35,6 +35,8 @@ class GlTexture3d {
                 const void* texels);
     /// As a texture and, for imageLoad() from a shader, as an image.
     void bind(GLuint unit) const;
+    /// As a texture alone: there are more units of these than of images.
+    void bindTexture(GLuint unit) const;
     /// For imageStore() from a shader.
     void bindForWriting(GLuint unit) const;
     const glm::ivec3& extent() const { return extent_; }

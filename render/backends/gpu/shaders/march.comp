@@ -192,21 +192,20 @@ void main() {
 #endif
 #if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
         vec3 gradient = fieldGradient(middle);
+#elif FEATURE_LABELS
+        vec3 gradient = vec3(0.0);
 #endif
 #if FEATURE_GRADIENT_OPACITY
         precise float graded = extinction * gradientOpacity(gradient);
         extinction = graded;
 #endif
 #if FEATURE_LABELS
-        LabelShares shares = labelsAt(middle);
+        LabelShares shares = labelsAt(middle, extinction, gradient);
         float medium = labelledMedium(shares, uLabelDensity);
         float function = labelledFunction(shares, extinction);
         precise float labelledSum = function + medium;
         float ofLabels = labelledSum > 0.0 ? labelledPart(shares, extinction, medium, labelledSum) : 0.0;
         extinction = labelledSum;
-#if FEATURE_SHADING
-        if (medium > function) gradient = mediumGradient(middle);
-#endif
 #endif
         precise float depth = extinction * (length * ray.segmentMm);
         precise float alpha = opacityOf(depth);
