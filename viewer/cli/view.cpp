@@ -24,6 +24,7 @@ struct ViewArguments {
     bool noStills = false, noPanels = false;
     InputOptions input;
     std::vector<std::string> sets;
+    KeyOptions labels; // of the scene of `in`
 };
 
 /// Refuses keys that the scene cannot have, before a window opens. A scene that cannot be read is left to the
@@ -37,6 +38,9 @@ void checkSets(const ViewArguments& arguments) {
         return;
     }
     applySets(arguments.sets, scene);
+    arguments.labels.apply(scene);
+    if (arguments.in.empty() && arguments.labels.says("volumes[0].labels.path"))
+        throw badFile("--labels", "a volume or a scene beside them", "none");
 }
 
 void runView(const ViewArguments& arguments, const CommonOptions& common) {
@@ -51,6 +55,8 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
     session.stills = !arguments.noStills;
     session.input = arguments.input;
     session.sets = arguments.sets;
+    session.own = arguments.in;
+    session.setOwn = [&arguments](Scene& scene) { arguments.labels.apply(scene); };
     session.common = common;
     WindowOptions window;
     window.path = arguments.in;
@@ -100,6 +106,7 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
     command.option("--script", a->script, "file of input for the window (user guide, \"The window\")");
     addSelectionOptions(command, a->input);
     addSetOption(command, a->sets, "every scene that is opened");
+    a->labels.add(command, {"volumes[].labels"});
     command.footer("Example:\n  tessera view ct-abdomen/");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runView(*a, common); }; });
 }

@@ -65,6 +65,8 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     std::unique_ptr<OpenVolume> next(new OpenVolume(options, path, true));
     Scene scene = sceneOf(path);
     applySets(options.sets, scene);
+    if (options.setOwn && path == options.own)
+        options.setOwn(scene);
     if (const auto* const view = std::get_if<FittedView>(&scene.camera))
         next->fitted = *view;
     else
@@ -90,10 +92,22 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         next->store = std::make_unique<StoreReader>(store, next->ram);
     }
     nameFunction(volume, next->store->info());
-    importLabelsFor(next->store->info(), volume.labels, next->ram, common);
+    next->openLabels(volume.labels, common);
     faceThinVolume(scene, next->store->info(), false);
     next->scene = std::move(scene);
     return next;
+}
+
+/// Imports and lists them.
+void OpenVolume::openLabels(Labels& named, const CommonOptions& common) {
+    labels.reset();
+    if (named.path.empty())
+        return;
+    for (std::filesystem::path* const path : {&named.path, &named.names}) // a saved scene opens from anywhere
+        if (!path->empty() && *path != Labels::kTotalSegmentator)
+            *path = std::filesystem::absolute(*path).lexically_normal();
+    importLabelsFor(store->info(), named, ram, common);
+    labels = std::make_unique<VolumeLabels>(named, ram);
 }
 
 void OpenVolume::makeRenderer(const Scene& wanted) {
@@ -121,6 +135,8 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     seen->info = info;
     seen->values = summarise(renderer->volume().statistics, info, volume.unit);
     seen->fitted = fitted;
+    if (labels)
+        seen->labels = labels->list();
     volume.transferFunction = resolved(volume.transferFunction, seen->values);
     seen->scene = scene;
     try {
@@ -130,6 +146,14 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
         seen->histogram = seen->values.histogram;
     }
     return seen;
+}
+
+std::vector<std::uint32_t> OpenVolume::labelsAt(const glm::dvec3& voxel) {
+    if (!labels)
+        return {};
+    if (const DrawnLabels* const drawn = renderer->volume().labels.get())
+        return labels->at(drawn->volume().voxels(), voxel);
+    return labels->at(StoreReader(scene.volumes.front().labels.store, ram), voxel); // not drawn in this mode
 }
 
 ViewingState OpenVolume::usage() const {

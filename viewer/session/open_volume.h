@@ -8,6 +8,7 @@
 #include "render/interactive/interactive_renderer.h"
 #include "viewer/session/background_work.h"
 #include "viewer/session/view_session.h"
+#include "viewer/session/volume_labels.h"
 
 #include <filesystem>
 #include <memory>
@@ -32,6 +33,9 @@ struct OpenVolume {
     void makeRenderer(const Scene& scene);
     /// Public data of the volume; needs a renderer. Resolves the scene's function.
     std::shared_ptr<VolumeSeen> describe();
+    /// The values of the labels of a voxel, level 0. Needs a renderer. Throws InputError naming what cannot
+    /// be read.
+    std::vector<std::uint32_t> labelsAt(const glm::dvec3& voxel);
     /// Current memory, bricks and chunks; other members stay default. Needs a renderer.
     ViewingState usage() const;
 
@@ -40,6 +44,7 @@ struct OpenVolume {
     const bool stills;                 // stills have half of both budgets
     MemoryBudget ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
+    std::unique_ptr<VolumeLabels> labels; // null: the scene has none
     Charge pictures;
     std::shared_ptr<Engine> engine;
     std::unique_ptr<InteractiveRenderer> renderer; // null: the scene could not be drawn
@@ -49,6 +54,7 @@ struct OpenVolume {
     std::unique_ptr<LineFinder> line;              // while one is searched
 
   private:
+    void openLabels(Labels& named, const CommonOptions& common);
     OpenVolume(const ViewSessionOptions& sessionOptions, const std::filesystem::path& named, bool withStills);
 };
 

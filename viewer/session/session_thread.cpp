@@ -149,6 +149,11 @@ void SessionThread::answerAsBefore(std::uint64_t before) {
 void SessionThread::answer(const SessionWishes::Question& question) {
     PickedPlace picked = pickPlace(open_->renderer->volume(), open_->renderer->part(),
                                    open_->renderer->camera(), open_->scene.imageSize, question.place);
+    if (picked.hit)
+        try {
+            picked.labels = open_->labelsAt(picked.voxel);
+        } catch (const Error&) { // damaged: told when it is drawn
+        }
     picked.number = question.number;
     board_.tell([&](SessionNews& news) { news.picked = picked; });
 }

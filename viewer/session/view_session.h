@@ -13,6 +13,7 @@
 #include "viewer/cli/options/options.h"
 #include "viewer/session/viewing.h"
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -29,6 +30,9 @@ struct ViewSessionOptions {
     bool stills = true;                     // at rest draw the picture of `tessera render`
     InputOptions input;
     std::vector<std::string> sets = {}; // KEY=VALUE (applySets()): keys of every scene that is opened
+    /// Sets keys of the scene of one path alone: labels lie beside one volume.
+    std::filesystem::path own = {};
+    std::function<void(Scene&)> setOwn = {};
     CommonOptions common;
     /// Called from another thread when picture(), volume(), state() or picked() has changed.
     std::function<void()> news = [] {};

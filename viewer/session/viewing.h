@@ -8,6 +8,7 @@
 #include "core/image/image.h"
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
+#include "viewer/session/label_list.h"
 #include "viewer/session/view_geometry.h"
 
 #include <cstddef>
@@ -73,10 +74,11 @@ struct ShownPicture {
 struct PickedPlace {
     std::uint64_t number = 0; // of the question
     bool hit = false;
-    glm::dvec3 mm{0};    // patient space
-    glm::dvec3 voxel{0}; // level-0 voxels
-    double value = 0;    // physical units
-    int level = 0;       // of point and value: coarse if not 0
+    glm::dvec3 mm{0};                       // patient space
+    glm::dvec3 voxel{0};                    // level-0 voxels
+    double value = 0;                       // physical units
+    int level = 0;                          // of point and value: coarse if not 0
+    std::vector<std::uint32_t> labels = {}; // values of the labels of the voxel there, level 0, ascending
 };
 
 /// The values on the disc of a measured circle, physical units.
@@ -95,6 +97,8 @@ struct VolumeSeen {
     /// If the scene's camera was by side: the view to which it was fitted.
     std::optional<FittedView> fitted;
     std::filesystem::path path; // path as given
+    /// The labels of scene.volumes[0].labels, with their names under that scene; empty: it has none.
+    LabelList labels = {};
 };
 
 struct ViewingState {

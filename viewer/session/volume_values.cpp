@@ -7,6 +7,8 @@
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
+#include "render/labels/drawn_labels.h"
+#include "viewer/session/volume_labels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +17,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <numbers>
+#include <optional>
 
 namespace tessera {
 namespace {
@@ -42,10 +45,11 @@ const SurfaceValue* crossed(const std::vector<SurfaceValue>& surfaces, double a,
 /// @param from, to  whole segments
 /// @param value  physical value at a place, in segments from the entry
 /// @param factor  gradient opacity there
+/// @param labels  factors of the labels there; null: there are none
 /// @param drawn   whether a place is not cut away
-template <typename Value, typename Factor, typename Drawn>
+template <typename Value, typename Factor, typename Labelled, typename Drawn>
 Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const Layer& volume, const Value& value,
-                   const Factor& factor, const Drawn& drawn) {
+                   const Factor& factor, const Labelled& labels, const Drawn& drawn) {
     Shares s;
     double left = 1, before = value(static_cast<double>(from));
     for (int i = from; i < to && left > kEndOfLight; ++i) {
@@ -62,10 +66,18 @@ Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const Laye
         }
         before = behind;
         const double middle = i + length / 2;
-        const double extinction = volume.function.extinction(value(middle));
+        const LabelFactors* const label = labels(middle);
+        double extinction = 0;
+        if (!label || label->plain > 0 || label->tinted > 0)
+            extinction = volume.function.extinction(value(middle));
+        if (extinction > 0)
+            extinction *= factor(middle);
+        if (label)
+            extinction = static_cast<double>(label->plain + label->tinted) * extinction +
+                         static_cast<double>(label->solid * volume.labels->numbers().density);
         if (extinction <= 0)
             continue;
-        const double opacity = -std::expm1(-extinction * factor(middle) * ray.segmentMm * length);
+        const double opacity = -std::expm1(-extinction * ray.segmentMm * length);
         if (opacity <= 0)
             continue;
         s.added.push_back(left * opacity);
@@ -144,12 +156,23 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
                                                                      volume.optics.gradient))
                        : 1;
         };
+        std::optional<LabelVoxels> voxels;
+        if (volume.labels)
+            voxels.emplace(volume.labels->volume().voxels(), level);
+        const glm::ivec3 last = levelExtent(info.extentVoxels, level) - 1;
+        const auto labels = [&](double segments) -> const LabelFactors* {
+            if (!voxels)
+                return nullptr;
+            const glm::ivec3 at(glm::floor(position(segments) * perVoxel));
+            const auto& factors = volume.labels->factors();
+            return &factors[std::min(voxels->setAt(glm::clamp(at, glm::ivec3(0), last)), factors.size() - 1)];
+        };
         const auto drawn = [&](double segments) {
             const glm::dvec3 p = position(segments);
             return !part.any() || part.meets(p, p);
         };
         return reduction == Reduction::composite
-                   ? placeOfMost(sharesAlong(ray, from, to, volume, value, factor, drawn))
+                   ? placeOfMost(sharesAlong(ray, from, to, volume, value, factor, labels, drawn))
                    : placeOfKept(ray, from, to, reduction, value, drawn);
     };
     picked.level = quickLevel(info);

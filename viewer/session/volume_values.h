@@ -19,7 +19,8 @@ namespace tessera {
 
 /// Searches the drawn part of the ray, within cuts. In modes of single values it is the point of that value,
 /// for an average the middle of the ray. Otherwise it is the point that contributes most: where opacity rises
-/// most over a voxel to either side, or the first isosurface of at least that opacity. The point is found at
+/// most over a voxel to either side, or the first isosurface of at least that opacity; of labels what their
+/// voxels show. The point is found at
 /// a level that is read quickly, then refined at level 0, whatever levels are drawn. If level 0 cannot be
 /// read, the coarse point remains, and is marked.
 /// @param place  of the picture, pixels, x right, y down
