@@ -136,7 +136,7 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     seen->values = summarise(renderer->volume().statistics, info, volume.unit);
     seen->fitted = fitted;
     if (labels)
-        seen->labels = labels->list();
+        seen->labels = std::make_shared<const LabelList>(labels->list());
     volume.transferFunction = resolved(volume.transferFunction, seen->values);
     seen->scene = scene;
     try {

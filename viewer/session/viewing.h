@@ -97,8 +97,8 @@ struct VolumeSeen {
     /// If the scene's camera was by side: the view to which it was fitted.
     std::optional<FittedView> fitted;
     std::filesystem::path path; // path as given
-    /// The labels of scene.volumes[0].labels, with their names under that scene; empty: it has none.
-    LabelList labels = {};
+    /// The labels of scene.volumes[0].labels, with their names under that scene; null: it has none.
+    std::shared_ptr<const LabelList> labels;
 };
 
 struct ViewingState {

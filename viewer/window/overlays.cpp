@@ -4,6 +4,7 @@
 #include "core/base/brick.h"
 #include "core/base/shown_text.h"
 #include "viewer/session/view_geometry.h"
+#include "viewer/window/label_panel.h"
 
 #include <algorithm>
 #include <array>
@@ -184,7 +185,9 @@ void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) 
             char place[96];
             std::snprintf(place, sizeof place, " at %.1f, %.1f, %.1f mm%s", picked->mm.x, picked->mm.y,
                           picked->mm.z, picked->level > 0 ? " (coarse)" : "");
-            text(draw, {left + 12, bottom - 22}, kText, valueText(picked->value, volume->info.unit) + place);
+            const std::string labels = labelNames(*volume, *picked);
+            text(draw, {left + 12, bottom - 22}, kText,
+                 valueText(picked->value, volume->info.unit) + place + (labels.empty() ? "" : ", ") + labels);
             glm::dvec2 pixel(0);
             if (pictureFromPatient(desk.camera(), area.pixels(), picked->mm, pixel)) {
                 const glm::dvec2 at = area.from + pixel / area.pixelsPerUnit;

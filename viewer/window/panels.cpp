@@ -229,6 +229,10 @@ void Panels::draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& 
             "Save", [&] { saving(desk); }, false);
         part("View", [&] { view(desk); });
         part("Transfer function", [&] { function_.draw(desk); });
+        if (desk.volume()->labels)
+            part("Labels", [&] { labels_.draw(desk); });
+        else
+            labels_.forget();
         part("Mode", [&] { modePanel(desk); });
         part("Planes", [&] { planes(desk); });
         part("Measure", [&] { tools.panel(desk); });
@@ -284,6 +288,12 @@ void drawHelp(WindowState& desk) {
                 ImGui::TextUnformatted(row[0]);
                 ImGui::TableNextColumn();
                 ImGui::TextWrapped("%s", row[1]);
+            }
+            if (desk.volume() && desk.volume()->labels) {
+                ImGui::TableNextColumn();
+                ImGui::TextUnformatted("Ctrl Shift + click");
+                ImGui::TableNextColumn();
+                ImGui::TextWrapped("the label there alone; again: all labels");
             }
             ImGui::EndTable();
         }

@@ -4,6 +4,7 @@
 #include "viewer/window/cut_handles.h"
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/function_editor.h"
+#include "viewer/window/label_panel.h"
 #include "viewer/window/tools.h"
 #include "viewer/window/window_state.h"
 
@@ -36,6 +37,7 @@ class Panels {
     void state(WindowState& desk);
 
     FunctionEditor function_;
+    LabelPanel labels_;
     char path_[1024] = {}, name_[1024] = {};
     int times_ = 1; // size of saved pictures, as a factor on the shown size
     std::string look_;

@@ -3,6 +3,7 @@
 
 #include "viewer/session/view_geometry.h"
 #include "viewer/window/function_edits.h"
+#include "viewer/window/label_panel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -142,7 +143,9 @@ bool PictureHand::handle(WindowState& desk, const Area& area) {
     if (over_ && drag_ == Drag::none) {
         const bool left = ImGui::IsMouseClicked(0), right = ImGui::IsMouseClicked(1),
                    middle = ImGui::IsMouseClicked(2);
-        if (left && ImGui::IsMouseDoubleClicked(0))
+        if (left && io.KeyCtrl && io.KeyShift && desk.volume()->labels)
+            aloneOn_ = desk.viewing().pick(pointer_);
+        else if (left && ImGui::IsMouseDoubleClicked(0))
             centreOn_ = desk.viewing().pick(pointer_);
         else if (middle || (left && io.KeyShift))
             drag_ = Drag::pan;
@@ -182,6 +185,10 @@ bool PictureHand::handle(WindowState& desk, const Area& area) {
             desk.setCamera(centredOn(desk.camera(), picked->mm), false);
         } else
             desk.tell("nothing is visible there");
+    }
+    if (const auto& picked = desk.picked(); picked && aloneOn_ != 0 && picked->number >= aloneOn_) {
+        aloneOn_ = 0;
+        showAlone(desk, PickedPlace(*picked)); // a copy: another scene drops it
     }
     const bool another = pickedAt_ != pointer_ || pickedFor_ != desk.asked();
     const bool rests = now - pointerMoved_ > kRests && desk.hasAsked();

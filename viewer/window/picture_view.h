@@ -58,6 +58,7 @@ class PictureHand {
     std::uint64_t pickedFor_ = 0; // the request
     WindowClock::time_point pointerMoved_;
     std::uint64_t centreOn_ = 0; // the request whose answer becomes the centre
+    std::uint64_t aloneOn_ = 0;  // the request whose answer has the labels to show alone
     WindowClock::time_point flewAt_;
 };
 

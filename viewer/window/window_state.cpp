@@ -244,6 +244,11 @@ void WindowState::setFunction(const TransferFunction& function, bool moving) {
     send(moving);
 }
 
+void WindowState::setLabels(const Labels& labels, bool moving) {
+    scene_.volumes.front().labels = labels;
+    send(moving);
+}
+
 void WindowState::setPictureSize(const glm::ivec2& size) {
     if (size == wantedSize_)
         return;

@@ -117,6 +117,9 @@ class WindowState {
     void fitView();
     void setProjection(Projection projection);
     void setFunction(const TransferFunction& function, bool moving);
+    /// The labels beside the volume; call beginEdit() before the first of an edit.
+    const Labels& labels() const { return scene_.volumes.front().labels; }
+    void setLabels(const Labels& labels, bool moving);
     /// The three planes beside the volume, and requests for them.
     const SliceWish& slices() const { return slices_; }
     void setSlices(const SliceWish& wish);

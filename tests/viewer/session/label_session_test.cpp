@@ -1,0 +1,234 @@
+// tests/viewer/session/label_session_test.cpp: labels of an open volume: their list, the effect of every edit
+// on pictures, picking, and scenes that are saved and opened again.
+#include "core/base/program_folders.h"
+#include "core/scene/preset.h"
+#include "tests/support/labelled_scan.h"
+#include "tests/support/looker.h"
+#include "viewer/session/view_geometry.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tessera::test {
+namespace {
+
+using ::testing::ElementsAre;
+namespace fs = std::filesystem;
+using Numbers = std::vector<std::size_t>;
+
+const std::vector<std::pair<std::uint32_t, std::string>> kFour = {
+    {3, "liver"}, {12, "spleen"}, {40, "12"}, {7, "own"}, {90, "nowhere"}};
+
+bool haveSameBits(const Image& a, const Image& b) {
+    return a.size == b.size &&
+           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;
+}
+
+/// A window's session on the four columns.
+class OnLabels {
+  public:
+    explicit OnLabels(bool stills = false) : looker(stills) {
+        scene = looker.opened(scan.scene(kPicture));
+        list = *looker.viewing->volume()->labels;
+    }
+    glm::ivec2 pixel(int column) const {
+        const Camera& camera = std::get<Camera>(scene.camera);
+        const glm::dvec3 mm(scan.info.patientFromVoxel * glm::dvec4(scan.column(column), 1));
+        const double perMm = kPicture.y / 2.0 / camera.parallelScale;
+        return {kPicture.x / 2.0 + (mm.x - camera.focalPoint.x) * perMm,
+                kPicture.y / 2.0 - (mm.z - camera.focalPoint.z) * perMm};
+    }
+    Labels& labels() { return scene.volumes[0].labels; }
+    Image draw() { return looker.wholeOf(looker.viewing->show(scene, false))->image; }
+    glm::vec4 at(const Image& image, int column) const {
+        const glm::ivec2 p = pixel(column);
+        return image.pixels[static_cast<std::size_t>(p.y) * static_cast<std::size_t>(image.size.x) +
+                            static_cast<std::size_t>(p.x)];
+    }
+    PickedPlace pick(int column) {
+        const std::uint64_t question = looker.viewing->pick(glm::dvec2(pixel(column)) + 0.5);
+        EXPECT_TRUE(looker.comesTo(
+            [&] { return looker.viewing->picked() && looker.viewing->picked()->number >= question; }));
+        return *looker.viewing->picked();
+    }
+    LabelledScan scan{kFour, 4};
+    Looker looker;
+    Scene scene;
+    LabelList list;
+};
+
+TEST(LabelSession, ListsTheLabelsOfTheOpenVolume) {
+    OnLabels on;
+    ASSERT_EQ(on.list.size(), 5u);
+    const auto row = [&](std::size_t n) {
+        const ListedLabel& label = on.list[n];
+        return std::to_string(label.value) + " " + label.name + " " + label.group +
+               (label.hasVoxels ? "" : " absent");
+    };
+    EXPECT_EQ(row(0), "3 liver organs");
+    EXPECT_EQ(row(1), "7 own ");
+    EXPECT_EQ(row(2), "12 spleen organs");
+    EXPECT_EQ(row(3), "40 12 ");
+    EXPECT_EQ(row(4), "90 nowhere  absent");
+    Looker plain(false);
+    plain.opened(on.scan.store);
+    EXPECT_EQ(plain.viewing->volume()->labels, nullptr);
+}
+
+TEST(LabelSession, EditsShowInThePictureAndAreTakenBack) {
+    OnLabels on;
+    const Labels before = on.labels();
+    const Image all = on.draw();
+    const Numbers liver = {0}, spleen = {2}, named12 = {3}; // columns 0, 1, 2
+    for (int column = 0; column < 4; ++column)
+        EXPECT_GT(on.at(all, column).a, 0.99f) << column;
+
+    on.labels() = withShown(on.list, before, liver, false);
+    EXPECT_THAT(on.labels().hide, ElementsAre("3"));
+    const Image hidden = on.draw();
+    EXPECT_LT(on.at(hidden, 0).a, 0.6f) << "a hidden label, and tissue behind it";
+    for (int column = 1; column < 4; ++column)
+        EXPECT_EQ(on.at(hidden, column), on.at(all, column)) << column;
+    on.labels() = withShown(on.list, on.labels(), liver, true);
+    EXPECT_EQ(on.labels(), before);
+    EXPECT_TRUE(haveSameBits(on.draw(), all));
+
+    on.labels() = withAlone(on.list, before, spleen);
+    EXPECT_THAT(on.labels().show, ElementsAre("012")) << "a label has the name 12";
+    const Image alone = on.draw();
+    EXPECT_GT(on.at(alone, 1).a, 0.99f);
+    const auto blank = [&](const Image& image, int left, int right) { // columns of pixels
+        for (int y = 0; y < image.size.y; ++y)
+            for (int x = left; x < right; ++x)
+                if (image.pixels[static_cast<std::size_t>(y * image.size.x + x)].a > 0)
+                    return false;
+        return true;
+    };
+    EXPECT_TRUE(blank(alone, 0, (on.pixel(0).x + on.pixel(1).x) / 2 - 2));
+    EXPECT_TRUE(blank(alone, (on.pixel(1).x + on.pixel(2).x) / 2 + 2, alone.size.x));
+    on.labels() = withAllShown(on.labels());
+    EXPECT_TRUE(haveSameBits(on.draw(), all)) << "tissue is back as well";
+
+    on.labels() = withColour(on.list, before, named12, {0, 0, 1});
+    const Image blue = on.draw();
+    EXPECT_NEAR(on.at(blue, 2).b, 1, 0.1);
+    EXPECT_NEAR(on.at(blue, 2).r, 0, 0.1) << "tissue in front";
+    EXPECT_EQ(on.at(blue, 1), on.at(all, 1)) << "of the value 12";
+    on.labels() = withOpacity(on.list, before, named12, 0.01);
+    const Image faint = on.draw();
+    EXPECT_LT(on.at(faint, 2).a, 0.6f);
+    EXPECT_GT(on.at(faint, 2).a, 0.05f);
+    EXPECT_EQ(on.at(faint, 1), on.at(all, 1));
+    on.labels() = withLook(before, LabelLook::tint);
+    EXPECT_LT(on.at(on.draw(), 0).a, 0.9f) << "as faint as the tissue";
+    on.labels() = withLook(before, LabelLook::plain);
+    const Image plain = on.draw();
+    EXPECT_NEAR(on.at(plain, 0).r, on.at(plain, 0).b, 0.01) << "in the tissue's white";
+    on.labels() = withUnlabelled(before, false);
+    const Image without = on.draw();
+    EXPECT_TRUE(blank(without, 0, 2));
+    EXPECT_FALSE(blank(all, 0, 2));
+    on.labels() = before;
+    EXPECT_TRUE(haveSameBits(on.draw(), all)) << "an edit undone left something";
+}
+
+TEST(LabelSession, StaysInItsBudgetsAndKeepsAPicture) {
+    OnLabels on;
+    const Labels before = on.labels();
+    on.draw();
+    for (int n = 0; n < 12; ++n) {
+        on.labels() = withShown(on.list, before, Numbers{static_cast<std::size_t>(n % 4)}, false);
+        on.looker.viewing->show(on.scene, n % 2 == 0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(7 * n));
+        EXPECT_NE(on.looker.viewing->picture(), nullptr) << "a frame without a picture";
+        const ViewingState s = on.looker.viewing->state();
+        EXPECT_LE(s.ramUsed, kRamBytes);
+        EXPECT_LE(s.gpuUsed, kGpuBytes);
+        EXPECT_EQ(s.problem, "");
+    }
+}
+
+TEST(LabelSession, PicksWhatIsSeen) {
+    OnLabels on;
+    on.draw();
+    const std::uint32_t values[] = {3, 12, 40, 7};
+    for (int column = 0; column < 4; ++column) {
+        const PickedPlace place = on.pick(column);
+        ASSERT_TRUE(place.hit) << column;
+        EXPECT_THAT(place.labels, ElementsAre(values[column]));
+        EXPECT_NEAR(place.voxel.y, 16.5, 1);
+    }
+    on.labels() = withAlone(on.list, on.labels(), Numbers{2});
+    on.draw();
+    EXPECT_FALSE(on.pick(0).hit) << "a hidden label, in tissue that does not show";
+    EXPECT_THAT(on.pick(1).labels, ElementsAre(12));
+    on.labels() = withUnlabelled(withShown(on.list, withAllShown(on.labels()), Numbers{0}, false), true);
+    on.scene.volumes[0].transferFunction =
+        TransferFunction::fromOpacity({{200, 0}, {300, 0.9}}, {{200, {1, 1, 1}}}, 1);
+    on.draw();
+    const PickedPlace tissue = on.pick(0);
+    ASSERT_TRUE(tissue.hit);
+    EXPECT_NEAR(tissue.voxel.y, 14.5, 1) << "before the label";
+    EXPECT_TRUE(tissue.labels.empty());
+    on.scene.mode = Mode::average; // draws no labels, but they are there
+    on.scene.volumes[0].labels = withAllShown(on.labels());
+    on.draw();
+    EXPECT_THAT(on.pick(1).labels, ElementsAre(12));
+}
+
+TEST(LabelSession, SavedScenesOpenAgain) {
+    OnLabels on(true);
+    on.labels() = withColour(on.list, withAlone(on.list, on.labels(), Numbers{1, 2}), Numbers{2}, {1, 0, 0});
+    on.labels().names = Labels::kTotalSegmentator;
+    const auto still = on.looker.stillOf(on.looker.viewing->show(on.scene, false));
+    const ScratchFolder elsewhere;
+    std::ofstream(elsewhere / "saved.json") << sceneJson(on.scene);
+    Looker again;
+    const Scene opened = again.opened(elsewhere / "saved.json");
+    EXPECT_EQ(sceneJson(opened), sceneJson(on.scene));
+    EXPECT_TRUE(haveSameBits(again.stillOf(0)->image, still->image));
+    EXPECT_THAT(still->manifest, ::testing::HasSubstr("labels.seg.nrrd"));
+    const auto states = labelStates(*again.viewing->volume()->labels, opened.volumes[0].labels);
+    EXPECT_EQ(states[2].colour, glm::dvec3(1, 0, 0));
+    EXPECT_FALSE(states[0].shows);
+    EXPECT_TRUE(states[1].shows);
+}
+
+TEST(LabelSession, AThousandLabelsAreEditedInTime) {
+    std::vector<std::pair<std::uint32_t, std::string>> thousand;
+    for (std::uint32_t n = 0; n < 1000; ++n)
+        thousand.emplace_back(n + 1, "structure " + std::to_string(n));
+    const LabelledScan scan(thousand, 60);
+    Looker looker(false);
+    Scene scene = looker.opened(scan.scene(kPicture));
+    const LabelList list = *looker.viewing->volume()->labels;
+    ASSERT_EQ(list.size(), 1000u);
+    looker.wholeOf(0);
+    Numbers half, few = {5};
+    for (std::size_t n = 0; n < 1000; n += 2)
+        half.push_back(n);
+    Labels& labels = scene.volumes[0].labels;
+    const auto took = [&](const Labels& edited) {
+        labels = edited;
+        const auto began = std::chrono::steady_clock::now();
+        const std::uint64_t wish = looker.viewing->show(scene, false);
+        EXPECT_TRUE(looker.comesTo([&] {
+            return looker.viewing->picture()->asked >= wish || !looker.viewing->state().problem.empty();
+        }));
+        EXPECT_EQ(looker.viewing->state().problem, "");
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
+    };
+    for (const double ms :
+         {took(withShown(list, labels, few, false)), took(withShown(list, labels, half, false)),
+          took(withColour(list, labels, half, {1, 0, 0})), took(withAllShown(labels))}) {
+        std::printf("seen after %.0f ms\n", ms);
+        EXPECT_LT(ms, 3000);
+    }
+}
+
+} // namespace
+} // namespace tessera::test
