@@ -92,22 +92,33 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         next->store = std::make_unique<StoreReader>(store, next->ram);
     }
     nameFunction(volume, next->store->info());
-    next->openLabels(volume.labels, common);
+    next->labels = next->openLabels(volume.labels, common);
     faceThinVolume(scene, next->store->info(), false);
     next->scene = std::move(scene);
     return next;
 }
 
-/// Imports and lists them.
-void OpenVolume::openLabels(Labels& named, const CommonOptions& common) {
-    labels.reset();
+/// Imports and lists them; null: none are named.
+std::unique_ptr<VolumeLabels> OpenVolume::openLabels(Labels& named, const CommonOptions& common) {
     if (named.path.empty())
-        return;
-    for (std::filesystem::path* const path : {&named.path, &named.names}) // a saved scene opens from anywhere
-        if (!path->empty() && *path != Labels::kTotalSegmentator)
-            *path = std::filesystem::absolute(*path).lexically_normal();
+        return nullptr;
+    for (std::filesystem::path* const file : {&named.path, &named.names}) // a saved scene opens from anywhere
+        if (!file->empty() && *file != Labels::kTotalSegmentator)
+            *file = std::filesystem::absolute(*file).lexically_normal();
     importLabelsFor(store->info(), named, ram, common);
-    labels = std::make_unique<VolumeLabels>(named, ram);
+    return std::make_unique<VolumeLabels>(named, ram);
+}
+
+OpenVolume::Labelled OpenVolume::labelled(const std::filesystem::path& file,
+                                          const std::shared_ptr<Progress>& progress) {
+    CommonOptions common = options.common;
+    common.progress = progress;
+    Labelled with{scene, nullptr};
+    Labels& named = with.scene.volumes.front().labels;
+    named = {};
+    named.path = file;
+    with.labels = openLabels(named, common);
+    return with;
 }
 
 void OpenVolume::makeRenderer(const Scene& wanted) {

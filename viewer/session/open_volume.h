@@ -33,6 +33,13 @@ struct OpenVolume {
     void makeRenderer(const Scene& scene);
     /// Public data of the volume; needs a renderer. Resolves the scene's function.
     std::shared_ptr<VolumeSeen> describe();
+    struct Labelled {
+        Scene scene;
+        std::unique_ptr<VolumeLabels> labels;
+    };
+    /// The scene of the renderer with labels from a file in place of its own, imported. Throws InputError
+    /// naming what cannot be imported; Cancelled.
+    Labelled labelled(const std::filesystem::path& file, const std::shared_ptr<Progress>& progress);
     /// The values of the labels of a voxel, level 0. Needs a renderer. Throws InputError naming what cannot
     /// be read.
     std::vector<std::uint32_t> labelsAt(const glm::dvec3& voxel);
@@ -54,7 +61,7 @@ struct OpenVolume {
     std::unique_ptr<LineFinder> line;              // while one is searched
 
   private:
-    void openLabels(Labels& named, const CommonOptions& common);
+    std::unique_ptr<VolumeLabels> openLabels(Labels& named, const CommonOptions& common);
     OpenVolume(const ViewSessionOptions& sessionOptions, const std::filesystem::path& named, bool withStills);
 };
 

@@ -54,6 +54,9 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     } catch (const std::exception& e) {
         if (offerChoice(what, e.what()))
             return;
+        std::string why = e.what();
+        if (openLabels(what, progress, why))
+            return;
         const bool stays = open_ && open_->renderer && // the previous volume remains open
                            board_.look([](const SessionNews& news) { return news.volume != nullptr; });
         if (!stays) { // outside the lock, because the destructors take it
@@ -64,7 +67,7 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
             news.opening.reset();
             if (stays) {
                 news.state.kind = ViewingState::Kind::open;
-                news.state.problem = e.what();
+                news.state.problem = why;
             } else {
                 news.volume.reset();
                 news.state = {};
@@ -74,6 +77,48 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         });
         resting_ = true;
     }
+}
+
+/// What is no volume may be labels of the open one, which stays as it is otherwise.
+/// @param why  the reason why it is no volume; the reason why it is no labels either is added
+bool SessionThread::openLabels(const SessionWishes::ToOpen& what, const std::shared_ptr<Progress>& progress,
+                               std::string& why) {
+    std::error_code ignored;
+    if (!open_ || !open_->renderer || !std::filesystem::exists(what.path, ignored) ||
+        isSceneFile(what.path) || looksLikeStore(what.path))
+        return false;
+    try {
+        OpenVolume::Labelled next = open_->labelled(what.path, progress);
+        const Scene before = open_->scene;
+        open_->still.reset();
+        saving_.reset();
+        try {
+            makeRenderer(next.scene);
+        } catch (const InputError&) {
+            makeRenderer(before);
+            throw;
+        }
+        open_->labels = std::move(next.labels);
+        open_->fitted.reset(); // the camera stays
+    } catch (const Cancelled&) {
+        board_.tell([](SessionNews& news) { news.opening.reset(); });
+        throw;
+    } catch (const InputError& e) {
+        why += "; as labels of the open volume: " + std::string(e.what());
+        return false;
+    }
+    std::shared_ptr<VolumeSeen> seen = open_->describe();
+    board_.tell([&](SessionNews& news) {
+        news.opening.reset();
+        news.volume = std::move(seen);
+        news.picked.reset();
+        asked_ = ++news.wishes;
+        news.state.kind = ViewingState::Kind::open;
+        news.state.atRest = false;
+    });
+    moving_ = resting_ = stillBegun_ = false;
+    measured_.clear();
+    return true;
 }
 
 /// If a folder holds several volumes and none was chosen, they are offered. The open volume stays.

@@ -8,6 +8,7 @@
 #include "core/scene/scene_presets.h"
 #include "viewer/session/view_geometry.h"
 #include "viewer/window/function_edits.h"
+#include "viewer/window/label_panel.h"
 
 #include <algorithm>
 #include <cctype>
@@ -16,6 +17,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <glm/trigonometric.hpp>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -35,7 +37,7 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
         {"write-preset", 2}, {"line", 3},       {"tree", 3},      {"fly-to", 1},       {"fly", 1},
         {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1},
         {"fit", 0},          {"choose", 1},     {"click", 2},     {"double-click", 2}, {"drag", 4},
-        {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1}};
+        {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1},    {"label", 1}};
     return words;
 }
 
@@ -112,6 +114,30 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
     if (what == "still" || what == "rest") // the still comes last
         return !settled || !desk.isAnswered() || !s.atRest;
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
+}
+
+/// How a label shows, by its value.
+void Script::takeLabel(const Step& step, WindowState& desk) {
+    if (!desk.volume()->labels)
+        refuse(step, "a volume with labels");
+    const LabelList& list = *desk.volume()->labels;
+    const std::string& how = step.words[1];
+    Labels labels = withAllShown(desk.labels());
+    if (how != "all") {
+        if (step.words.size() < 3 || (how != "show" && how != "hide" && how != "only"))
+            refuse(step, "label all, or show, hide or only and a value");
+        const double value = number(step, 2);
+        const auto known = value >= 0 && value <= std::numeric_limits<std::uint32_t>::max()
+                               ? numberOf(list, static_cast<std::uint32_t>(value))
+                               : std::nullopt;
+        if (!known)
+            refuse(step, "the value of a label");
+        const std::size_t numbers[] = {*known};
+        labels = how == "only" ? withAlone(list, desk.labels(), numbers)
+                               : withShown(list, desk.labels(), numbers, how == "show");
+    }
+    desk.beginEdit();
+    desk.setLabels(labels, false);
 }
 
 /// A step along a line.
@@ -277,6 +303,8 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         desk.setCamera(orbited(camera, {glm::radians(number(step, 1)) / std::max(1, frames), 0}), true);
         ++turned_;
         return false;
+    } else if (name == "label") {
+        takeLabel(step, desk);
     } else if (name == "preset") {
         desk.takePreset(word(1));
     } else if (name == "keep-preset") {
@@ -309,9 +337,11 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         if (!picked || picked->number < question_)
             return false;
         question_ = 0;
+        const std::string names = desk.volume() ? labelNames(*desk.volume(), *picked) : "";
+        const std::string ofLabels = names.empty() ? "" : ", " + names;
         if (picked->hit)
-            std::printf("picked %.6g at %.3f %.3f %.3f mm, level %d\n", picked->value, picked->mm.x,
-                        picked->mm.y, picked->mm.z, picked->level);
+            std::printf("picked %.6g at %.3f %.3f %.3f mm, level %d%s\n", picked->value, picked->mm.x,
+                        picked->mm.y, picked->mm.z, picked->level, ofLabels.c_str());
         else
             std::printf("picked nothing\n");
     } else if (name == "picture") {

@@ -18,6 +18,7 @@
 //   scene FILE                saves the scene            panels, planes, levels, help on|off
 //   mode NAME                 window-of C,W|NAME        crop X0 X1 Y0 Y1 Z0 Z1   mm
 //   place X Y Z               of the crosshair, mm
+//   label all, label show|hide|only VALUE
 //   line X Y Z X Y Z ...      a centre-line through places, mm; wait line     tree X Y Z   from one
 //   fly-to MM, fly PICTURES   along it: to a place, through all of it in so many pictures
 //   record                    a keyframe there          load-path, save-path FILE
@@ -70,6 +71,7 @@ class Script {
     [[noreturn]] void refuse(const Step& step, const std::string& expected) const;
     double number(const Step& step, std::size_t word) const;
     bool take(const Step& step, WindowState& desk, Endoscopy& endoscopy, const Window& window);
+    void takeLabel(const Step& step, WindowState& desk);
     bool takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endoscopy, bool& taken);
     bool waits(const Step& step, WindowState& desk, const Endoscopy& endoscopy);
     bool takeHand(const Step& step, const Window& window);

@@ -51,6 +51,7 @@ double Latency::picturesPerSecond(WindowClock::time_point now) const {
 void WindowState::update() {
     const auto now = WindowClock::now();
     if (auto volume = viewing_.volume(); volume != volume_) {
+        const bool same = volume_ && volume && volume->path == volume_->path; // labels came beside it
         volume_ = std::move(volume);
         picture_.reset();
         picked_.reset();
@@ -74,6 +75,8 @@ void WindowState::update() {
                 remarks += (remarks.empty() ? "" : "\n") + remark;
             if (!remarks.empty())
                 tell(remarks);
+            if (same && volume_->labels) // a scene without them may have been asked for meanwhile
+                send(false);
         }
     }
     if (auto picture = viewing_.picture(); picture != picture_ && volume_) {

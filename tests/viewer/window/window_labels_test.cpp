@@ -187,6 +187,7 @@ TEST(WindowLabels, ThousandsScroll) {
     EXPECT_FALSE(showsUnlabelled(w.labels()));
     w.clickOn("search");
     w.type("structure 4997");
+    w.frame(); // the list's place follows
     EXPECT_EQ(rows(), 1);
     w.clickOn("only@0");
     EXPECT_THAT(w.labels().show, ElementsAre("4998"));
