@@ -198,6 +198,45 @@ TEST(LabelSession, SavedScenesOpenAgain) {
     EXPECT_TRUE(states[1].shows);
 }
 
+TEST(LabelSession, LabelsAreOpenedBesideAnOpenVolume) {
+    const LabelledScan scan(kFour, 4);
+    Looker looker(false);
+    const Scene plain = looker.opened(scan.store);
+    const Image before = looker.wholeOf(0)->image;
+    looker.viewing->open(scan.file, kPicture);
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->volume()->labels != nullptr; }));
+    const auto seen = looker.viewing->volume();
+    EXPECT_EQ(seen->path, scan.store);
+    EXPECT_EQ(seen->labels->size(), 5u);
+    EXPECT_EQ(seen->scene.volumes[0].labels.path, scan.file);
+    EXPECT_EQ(std::get<Camera>(seen->scene.camera), std::get<Camera>(plain.camera)) << "the view stays";
+    const Image with = looker.wholeOf(looker.viewing->show(seen->scene, false))->image;
+    EXPECT_FALSE(haveSameBits(with, before));
+    Looker fresh(false);
+    std::ofstream(scan.store.parent_path() / "fresh.json") << sceneJson(seen->scene);
+    fresh.opened(scan.store.parent_path() / "fresh.json");
+    EXPECT_TRUE(haveSameBits(fresh.wholeOf(0)->image, with));
+
+    const fs::path broken = scan.store.parent_path() / "broken.seg.nrrd";
+    std::ofstream(broken) << "NRRD0004\ntype: short\n";
+    looker.viewing->open(broken, kPicture);
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    EXPECT_THAT(looker.viewing->state().problem, ::testing::HasSubstr("as labels of the open volume"));
+    EXPECT_THAT(looker.viewing->state().problem, ::testing::HasSubstr("broken.seg.nrrd"));
+    EXPECT_EQ(looker.viewing->volume(), seen);
+    looker.viewing->problemSeen();
+
+    Scene surface = looker.viewing->volume()->scene; // beside which labels cannot be drawn
+    surface.volumes[0].labels = {};
+    surface.surfaces = {{300, {1, 1, 1}, 1}};
+    const Image drawn = looker.wholeOf(looker.viewing->show(surface, false))->image;
+    looker.viewing->open(scan.file, kPicture);
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    EXPECT_EQ(looker.viewing->state().kind, ViewingState::Kind::open);
+    looker.viewing->problemSeen();
+    EXPECT_TRUE(haveSameBits(looker.wholeOf(looker.viewing->show(surface, false))->image, drawn));
+}
+
 TEST(LabelSession, AThousandLabelsAreEditedInTime) {
     std::vector<std::pair<std::uint32_t, std::string>> thousand;
     for (std::uint32_t n = 0; n < 1000; ++n)
