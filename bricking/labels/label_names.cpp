@@ -150,6 +150,14 @@ glm::vec3 labelColour(std::uint32_t value) {
     return glm::vec3(rgb);
 }
 
+namespace {
+
+bool isWholeNumber(std::string_view text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+} // namespace
+
 bool labelMatches(const Label& label, std::string_view pattern) {
     if (pattern.empty())
         return false;
@@ -160,6 +168,23 @@ bool labelMatches(const Label& label, std::string_view pattern) {
     if (error == std::errc{} && end == pattern.data() + pattern.size() && value == label.value)
         return true;
     return matchesGlob(label.name, pattern);
+}
+
+LabelMatcher::LabelMatcher(std::span<const Label> labels) : labels_(labels) {
+    for (std::size_t number = 0; number < labels.size(); ++number)
+        if (isWholeNumber(labels[number].name))
+            namedByNumbers_.push_back(number);
+}
+
+std::size_t LabelMatcher::numberOfValue(std::string_view pattern) const {
+    if (!isWholeNumber(pattern))
+        return kNoNumber;
+    std::uint32_t value = 0;
+    const auto [end, error] = std::from_chars(pattern.data(), pattern.data() + pattern.size(), value);
+    const auto at = std::lower_bound(labels_.begin(), labels_.end(), value,
+                                     [](const Label& label, std::uint32_t v) { return label.value < v; });
+    const bool isThere = error == std::errc{} && at != labels_.end() && at->value == value;
+    return isThere ? static_cast<std::size_t>(at - labels_.begin()) : labels_.size();
 }
 
 std::vector<std::string> nearestNames(const LabelTable& table, std::string_view pattern, std::size_t most) {

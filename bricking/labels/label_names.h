@@ -53,6 +53,43 @@ glm::vec3 labelColour(std::uint32_t value);
 /// any characters and ? for one; case does not matter.
 bool labelMatches(const Label& label, std::string_view pattern);
 
+/// Finds the labels that patterns mean. Where a pattern is a whole number, it looks at few of them.
+class LabelMatcher {
+  public:
+    /// @param labels  ascending by value; outlive this
+    explicit LabelMatcher(std::span<const Label> labels);
+    /// Calls visit(number) once for every label that matches (labelMatches()). Returns whether any does.
+    template <typename Visit> bool forEach(std::string_view pattern, const Visit& visit) const {
+        bool any = false;
+        const auto look = [&](std::size_t number) {
+            if (!labelMatches(labels_[number], pattern))
+                return;
+            any = true;
+            visit(number);
+        };
+        const std::size_t valued = numberOfValue(pattern);
+        if (valued == kNoNumber) {
+            for (std::size_t number = 0; number < labels_.size(); ++number)
+                look(number);
+            return any;
+        }
+        for (const std::size_t number : namedByNumbers_)
+            if (number != valued)
+                look(number);
+        if (valued < labels_.size())
+            look(valued);
+        return any;
+    }
+
+  private:
+    static constexpr std::size_t kNoNumber = ~std::size_t{0};
+    /// The label of a value; labels_.size(): none has it; kNoNumber: the pattern is no whole number.
+    std::size_t numberOfValue(std::string_view pattern) const;
+
+    std::span<const Label> labels_;
+    std::vector<std::size_t> namedByNumbers_; // labels whose names are whole numbers
+};
+
 /// For a pattern that matches no label: at most `most` names (or "group:NAME") that are nearest to it, the
 /// nearest first.
 std::vector<std::string> nearestNames(const LabelTable& table, std::string_view pattern,

@@ -26,21 +26,16 @@ double extinctionPerMm(double opacity) {
 
 /// Calls visit(number) for every label that matches.
 template <typename Visit>
-void forEachMatch(const LabelTable& table, const std::string& pattern, const std::string& where,
-                  const Visit& visit) {
-    bool any = false;
-    for (std::size_t n = 0; n < table.labels.size(); ++n)
-        if (labelMatches(table.labels[n], pattern)) {
-            any = true;
-            visit(n);
-        }
-    if (!any)
+void forEachMatch(const LabelTable& table, const LabelMatcher& matcher, const std::string& pattern,
+                  const std::string& where, const Visit& visit) {
+    if (!matcher.forEach(pattern, visit))
         throw badFile(where, "the name, the value or the group of a label",
                       "\"" + pattern + "\"; nearest: " + joinNames(nearestNames(table, pattern)));
 }
 
 std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, double voxelMm,
                              const std::string& where) {
+    const LabelMatcher matcher(table.labels);
     std::vector<OneLook> looks(table.labels.size());
     std::vector<std::optional<double>> opacity(looks.size(), labels.opacity);
     for (std::size_t n = 0; n < looks.size(); ++n) {
@@ -50,11 +45,12 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, doub
         looks[n].colour = label.colour ? *label.colour : labelColour(label.value);
     }
     for (const std::string& pattern : labels.show)
-        forEachMatch(table, pattern, where + ".show", [&](std::size_t n) { looks[n].shows = true; });
+        forEachMatch(table, matcher, pattern, where + ".show", [&](std::size_t n) { looks[n].shows = true; });
     for (const std::string& pattern : labels.hide)
-        forEachMatch(table, pattern, where + ".hide", [&](std::size_t n) { looks[n].shows = false; });
+        forEachMatch(table, matcher, pattern, where + ".hide",
+                     [&](std::size_t n) { looks[n].shows = false; });
     for (const LabelRule& rule : labels.each)
-        forEachMatch(table, rule.of, where + ".each", [&](std::size_t n) {
+        forEachMatch(table, matcher, rule.of, where + ".each", [&](std::size_t n) {
             looks[n].look = rule.look.value_or(looks[n].look);
             if (rule.opacity)
                 opacity[n] = rule.opacity;

@@ -11,6 +11,7 @@
 #include "viewer/session/view_session.h"
 #include "viewer/window/run_window.h"
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,6 +28,19 @@ struct ViewArguments {
     KeyOptions labels; // of the scene of `in`
 };
 
+void checkLabels(const ViewArguments& arguments, const Labels& labels) {
+    const std::string file = arguments.labels.textOf("--labels");
+    std::error_code ignored;
+    if (!file.empty() && arguments.in.empty())
+        throw badFile("--labels", "a volume or a scene that they lie beside", "none");
+    if (!file.empty() && !std::filesystem::exists(file, ignored))
+        throw badFile("--labels " + file, "a file or folder of labels", "nothing there");
+    for (const char* const option :
+         {"--label-colours", "--label-look", "--label-opacity", "--show", "--hide"})
+        if (!arguments.labels.textOf(option).empty() && labels.path.empty())
+            throw badFile(option, "labels beside the volume (--labels)", "none");
+}
+
 /// Refuses keys that the scene cannot have, before a window opens. A scene that cannot be read is left to the
 /// window, which says so.
 void checkSets(const ViewArguments& arguments) {
@@ -39,8 +53,7 @@ void checkSets(const ViewArguments& arguments) {
     }
     applySets(arguments.sets, scene);
     arguments.labels.apply(scene);
-    if (arguments.in.empty() && arguments.labels.says("volumes[0].labels.path"))
-        throw badFile("--labels", "a volume or a scene beside them", "none");
+    checkLabels(arguments, scene.volumes.front().labels);
 }
 
 void runView(const ViewArguments& arguments, const CommonOptions& common) {

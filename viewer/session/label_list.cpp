@@ -23,20 +23,13 @@ std::vector<Label> labelsOf(const LabelList& list) {
     return labels;
 }
 
-/// Calls visit(number) for every label that matches.
-template <typename Visit>
-void visitMatches(const std::vector<Label>& labels, const std::string& pattern, const Visit& visit) {
-    for (std::size_t n = 0; n < labels.size(); ++n)
-        if (labelMatches(labels[n], pattern))
-            visit(n);
-}
-
 std::vector<bool> shownOf(const std::vector<Label>& all, const Labels& labels) {
+    const LabelMatcher matcher(all);
     std::vector<bool> shown(all.size(), labels.show.empty());
     for (const std::string& pattern : labels.show)
-        visitMatches(all, pattern, [&](std::size_t n) { shown[n] = true; });
+        matcher.forEach(pattern, [&](std::size_t n) { shown[n] = true; });
     for (const std::string& pattern : labels.hide)
-        visitMatches(all, pattern, [&](std::size_t n) { shown[n] = false; });
+        matcher.forEach(pattern, [&](std::size_t n) { shown[n] = false; });
     return shown;
 }
 
@@ -118,11 +111,12 @@ void dropEmptyRules(Labels& labels) {
 std::vector<LabelState> labelStates(const LabelList& list, const Labels& labels) {
     const std::vector<Label> all = labelsOf(list);
     const std::vector<bool> shown = shownOf(all, labels);
+    const LabelMatcher matcher(all);
     std::vector<LabelState> states(list.size());
     for (std::size_t n = 0; n < list.size(); ++n)
         states[n] = {shown[n], labels.look, labels.opacity, glm::dvec3(list[n].colour)};
     for (const LabelRule& rule : labels.each)
-        visitMatches(all, rule.of, [&](std::size_t n) {
+        matcher.forEach(rule.of, [&](std::size_t n) {
             states[n].look = rule.look.value_or(states[n].look);
             if (rule.opacity)
                 states[n].opacity = rule.opacity;

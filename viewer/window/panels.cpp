@@ -15,7 +15,9 @@ namespace {
 const char* const kStages[] = {"moving", "loading", "whole", "still"};
 
 /// The lighting preset of a scene, "its own" for other lighting.
-std::string lookOf(const Scene& scene) {
+std::string lookOf(Scene scene) {
+    for (SceneVolume& volume : scene.volumes)
+        volume.labels = {}; // no part of it, and they may be thousands
     const std::string text = sceneJson(scene);
     for (const std::string& name : lookNames()) {
         Scene same = scene;
