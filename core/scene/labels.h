@@ -33,9 +33,6 @@ struct Labels {
     /// Opacity of a solid label that names none, over the edge of a voxel.
     static constexpr double kSolidOpacity = 0.999;
 
-    /// In place of a file of names: those that TotalSegmentator gives its values.
-    static constexpr const char* kTotalSegmentator = "totalsegmentator";
-
     std::filesystem::path path;  // a file or folder; "" none
     std::filesystem::path names; // of a file with names and colours; ""  the labels' own
     LabelLook look = LabelLook::solid;
