@@ -156,6 +156,8 @@ void LabelPanel::draw(WindowState& desk) {
 
 /// What holds for all of them.
 void LabelPanel::all(WindowState& desk) {
+    if (reductionOf(desk.scene()) != Reduction::composite)
+        wrapped("mode %s draws no labels", nameOf(desk.scene().mode).c_str());
     ImGui::SetNextItemWidth(-78);
     if (ImGui::InputTextWithHint("##search", "search", search_, sizeof search_))
         another_ = true;

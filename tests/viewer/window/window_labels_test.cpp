@@ -148,6 +148,33 @@ TEST(WindowLabels, AClickShowsWhatIsThereAlone) {
     EXPECT_TRUE(w.shows("7.0 mm, liver, aorta"));
 }
 
+TEST(WindowLabels, AreMentionedWhereThereAreAny) {
+    const auto mentions = [](auto& w) {
+        w.desk.showHelp = true;
+        w.step("help", [] {});
+        const bool inHelp = w.shows("Ctrl Shift + click"), inPanel = w.shows("Labels");
+        EXPECT_EQ(inHelp, inPanel);
+        return inHelp;
+    };
+    {
+        PanelWindow plain;
+        EXPECT_FALSE(mentions(plain));
+    }
+    WithLabels<PanelWindow> w;
+    EXPECT_TRUE(mentions(w));
+    EXPECT_FALSE(w.shows("draws no labels"));
+    Scene scene = w.desk.scene();
+    scene.mode = Mode::maximum;
+    w.desk.setScene(scene, false);
+    w.frame();
+    EXPECT_TRUE(w.shows("mode maximum draws no labels"));
+    w.viewing.seen = pretendedVolume({400, 300}); // another volume, without labels
+    w.desk.showHelp = false;
+    w.frame();
+    w.frame();
+    EXPECT_FALSE(mentions(w));
+}
+
 TEST(WindowLabels, WithoutLabelsThatClickIsOneWithShift) {
     const glm::dvec2 at(300, 200);
     PictureWindow plain;
