@@ -10,7 +10,8 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
     AreaPicture AutomaticIntegrator AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
-    DistanceMap FirstPicture GradedCulling GradedNothing GradedVisibility HiddenTable IntegratorBound LevelsWithin
+    DistanceMap FirstPicture GradedCulling GradedNothing GradedVisibility HiddenTable IntegratorBound LabelBudgets
+    LabelCells LabelForms LabelLevels LabelRefusals LevelsWithin Scenes/Labelled
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
     RayArray ReferenceThroughStore RenderBudget ShownRanges SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
@@ -53,6 +54,7 @@ tests_of() { # FILE
     bricking/store/* | bricking/mask/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
     bricking/cache/*) echo bricking_cache_test ;;
     bricking/levels/*) echo bricking_selection_test ;;
+    bricking/labels/* | bricking/import/labels/* | tests/bricking/labels/*) echo bricking_labels_test bricking_label_formats_test ;;
     bricking/analysis/*) echo bricking_lumen_test bricking_body_test ;;
     bricking/import/* | tests/bricking/import/*) echo import_test damage_corpus ;;
     datasets/* | tests/datasets/*) echo datasets_phantom_test ;;
