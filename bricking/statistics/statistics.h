@@ -22,8 +22,8 @@ constexpr int kHistogramBins = 64; // equal bins over [lowest, highest] of the w
 /// all are equal.
 int histogramBin(double value, double lowest, double highest);
 
-/// What can show of a cell or a brick, whatever its values: the transfer function; something else too, such as
-/// the medium of labels.
+/// What can show of a cell or a brick, whatever its values: the transfer function; something else too, such
+/// as the medium of labels.
 enum ShownPart : std::uint8_t { kShowsFunction = 1, kShowsMedium = 2 };
 
 /// All values as stored (physical = slope * stored + intercept).
