@@ -48,6 +48,11 @@ struct Statistics {
     std::vector<LabelledBrick> labelledBricks;
     Charge charge; // the charge of the vectors above, but for those of labels
 
+    /// No labels decide any more.
+    void showFunction() {
+        cellShows.clear(), brickShows.clear(), wideShows.clear();
+        labelledBricks.clear();
+    }
     bool hasLabels() const { return !cellShows.empty(); }
     std::uint8_t showsOfCell(std::size_t cell) const {
         return cellShows.empty() ? std::uint8_t{kShowsFunction} : cellShows[cell];

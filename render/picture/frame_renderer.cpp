@@ -35,7 +35,7 @@ struct FrameRenderer::State {
     std::optional<RendererInstance> made;
     Planner p; // stays where it is: the engine was opened for it
     std::optional<Scene> last;
-    std::optional<Statistics> statistics;
+    std::optional<KnownLayer> known; // read for the last picture
     Charge heldRam;
     std::size_t gpuBefore = 0; // in use when the engine holds nothing
     FrameReuse reuse;          // kept: the engine holds bricks of the last picture
@@ -54,9 +54,9 @@ struct FrameRenderer::State {
         // As if the engine held nothing.
         MemoryBudget free(gpu.name(), gpu.option(), gpu.limitBytes());
         const Charge before = free.charge(gpuBefore, "the device");
-        std::optional<Statistics> known = std::exchange(statistics, std::nullopt);
+        std::optional<KnownLayer> mine = std::exchange(known, std::nullopt);
         return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel,
-                         known ? &*known : nullptr);
+                         mine ? &*mine : nullptr);
     }
     /// True if the bricks of the last picture serve this one.
     /// @param pageEdge, levels  of the last picture
@@ -116,12 +116,15 @@ RenderResult FrameRenderer::draw(const Scene& given) {
         s.gpuBefore = s.gpu.usedBytes();
     }
     Renderer& renderer = *s.made->renderer;
-    if (s.reuse.kept && !sameButCamera(*s.last, scene))
+    const bool isSame = s.last && sameButCamera(*s.last, scene);
+    if (s.reuse.kept && !isSame)
         forget();
     const int pageEdge = s.p.layer().pageEdge;
     const std::vector<std::uint8_t> levels = std::move(s.p.layer().selection.levels);
     if (std::exchange(s.last, std::nullopt))
-        s.statistics = std::move(s.p.layer().statistics);
+        s.known = KnownLayer::of(s.p.layer());
+    if (s.known && !isSame) // other looks, perhaps
+        s.known->labelBricks.reset(), s.known->labels.reset();
     s.heldRam = {};
     s.p = Planner(); // gives back the memory of the last picture, as if it had never been
     try {
@@ -150,7 +153,7 @@ RenderResult FrameRenderer::draw(const Scene& given) {
     } catch (...) {
         forget();
         s.p = Planner();
-        s.statistics.reset();
+        s.known.reset();
         throw;
     }
 }

@@ -301,10 +301,18 @@ void requireSameLattice(const StoreReader& labels, const VolumeInfo& volume) {
 }
 
 /// The labels of the scene, and statistics of what they show.
-void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
+/// @param known  null: they are read
+void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer& layer) {
     const Labels& labels = scene.volumes.at(0).labels;
-    if (labels.path.empty() || reductionOf(scene) != Reduction::composite)
+    if (labels.path.empty() || reductionOf(scene) != Reduction::composite) {
+        layer.statistics.showFunction();
         return;
+    }
+    if (known && known->labels) {
+        layer.labels = std::move(known->labels);
+        layer.labelBricks = std::move(known->labelBricks);
+        return;
+    }
     if (!scene.surfaces.empty())
         throw InputError("volumes[0].labels: expected no isosurfaces beside labels, found " +
                          std::to_string(scene.surfaces.size()) + "; leave one of them out");
@@ -324,7 +332,7 @@ void takeLabels(const Scene& scene, MemoryBudget& ram, Layer& layer) {
 }
 
 /// @param kept  null: read from the store
-Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, MemoryBudget& ram, int threads,
+Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, MemoryBudget& ram, int threads,
                std::size_t bytesPerPixel) {
     const Scene scene = asDrawn(given);
     checkIntegrator(scene.quality);
@@ -346,12 +354,12 @@ Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, M
                          ", but the budget is " + formatBytes(ram.limitBytes()));
     p.view.imageCharge = ram.charge(bytesPerPixel * rayCount(scene.imageSize), "the picture");
     p.layer().selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
-    p.layer().statistics = kept ? std::move(*kept) : loadStatistics(store, ram, threads);
+    p.layer().statistics = kept ? std::move(kept->statistics) : loadStatistics(store, ram, threads);
     const ValueSummary values = summarise(p.layer().statistics, info, scene.volumes.at(0).unit);
     for (const double value : {values.lowest, values.highest})
         checkValue(value, "physical values", store.path().string());
     hideTable(scene, values, floor, ram, threads, p.layer());
-    takeLabels(scene, ram, p.layer());
+    takeLabels(scene, kept, ram, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
         p.setFunction(presetFunction(*name, values), scene);
@@ -366,6 +374,10 @@ Planner viewOf(const Scene& given, const StoreReader& store, Statistics* kept, M
 
 } // namespace
 
+KnownLayer KnownLayer::of(Layer& layer) {
+    return {std::move(layer.statistics), std::move(layer.labels), std::move(layer.labelBricks)};
+}
+
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel) {
     Planner p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
@@ -375,7 +387,7 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel,
-                  Statistics* known) {
+                  KnownLayer* known) {
     Planner p = viewOf(withoutUnusedLight(scene), store, known, context.ram, context.threads, bytesPerPixel);
     checkSurfaceOcclusion(p);
     p.chooseAgain(scene, limits, context, choice);

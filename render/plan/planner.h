@@ -88,17 +88,27 @@ class Planner : public FramePlan {
     void prepareSegments();
 };
 
+/// What a plan of the same volume and scene, but for its camera, has read before: moved from. What refers to
+/// the labels stays valid, because they are the same.
+struct KnownLayer {
+    Statistics statistics;
+    std::unique_ptr<DrawnLabels> labels; // null where the scene has none
+    std::unique_ptr<LabelBricks> labelBricks;
+    /// Of a layer that is not used any more.
+    static KnownLayer of(Layer& layer);
+};
+
 /// The plan of a picture.
 /// @param limits   of the device, without the scene's light, or the defaults where none is used
 /// @param context  its RAM is charged for all that the plan keeps
 /// @param choice  perBrick, unless in tests and comparisons
 /// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
-/// @param known  the volume's statistics, if they were read before; moved from
+/// @param known  what was read before, or null; moved from
 /// Throws InputError for a budget below the scene's minimum, naming that. Throws it too for a transfer
 /// function that does not suit the volume.
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice = LevelChoice::perBrick,
-                  std::size_t bytesPerPixel = kPictureBytesPerPixel, Statistics* known = nullptr);
+                  std::size_t bytesPerPixel = kPictureBytesPerPixel, KnownLayer* known = nullptr);
 
 /// The same without levels, their maps and the cache: for a picture whose levels change, which has no
 /// occlusion of surfaces.

@@ -2,6 +2,7 @@
 // engine and in the light of voxels. The native engine has the mirror's bits, the GPU ray caster its own
 // tolerance, and skipping changes nothing.
 #include "core/image/image_metrics.h"
+#include "render/picture/frame_renderer.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/graded.h"
 #include "tests/support/labelled.h"
@@ -360,6 +361,33 @@ TEST(LabelBudgets, PassesChangeNothing) {
     EXPECT_FALSE(isBlank(ample));
     for (const std::size_t mib : {24u, 40u})
         EXPECT_EQ(differing(drawnBy(scene, EngineKind::native, std::size_t{mib} << 20), ample), 0u) << mib;
+}
+
+// Frames keep bricks and labels from one to the next, and are stills bit by bit; other looks too.
+TEST(LabelFrames, EqualStills) {
+    MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30),
+        gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+    const StoreReader store(storePath("torso"), ram);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.verify = Verify::none;
+    FrameRenderer frames(store, ram, gpu, options);
+    const LabelCase looks[] = {{"soft-tissue", 0, Lit::shadows, LabelLook::solid},
+                               {"soft-tissue", 0, Lit::shadows, LabelLook::tint}};
+    int number = 0;
+    for (const int look : {0, 0, 0, 1, 1, 0}) {
+        Scene scene = looks[look].scene({32, 32});
+        Camera camera = std::get<Camera>(scene.camera);
+        camera.position += glm::dvec3(7.0 * number++, 0, 3);
+        scene.camera = camera;
+        const Image frame = frames.draw(scene).image;
+        EXPECT_FALSE(isBlank(frame));
+        MemoryBudget otherRam("RAM", "--ram", std::size_t{1} << 30),
+            otherGpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+        EXPECT_EQ(differing(renderScene(scene, store, otherRam, otherGpu, options).image, frame), 0u)
+            << number;
+    }
+    EXPECT_GT(frames.kept().goneOn, 1u);
 }
 
 TEST(LabelRefusals, NameWhatIsMeant) {
