@@ -128,12 +128,6 @@ class TableReader {
     std::string where_;
 };
 
-/// The document of the group, with its checksum checked, and memory for it.
-struct Group {
-    Json document;
-    Charge charge;
-};
-
 void checkDepth(const std::string& text, const std::string& where) {
     int depth = 0;
     bool isQuoted = false;
@@ -150,8 +144,10 @@ void checkDepth(const std::string& text, const std::string& where) {
     }
 }
 
-Group readGroup(const FileHandle& folder, const fs::path& store, const std::string& where,
-                MemoryBudget& ram) {
+/// The document of the group, with its checksum checked.
+/// @param charge  gets the memory for it
+Json readGroup(const FileHandle& folder, const fs::path& store, const std::string& where, MemoryBudget& ram,
+               Charge& charge) {
     const std::string name = std::string(kSets) + "/zarr.json";
     const auto file = openIn(folder, name, store);
     if (!file)
@@ -159,18 +155,16 @@ Group readGroup(const FileHandle& folder, const fs::path& store, const std::stri
     const std::uint64_t bytes = fileSize(*file, where);
     if (bytes > kMaxTableBytes)
         throw badFile(where, "at most 64 MiB", formatBytes(bytes));
-    Group group;
-    group.charge = ram.charge(static_cast<std::size_t>(bytes) * kJsonBytesPerByte, "the table of labels");
+    charge = ram.charge(static_cast<std::size_t>(bytes) * kJsonBytesPerByte, "the table of labels");
     const auto text = readText(folder, name, store, kMaxTableBytes);
     if (!text || text->size() > bytes)
         throw badFile(where, "a file that nothing changes", "one that grew");
     checkDepth(*text, where);
-    group.document = parseJson(*text, where);
-    if (!group.document.is_object() || !group.document.contains("attributes") ||
-        !group.document.at("attributes").is_object())
+    Json document = parseJson(*text, where);
+    if (!document.is_object() || !document.contains("attributes") || !document.at("attributes").is_object())
         throw badFile(where, "the table of a volume of labels", "other JSON");
-    checkSeal(group.document, where);
-    return group;
+    checkSeal(document, where);
+    return document;
 }
 
 /// An array, piece by piece from its start.
@@ -425,8 +419,8 @@ LabelFiles readLabelFiles(const StoreReader& store, MemoryBudget& ram) {
     LabelFiles files;
     ArraysOf arrays;
     {
-        const Group group = readGroup(folder, store.path(), where, ram);
-        const Json& document = group.document;
+        Charge charge;
+        const Json document = readGroup(folder, store.path(), where, ram, charge);
         integerAt(document, root + "/version", kLabelsVersion, kLabelsVersion, where);
         if (textAt(document, root + "/store", where) != store.contentHash())
             throw badFile(where, "the table of this store's labels", "that of another");

@@ -36,8 +36,9 @@ inline std::size_t bytesOf(const LabelTable& table) {
     std::size_t bytes = 0;
     for (const Label& label : table.labels)
         bytes += sizeof(Label) + label.name.size() + label.group.size() + kAllocation;
-    for (const auto& set : table.sets)
-        bytes += sizeof(set) + set.size() * sizeof(std::uint16_t) + kAllocation;
+    using Set = std::vector<std::uint16_t>;
+    for (const Set& set : table.sets)
+        bytes += sizeof(Set) + set.size() * sizeof(std::uint16_t) + kAllocation;
     return bytes;
 }
 

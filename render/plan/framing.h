@@ -7,6 +7,7 @@
 #include "core/scene/camera.h"
 #include "core/scene/scene.h" // FittedView
 #include "core/scene/transfer_function.h"
+#include "render/labels/label_field.h"
 #include "render/plan/drawn_part.h"
 
 #include <cstddef>

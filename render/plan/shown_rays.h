@@ -8,6 +8,7 @@
 #include "core/scene/transfer_function.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray.h"
+#include "render/labels/label_field.h"
 #include "render/plan/drawn_part.h"
 
 #include <array>

@@ -31,7 +31,7 @@ template <class T> bool isLabel(T number, std::uint32_t& label) {
     if constexpr (std::is_integral_v<T>) {
         if (!std::in_range<std::uint32_t>(number))
             return false;
-        label = static_cast<std::uint32_t>(number);
+        label = static_cast<std::uint32_t>(static_cast<std::make_unsigned_t<T>>(number));
         return true;
     } else {
         if (!(number >= 0 && number < static_cast<T>(4294967296.0)))
