@@ -14,7 +14,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kTexels = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
 constexpr int kCellsLevel = 3; // whose samples are cells
 static_assert(1 << kCellsLevel == kCellExtent);
 /// A brick of several sets.
@@ -59,7 +58,6 @@ void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
         tinted = tinted || f.tinted > 0;
         solid = solid || f.solid > 0;
     }
-    showsFunction_ = plain || tinted;
     numbers_ = {};
     numbers_.density = density;
     const auto channels = [&](bool needed, std::int32_t& first, int count) {
@@ -157,11 +155,11 @@ int DrawnLabels::onlySetOf(const glm::ivec3& brick) const {
 
 void DrawnLabels::fill(std::size_t brick, int level, std::span<std::uint16_t> out) const {
     const auto channels = static_cast<std::size_t>(numbers_.count);
-    TESSERA_CHECK(out.size() == channels * kTexels);
+    TESSERA_CHECK(out.size() == channels * kBrickTexels);
     const glm::ivec3 at = gridPosition(brick, bricks_);
     if (const int only = onlySetOf(at); only != kSeveral) {
         for (std::size_t c = 0; c < channels; ++c)
-            std::fill_n(out.data() + c * kTexels, kTexels,
+            std::fill_n(out.data() + c * kBrickTexels, kBrickTexels,
                         texelsBySet_[static_cast<std::size_t>(only) * channels + c]);
         return;
     }
@@ -175,7 +173,7 @@ void DrawnLabels::fill(std::size_t brick, int level, std::span<std::uint16_t> ou
                 const glm::ivec3 low = at * kCellsPerBrick + glm::ivec3(x, y, z) * cells;
                 put(sumOf(low, glm::min(low + cells, cells_)), level, texels);
                 for (std::size_t c = 0; c < channels; ++c)
-                    out[c * kTexels + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))] = texels[c];
+                    out[c * kBrickTexels + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))] = texels[c];
             }
 }
 
@@ -193,10 +191,10 @@ void DrawnLabels::fillFromVoxels(const glm::ivec3& brick, int level, std::span<s
                 return std::min<std::size_t>(set, bySet_.size() - 1);
             };
             if (level == 0) {
-                for (std::size_t i = 0; i < kTexels; ++i) {
+                for (std::size_t i = 0; i < kBrickTexels; ++i) {
                     const std::uint16_t* const of = texelsBySet_.data() + setAt(i) * channels;
                     for (std::size_t c = 0; c < channels; ++c)
-                        out[c * kTexels + i] = of[c];
+                        out[c * kBrickTexels + i] = of[c];
                 }
                 return;
             }
@@ -215,7 +213,8 @@ void DrawnLabels::fillFromVoxels(const glm::ivec3& brick, int level, std::span<s
                                             1);
                         put(sum, level, texels);
                         for (std::size_t c = 0; c < channels; ++c)
-                            out[c * kTexels + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))] = texels[c];
+                            out[c * kBrickTexels + linearIndex({x, y, z}, glm::ivec3(kBrickExtent))] =
+                                texels[c];
                     }
         }
     });
@@ -229,9 +228,9 @@ void DrawnLabels::extinctions(const ChunkKey& key, std::span<float> function, st
     const int edge = kBrickExtent >> key.level, along = 1 << key.level; // samples and number of its bricks
     const glm::ivec3 first = glm::ivec3(key.i, key.j, key.k) * along;
     const auto channels = static_cast<std::size_t>(numbers_.count);
-    std::vector<std::uint16_t> texels(channels * kTexels);
+    std::vector<std::uint16_t> texels(channels * kBrickTexels);
     const auto factor = [&](std::int32_t channel, std::size_t i) {
-        return texels[static_cast<std::size_t>(channel) * kTexels + i] * (1 / leaf::kLightOne);
+        return texels[static_cast<std::size_t>(channel) * kBrickTexels + i] * (1 / leaf::kLightOne);
     };
     for (int z = 0; z < along; ++z)
         for (int y = 0; y < along; ++y)
@@ -243,7 +242,7 @@ void DrawnLabels::extinctions(const ChunkKey& key, std::span<float> function, st
                     fill(linearIndex(brick, bricks_), key.level, texels);
                 else
                     for (std::size_t c = 0; c < channels; ++c)
-                        texels[c * kTexels] = standing(linearIndex(brick, bricks_), static_cast<int>(c));
+                        texels[c * kBrickTexels] = standing(linearIndex(brick, bricks_), static_cast<int>(c));
                 for (int k = 0; k < edge; ++k)
                     for (int j = 0; j < edge; ++j)
                         for (int i = 0; i < edge; ++i) {

@@ -5,6 +5,7 @@
 #include "bricking/cache/chunk_source.h"
 #include "bricking/labels/label_volume.h"
 #include "bricking/statistics/statistics.h"
+#include "core/base/brick.h"
 #include "core/base/budget.h"
 #include "render/contract/scene_numbers.h"
 
@@ -25,6 +26,9 @@ struct LabelFactors {
     bool shows() const { return plain > 0 || tinted > 0 || solid > 0; }
 };
 
+/// Texels of a channel in the layout of a brick at level 0.
+constexpr std::size_t kBrickTexels = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
+
 class DrawnLabels {
   public:
     /// @param volume   on the lattice of the volume that is drawn
@@ -41,8 +45,7 @@ class DrawnLabels {
     const leaf::LabelNumbers& numbers() const { return numbers_; }
     /// Labels of the table that some voxel has, and that are drawn.
     std::size_t shownLabels() const;
-    /// Something of the function is drawn; something of the labels' medium is.
-    bool showsFunction() const { return showsFunction_; }
+    /// Something of the labels' medium is drawn.
     bool showsMedium() const { return numbers_.solid >= 0; }
     /// Other factors for the same sets; channels are found anew.
     void setFactors(std::vector<LabelFactors> bySet, float density);
@@ -79,7 +82,6 @@ class DrawnLabels {
     std::vector<LabelFactors> bySet_;
     leaf::LabelNumbers numbers_;
     std::vector<std::uint16_t> texelsBySet_, standing_; // numbers_.count a set; a brick
-    bool showsFunction_ = false;
     Charge showsCharge_;
 };
 

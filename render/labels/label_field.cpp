@@ -8,10 +8,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kTexelsKept = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
-
 std::size_t texelBytesOf(const DrawnLabels& labels) {
-    return static_cast<std::size_t>(labels.numbers().count) * kTexelsKept * sizeof(std::uint16_t);
+    return static_cast<std::size_t>(labels.numbers().count) * kBrickTexels * sizeof(std::uint16_t);
 }
 
 } // namespace
@@ -30,7 +28,7 @@ LabelBricks::Texels LabelBricks::get(std::size_t brick, int level) {
         }
     }
     auto texels = std::make_shared<std::vector<std::uint16_t>>(
-        static_cast<std::size_t>(labels_.numbers().count) * kTexelsKept);
+        static_cast<std::size_t>(labels_.numbers().count) * kBrickTexels);
     labels_.fill(brick, level, *texels);
     const std::lock_guard lock(mutex_);
     if (kept_.size() >= kMost)
@@ -52,7 +50,7 @@ float LabelField::at(int channel, int level, const glm::ivec3& i) {
     }
     if (!recent.texels)
         return labels().standing(brick, channel);
-    return (*recent.texels)[static_cast<std::size_t>(channel) * kTexelsKept +
+    return (*recent.texels)[static_cast<std::size_t>(channel) * kBrickTexels +
                             linearIndex(i & ((kBrickExtent >> level) - 1), glm::ivec3(kBrickExtent))];
 }
 

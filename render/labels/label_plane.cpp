@@ -14,7 +14,6 @@ namespace tessera {
 namespace {
 
 constexpr std::uint32_t kValueBit = 0x80000000u; // brick_residency.h
-constexpr std::size_t kTexelsOfBrick = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
 
 } // namespace
 
@@ -24,13 +23,13 @@ LabelPlane::LabelPlane(const DrawnLabels& labels, std::vector<Plane*> channels)
 }
 
 void LabelPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) {
-    std::vector<std::uint16_t> texels(channels_.size() * kTexelsOfBrick);
+    std::vector<std::uint16_t> texels(channels_.size() * kBrickTexels);
     labels_.fill(samples.brick, slot.level, texels);
     Chunk chunk; // in the layout of a chunk's samples, as planes need it
-    chunk.size = kTexelsOfBrick * sizeof(std::uint16_t);
+    chunk.size = kBrickTexels * sizeof(std::uint16_t);
     chunk.bytes = std::make_unique_for_overwrite<std::byte[]>(chunk.size);
     for (std::size_t c = 0; c < channels_.size(); ++c) {
-        std::memcpy(chunk.bytes.get(), texels.data() + c * kTexelsOfBrick, chunk.size);
+        std::memcpy(chunk.bytes.get(), texels.data() + c * kBrickTexels, chunk.size);
         channels_[c]->put(slot, {chunk, glm::ivec3(0), samples.edge, samples.brick}, work);
     }
 }

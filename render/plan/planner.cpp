@@ -7,10 +7,10 @@
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
-#include "render/labels/label_looks.h"
 #include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
+#include "render/plan/layer_labels.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -279,58 +279,6 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
-/// Throws InputError naming the labels where their voxels are not those of the volume.
-void requireSameLattice(const StoreReader& labels, const VolumeInfo& volume) {
-    const VolumeInfo& info = labels.info();
-    const auto text = [](const glm::ivec3& e) {
-        return std::to_string(e.x) + " x " + std::to_string(e.y) + " x " + std::to_string(e.z) + " voxels";
-    };
-    if (info.extentVoxels != volume.extentVoxels)
-        throw badFile(labels.path().string(), "labels of " + text(volume.extentVoxels) + ", as the volume",
-                      text(info.extentVoxels));
-    constexpr double kSame = 1e-3; // of a voxel
-    const glm::dmat4 between = glm::inverse(volume.patientFromVoxel) * info.patientFromVoxel;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 at =
-            glm::dvec3(volume.extentVoxels) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-        const glm::dvec3 off = glm::abs(glm::dvec3(between * glm::dvec4(at, 1)) - at);
-        if (!(std::max({off.x, off.y, off.z}) < kSame))
-            throw badFile(labels.path().string(), "labels on the volume's voxels",
-                          "others, " + std::to_string(std::max({off.x, off.y, off.z})) + " voxels away");
-    }
-}
-
-/// The labels of the scene, and statistics of what they show.
-/// @param known  null: they are read
-void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer& layer) {
-    const Labels& labels = scene.volumes.at(0).labels;
-    if (labels.path.empty() || reductionOf(scene) != Reduction::composite) {
-        layer.statistics.showFunction();
-        return;
-    }
-    if (known && known->labels) {
-        layer.labels = std::move(known->labels);
-        layer.labelBricks = std::move(known->labelBricks);
-        return;
-    }
-    if (!scene.surfaces.empty())
-        throw InputError("volumes[0].labels: expected no isosurfaces beside labels, found " +
-                         std::to_string(scene.surfaces.size()) + "; leave one of them out");
-    if (const Integrator named = scene.quality.integrator;
-        named != Integrator::automatic && named != Integrator::midpoint)
-        throw InputError(
-            "integrator: expected midpoint with labels, whose shares change within a segment, found " +
-            integratorNames()[static_cast<std::size_t>(named)]);
-    auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
-    requireSameLattice(volume->voxels(), layer.info());
-    LabelTable table = namedLabels(volume->table(), labels);
-    LabelMedium medium = labelLooks(table, labels, typicalVoxelMm(layer.info()), "volumes[0].labels");
-    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table), std::move(medium.bySet),
-                                                 medium.density);
-    layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);
-    layer.labels->showOnly(layer.statistics, ram);
-}
-
 /// @param kept  null: read from the store
 Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, MemoryBudget& ram, int threads,
                std::size_t bytesPerPixel) {
@@ -373,10 +321,6 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
 }
 
 } // namespace
-
-KnownLayer KnownLayer::of(Layer& layer) {
-    return {std::move(layer.statistics), std::move(layer.labels), std::move(layer.labelBricks)};
-}
 
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel) {

@@ -8,6 +8,7 @@
 #include "core/scene/scene.h"
 #include "render/plan/frame_context.h"
 #include "render/plan/frame_plan.h"
+#include "render/plan/layer_labels.h"
 #include "render/residency/pages.h"
 
 #include <span>
@@ -86,16 +87,6 @@ class Planner : public FramePlan {
     void setValues(const Scene& scene, Reduction reduction);
     /// The tables that segments of the lengths need which rays take through the selection.
     void prepareSegments();
-};
-
-/// What a plan of the same volume and scene, but for its camera, has read before: moved from. What refers to
-/// the labels stays valid, because they are the same.
-struct KnownLayer {
-    Statistics statistics;
-    std::unique_ptr<DrawnLabels> labels; // null where the scene has none
-    std::unique_ptr<LabelBricks> labelBricks;
-    /// Of a layer that is not used any more.
-    static KnownLayer of(Layer& layer);
 };
 
 /// The plan of a picture.

@@ -88,11 +88,10 @@ ShownRays::Labelled ShownRays::labelled(NearLabels& near, const glm::ivec3& voxe
         return {};
     if (const std::size_t brick = linearIndex(voxel / kBrickExtent, bricks_); brick != near.brick)
         near = {brick, labels_->get(brick, 0)};
-    constexpr auto kTexels = std::size_t{kBrickExtent} * kBrickExtent * kBrickExtent;
     const leaf::LabelNumbers& numbers = labels_->labels().numbers();
     const std::size_t at = linearIndex(voxel % kBrickExtent, glm::ivec3(kBrickExtent));
     const auto shares = leaf::labelShares<double>(numbers, [&](int channel) {
-        return static_cast<double>((*near.texels)[static_cast<std::size_t>(channel) * kTexels + at]) /
+        return static_cast<double>((*near.texels)[static_cast<std::size_t>(channel) * kBrickTexels + at]) /
                double{leaf::kLightOne};
     });
     return {leaf::labelledFunction(shares, 1.0), leaf::labelledMedium(shares, double{numbers.density})};
