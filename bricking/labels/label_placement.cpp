@@ -54,19 +54,6 @@ bool isFiner(const VolumeInfo& layer, const VolumeInfo& scan) {
 
 } // namespace
 
-bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b) {
-    if (a.extentVoxels != b.extentVoxels)
-        return false;
-    const glm::dmat4 bFromA = glm::inverse(b.patientFromVoxel) * a.patientFromVoxel;
-    for (int i = 0; i < 8; ++i) {
-        const glm::dvec3 corner(cornerOf(glm::ivec3(0), a.extentVoxels, i));
-        const glm::dvec3 off = glm::abs(apply(bFromA, corner) - corner);
-        if (!(std::max({off.x, off.y, off.z}) <= kSameVoxels))
-            return false;
-    }
-    return true;
-}
-
 bool overlap(const VolumeInfo& a, const VolumeInfo& b) {
     const PatientBox boxA = patientBoxOf(a), boxB = patientBoxOf(b);
     for (int axis = 0; axis < 3; ++axis)

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "bricking/labels/label_group.h"
+#include "bricking/labels/label_volume.h"
 
 #include <array>
 #include <cstdint>
@@ -21,11 +22,8 @@
 
 namespace tessera {
 
-constexpr double kSameVoxels = 1e-3;
 constexpr double kFiner = 2;
 
-/// True if the corners of both grids agree to kSameVoxels of a voxel.
-bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b);
 /// False if the boxes of both along the patient's axes have no point in common.
 bool overlap(const VolumeInfo& a, const VolumeInfo& b);
 

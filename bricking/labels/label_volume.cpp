@@ -3,9 +3,25 @@
 
 #include "bricking/labels/label_files.h"
 
+#include <algorithm>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
 #include <utility>
 
 namespace tessera {
+
+bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b) {
+    if (a.extentVoxels != b.extentVoxels)
+        return false;
+    const glm::dmat4 bFromA = glm::inverse(b.patientFromVoxel) * a.patientFromVoxel;
+    for (int i = 0; i < 8; ++i) {
+        const glm::dvec3 corner = glm::dvec3(a.extentVoxels) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2);
+        const glm::dvec3 off = glm::abs(glm::dvec3(bFromA * glm::dvec4(corner, 1)) - corner);
+        if (!(std::max({off.x, off.y, off.z}) <= kSameVoxels))
+            return false;
+    }
+    return true;
+}
 
 LabelVolume::LabelVolume(const std::filesystem::path& store, MemoryBudget& ram) : voxels_(store, ram) {
     LabelFiles files = readLabelFiles(voxels_, ram);

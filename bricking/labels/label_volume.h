@@ -10,6 +10,10 @@
 
 namespace tessera {
 
+/// Grids are the same if their corners agree to so much of a voxel.
+constexpr double kSameVoxels = 1e-3;
+bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b);
+
 class LabelVolume {
   public:
     /// Opens a store that importLabels() has made. Throws InputError naming the file that is missing, damaged

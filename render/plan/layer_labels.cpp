@@ -4,32 +4,22 @@
 #include "core/base/error.h"
 #include "render/labels/label_looks.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
 namespace tessera {
 namespace {
 
+std::string extentOf(const VolumeInfo& info) {
+    const glm::ivec3& e = info.extentVoxels;
+    return std::to_string(e.x) + " x " + std::to_string(e.y) + " x " + std::to_string(e.z) + " voxels";
+}
+
 /// Throws InputError naming the labels where their voxels are not those of the volume.
-void requireSameLattice(const StoreReader& labels, const VolumeInfo& volume) {
-    const VolumeInfo& info = labels.info();
-    const auto text = [](const glm::ivec3& e) {
-        return std::to_string(e.x) + " x " + std::to_string(e.y) + " x " + std::to_string(e.z) + " voxels";
-    };
-    if (info.extentVoxels != volume.extentVoxels)
-        throw badFile(labels.path().string(), "labels of " + text(volume.extentVoxels) + ", as the volume",
-                      text(info.extentVoxels));
-    constexpr double kSame = 1e-3; // of a voxel
-    const glm::dmat4 between = glm::inverse(volume.patientFromVoxel) * info.patientFromVoxel;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 at =
-            glm::dvec3(volume.extentVoxels) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-        const glm::dvec3 off = glm::abs(glm::dvec3(between * glm::dvec4(at, 1)) - at);
-        if (!(std::max({off.x, off.y, off.z}) < kSame))
-            throw badFile(labels.path().string(), "labels on the volume's voxels",
-                          "others, " + std::to_string(std::max({off.x, off.y, off.z})) + " voxels away");
-    }
+void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume) {
+    if (!isSameGrid(labels.info(), volume))
+        throw badFile(labels.path().string(), "labels on the volume's grid of " + extentOf(volume),
+                      extentOf(labels.info()) + " in size or place of their own");
 }
 
 } // namespace
@@ -58,7 +48,7 @@ void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer&
             "integrator: expected midpoint with labels, whose shares change within a segment, found " +
             integratorNames()[static_cast<std::size_t>(named)]);
     auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
-    requireSameLattice(volume->voxels(), layer.info());
+    requireSameGrid(volume->voxels(), layer.info());
     LabelTable table = namedLabels(volume->table(), labels);
     LabelMedium medium = labelLooks(table, labels, typicalVoxelMm(layer.info()), "volumes[0].labels");
     layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table), std::move(medium.bySet),

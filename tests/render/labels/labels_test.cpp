@@ -410,6 +410,16 @@ TEST(LabelRefusals, NameWhatIsMeant) {
     scene.quality.integrator = Integrator::linear;
     EXPECT_NE(refusal(scene).find("midpoint"), std::string::npos) << refusal(scene);
     scene.quality.integrator = Integrator::midpoint;
+    // Labels of the same extent half a voxel away, and of another extent.
+    VolumeInfo moved = infoOf("torso");
+    moved.patientFromVoxel[3] += 0.5 * moved.patientFromVoxel[1];
+    VolumeInfo larger = infoOf("torso");
+    larger.extentVoxels.z += 1;
+    for (const VolumeInfo& other : {moved, larger}) {
+        const BallsOfLabels elsewhere(other);
+        label(scene, elsewhere.store);
+        EXPECT_NE(refusal(scene).find("grid"), std::string::npos) << refusal(scene);
+    }
     scene.volumes[0].labels.path = scene.volumes[0].labels.store = storePath("torso");
     EXPECT_NE(refusal(scene), "") << "a store without labels";
 }
