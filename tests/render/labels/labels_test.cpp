@@ -363,6 +363,54 @@ TEST(LabelBudgets, PassesChangeNothing) {
         EXPECT_EQ(differing(drawnBy(scene, EngineKind::native, std::size_t{mib} << 20), ample), 0u) << mib;
 }
 
+// A camera by side is fitted to what labels leave, solid or of the function: half of the torso is in the
+// middle.
+TEST(LabelCamera, IsFittedToWhatShows) {
+    const OneLabel half(infoOf("torso"), true);
+    constexpr int kEdge = 96;
+    for (const LabelLook look : {LabelLook::solid, LabelLook::plain}) {
+        Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {kEdge, kEdge});
+        FittedView view;
+        view.projection = Projection::parallel;
+        scene.camera = view;
+        scene.shading.on = false;
+        label(scene, half.store, look);
+        scene.volumes[0].labels.show = {"1"};
+        const Image image = drawnBy(scene, EngineKind::native);
+        int low = kEdge, high = -1;
+        for (int i = 0; i < kEdge * kEdge; ++i)
+            if (image.pixels[static_cast<std::size_t>(i)].a > 0.02f)
+                low = std::min(low, i % kEdge), high = std::max(high, i % kEdge);
+        EXPECT_NEAR(low + high, kEdge - 1, 6) << nameOf(look);
+        EXPECT_LT(high - low, kEdge - 20) << nameOf(look) << ": half of it";
+    }
+}
+
+// Where memory is short, bricks with borders of labels keep finer levels than those without.
+TEST(LabelLevels, BordersTakeTheMemory) {
+    Scene scene = sceneOn(infoOf("torso"), "bone-1", 0, {256, 256});
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({}, {});
+    label(scene, torsoLabels());
+    MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30),
+        gpu("GPU memory", "--gpu-memory", std::size_t{12} << 20);
+    const StoreReader store(storePath("torso"), ram);
+    const Planner p = planScene(scene, store, TextureLimits{}, {ram, gpu, 0});
+    EXPECT_GT(p.chosen.error.mean, 0);
+    double with = 0, without = 0;
+    std::size_t ofBorders = 0, others = 0;
+    for (std::size_t b = 0; b < p.layer().selection.levels.size(); ++b) {
+        const int level = p.layer().selection.levels[b];
+        if (level == Selection::kEmpty)
+            continue;
+        const bool isBorder = p.layer().statistics.labelledBricks[b].borders > 0.2f;
+        (isBorder ? with : without) += level;
+        ++(isBorder ? ofBorders : others);
+    }
+    ASSERT_GT(ofBorders, 3u);
+    ASSERT_GT(others, 3u);
+    EXPECT_LT(with / static_cast<double>(ofBorders) + 0.5, without / static_cast<double>(others));
+}
+
 // Frames keep bricks and labels from one to the next, and are stills bit by bit; other looks too.
 TEST(LabelFrames, EqualStills) {
     MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30),
