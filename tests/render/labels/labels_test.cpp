@@ -50,7 +50,9 @@ struct LabelCase {
         label(s, torsoLabels(), look);
         Labels& labels = s.volumes[0].labels;
         labels.hide = {"two"};
-        labels.each = {{"40", LabelLook::plain, 0.5, {}}, {"3", LabelLook::tint, {}, glm::dvec3(0, 1, 0)}};
+        labels.each = {{"40", LabelLook::plain, 0.5, {}},
+                       {"3", LabelLook::tint, {}, glm::dvec3(0, 1, 0)},
+                       {"7", {}, 0.05, {}}};
         if (isolates)
             labels.show = {"group:pair", "5", "6", "7"};
         return s;
@@ -238,6 +240,37 @@ TEST(LabelForms, AMediumIsEven) {
             ASSERT_NEAR(image.pixels[i].a, alpha, 2e-5);
             ASSERT_NEAR(image.pixels[i].b, 0.9 * alpha, 2e-5);
         }
+    }
+}
+
+// Two media of unlike density: depths add up, and so do colours.
+TEST(LabelForms, MediaHaveTheirOwnDensities) {
+    const GlContext context({"software"});
+    const Stored volume([](const glm::dvec3& p) { return 3 * p.x; }, glm::ivec3(44, 40, 48), true);
+    const ScratchFolder folder;
+    HeldLayer layer(volume.info, Values(cellCount(volume.info.extentVoxels)));
+    for (std::size_t i = 0; i < layer.values.size(); ++i)
+        layer.values[i] = gridPosition(i, volume.info.extentVoxels).x < 22 ? 1 : 2;
+    LabelFile file = fileOf({layer});
+    MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
+    importLabels(file, volume.info, folder / "l.zarr", ram, quickly());
+    Scene scene = volume.scene({}, 1, 24);
+    scene.shading.on = false;
+    label(scene, folder / "l.zarr");
+    scene.volumes[0].labels.each = {{"1", {}, 0.04, glm::dvec3(1, 0, 0)},
+                                    {"2", {}, 0.01, glm::dvec3(0, 0, 1)}};
+    const auto prepared = volume.prepare(scene);
+    EXPECT_GE(prepared->p.layer().labels->numbers().dense, 0);
+    // Along x, 22 mm of each.
+    const double first = -22 * std::log1p(-0.04), second = -22 * std::log1p(-0.01);
+    for (const Image& image : byEveryEngine(*prepared, scene)) {
+        const glm::vec4 middle = image.pixels[12 * 24 + 12];
+        EXPECT_NEAR(middle.a, -std::expm1(-first - second), 1e-4);
+        // Whichever is in front: both shares of light lie between those of either order.
+        const double least = -std::expm1(-first) * std::exp(-second), most = -std::expm1(-first);
+        EXPECT_GT(middle.r, least - 0.01);
+        EXPECT_LT(middle.r, most + 0.01);
+        EXPECT_NEAR(middle.r + middle.b, middle.a, 1e-4);
     }
 }
 
