@@ -218,6 +218,32 @@ TEST(LabelForms, AreThoseOfTheFunction) {
     EXPECT_LE(compare(mirrorPicture(half), mirrorPicture(table)).maxAbs, 2e-6);
 }
 
+// The light of a medium is that of a function with its extinction: occlusion and shadows.
+TEST(LabelForms, AMediumTakesLight) {
+    const OneLabel half(infoOf("torso"), true);
+    Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {32, 32});
+    scene.shading.gradientWeight = GradientWeight{1e8, 2e8}; // no surface
+    scene.lighting.lights = {keyLight()};
+    scene.lighting.occlusion = Occlusion{.rays = 16, .radiusMm = 30};
+    label(scene, half.store);
+    Labels& labels = scene.volumes[0].labels;
+    labels.show = {"1"};
+    labels.opacity = 0.05;
+    labels.each = {{"1", {}, {}, glm::dvec3(1)}};
+    const Image medium = drawnBy(scene, EngineKind::native);
+    // The same half, as tissue of one extinction.
+    labels.look = LabelLook::plain;
+    labels.opacity = {};
+    const double extinction = -std::log1p(-0.05);
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromExtinction({{-5000, extinction}, {5000, extinction}}, {{0, {1, 1, 1}}});
+    const Image function = drawnBy(scene, EngineKind::native);
+    // Without the occlusion of the medium: 0.047.
+    EXPECT_LE(compare(medium, function).rms, 0.02);
+    scene.lighting = {};
+    EXPECT_GT(compare(medium, drawnBy(scene, EngineKind::native)).rms, 0.05) << "light without shade";
+}
+
 // A medium: the opacity of a ray is that of its length.
 TEST(LabelForms, AMediumIsEven) {
     const GlContext context({"software"});
