@@ -79,8 +79,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     }
     p_.mapLevels(mapsAlways_);
     p_.openCache();
-    const FramePlan* const plans[] = {&p_};
-    engine_.open(plans, pages_);
+    engine_.open(p_, pages_);
     TESSERA_CHECK(engine_.bricks());
     if (engine_.light() && options.coarseLightFirst)
         engine_.light()->lightCoarselyFirst();

@@ -292,19 +292,25 @@ std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int thre
 
 } // namespace
 
+ViewFit shownFit(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
+                 const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                 MemoryBudget& ram, int threads, LabelBricks* labels) {
+    const VolumeInfo& info = volume.info();
+    const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
+    BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
+    return fitOfShown(axesOf(view), view.projection, cache, info, statistics, table, partOf(view, part),
+                      labels, imageSize, threads);
+}
+
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                     MemoryBudget& ram, int threads, LabelBricks* labels) {
-    const VolumeInfo& info = volume.info();
-    const ViewAxes axes = axesOf(view);
-    const Camera whole = fitCamera(info, axes, view.projection, imageSize);
-    if (view.fit == Fit::volume)
-        return whole;
-    const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
-    BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
-    const ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part),
-                                   labels, imageSize, threads);
-    return fit.empty() ? whole : fit.camera();
+    if (view.fit != Fit::volume)
+        if (const ViewFit fit =
+                shownFit(view, volume, statistics, table, part, imageSize, ram, threads, labels);
+            !fit.empty())
+            return fit.camera();
+    return fitCamera(volume.info(), axesOf(view), view.projection, imageSize);
 }
 
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,

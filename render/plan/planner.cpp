@@ -10,6 +10,7 @@
 #include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
+#include "render/plan/fusion.h"
 #include "render/plan/layer_labels.h"
 #include "render/plan/visibility_rays.h"
 
@@ -77,6 +78,7 @@ constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
 
 void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     layer().function = f;
+    layer().function.setShare(scene.volumes.at(0).opacity);
     revisions.function = revisions.tables = PlanRevisions::next();
     if (const Reduction reduction = reductionOf(scene); reduction != Reduction::composite) {
         setValues(scene, reduction);
@@ -139,7 +141,12 @@ void Planner::setValues(const Scene& scene, Reduction reduction) {
 }
 
 void Planner::aim() {
-    view.aim(info());
+    if (fused) {
+        view.frame = rayFrame(view.camera, fused->voxels, view.imageSize, view.quality.stepVoxels);
+        fused->part.clip(view.frame);
+    } else {
+        view.aim(info());
+    }
     placeLights(layer().optics, view.lighting, view.camera, info());
 }
 
@@ -189,6 +196,12 @@ void Planner::prepareSegments() {
                             longest - first + 1);
     if (layer().optics.integrator == Integrator::preintegrated2d) // its tables depend on a length
         revisions.tables = PlanRevisions::next();
+}
+
+void Planner::setShadowLayers(int layers) {
+    view.shadowQuality.layers = layers;
+    for (const auto& volume : further)
+        volume->plan.setShadowLayers(layers);
 }
 
 void Planner::setTermination(float transmittance) {
@@ -279,6 +292,7 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
+/// Without its camera.
 /// @param kept  null: read from the store
 Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, MemoryBudget& ram, int threads,
                std::size_t bytesPerPixel) {
@@ -314,17 +328,29 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     else
         p.setFunction(std::get<TransferFunction>(function), scene);
     p.view.part = drawnPart(scene, info);
-    p.view.camera = plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().table,
-                                  p.view.part, ram, threads, p.layer().labelBricks.get());
     p.ramFloorBytes = floor;
     return p;
 }
 
+/// Sets the scene's camera, which is that of lights too.
+void takeCamera(const Scene& scene, Planner& p) {
+    p.setCamera(plannedCamera(asDrawn(scene), p.layer().voxels(), p.layer().statistics, p.layer().table,
+                              p.view.part, *p.ram, p.threads, p.layer().labelBricks.get()));
+}
+
 } // namespace
+
+Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
+                   std::size_t bytesPerPixel, KnownLayer* known) {
+    Planner p = viewOf(withoutUnusedLight(scene), store, known, ram, threads, bytesPerPixel);
+    checkSurfaceOcclusion(p);
+    return p;
+}
 
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel) {
     Planner p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+    takeCamera(scene, p);
     p.view.lighting.surfaceOcclusion.reset();
     return p;
 }
@@ -332,8 +358,8 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel,
                   KnownLayer* known) {
-    Planner p = viewOf(withoutUnusedLight(scene), store, known, context.ram, context.threads, bytesPerPixel);
-    checkSurfaceOcclusion(p);
+    Planner p = planVolume(scene, store, context.ram, context.threads, bytesPerPixel, known);
+    takeCamera(scene, p);
     p.chooseAgain(scene, limits, context, choice);
     return p;
 }
@@ -417,6 +443,11 @@ void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const
 
 void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
                           LevelChoice choice) {
+    for (std::size_t n = 0; n < further.size(); ++n) {
+        FurtherVolume& volume = further[n];
+        volume.plan.chooseAgain(sceneInFusion(given, n + 1), engineLimits,
+                                {volume.ram, volume.gpu, context.threads, &context.progress}, choice);
+    }
     const Scene scene = asDrawn(given);
     layer().cache.reset(); // it has all remaining memory
     view.quality = scene.quality;

@@ -73,6 +73,16 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--preset", a->preset,
                    joinNames(presetNames()) + ", a kept one, or a file that `tessera preset` reads (default: "
                                               "bone-1 for HU, auto for other values)");
+    command
+        .option("--with", a->with,
+                "another volume in the same picture, such as a PET on a CT, at its own place in patient "
+                "space; may be repeated")
+        .oneValueEach();
+    command
+        .option("--with-preset", a->withPresets,
+                "preset of the volume of --with, in the same order; may be repeated (default: as --preset)")
+        .oneValueEach();
+    a->keys.add(command, {"fusion"});
     command.option("--view", a->view,
                    joinNames(viewNames()) +
                        "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "

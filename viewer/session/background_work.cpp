@@ -8,6 +8,7 @@
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/options/options.h" // formatNumber
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 namespace tessera {
@@ -35,7 +36,7 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& s
     picture->camera = result.camera;
     picture->asked = asked;
     picture->drawingMs = 1e3 * (result.secondsPreparing + result.secondsLoading + result.secondsDrawing);
-    picture->manifest = makeManifest(scene, store, result, ram, gpu)
+    picture->manifest = makeManifest(scene, std::array{&store}, result, ram, gpu)
                             .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     picture->background = scene.background;
     finished.measured = measuredText(result);

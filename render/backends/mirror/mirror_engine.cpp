@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/light/scene_light.h"
+#include "render/plan/fusion.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -26,8 +27,12 @@ class MirrorCaster : public RayCaster {
         cuts_.reset();
         if (rays.frame.cuts)
             cuts_ = cutRays(rays.frame, rays.places, threads_);
-        if (lightChannels(scene_.view.lighting) > 0)
-            lightBricks();
+        if (lightChannels(scene_.view.lighting) > 0) {
+            lit_.resize(1 + scene_.further.size());
+            lightBricks(scene_, lit_.front());
+            for (std::size_t n = 0; n < scene_.further.size(); ++n)
+                lightBricks(scene_.further[n].plan, lit_[n + 1]);
+        }
     }
 
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override {
@@ -58,23 +63,31 @@ class MirrorCaster : public RayCaster {
     }
 
   private:
-    /// Lights bricks for the current scene, unless they are lit.
-    void lightBricks() {
-        const std::vector<std::uint8_t>& levels = scene_.layer().selection.levels;
-        if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera &&
-            litFunction_ == scene_.revisions.function)
+    /// A volume's light, and what it was made for.
+    struct Lit {
+        std::optional<StoredLight> light;
+        std::vector<std::uint8_t> levels;
+        Camera camera;
+        std::uint64_t function = 0;
+    };
+    /// Lights a plan's bricks, unless they are lit.
+    void lightBricks(const FramePlan& plan, Lit& lit) const {
+        const std::vector<std::uint8_t>& levels = plan.layer().selection.levels;
+        if (lit.light && lit.levels == levels && lit.camera == plan.view.camera &&
+            lit.function == plan.revisions.function)
             return;
-        light_.reset();
-        SceneLight light(scene_, threads_);
-        light_.emplace(light, scene_, budget_);
-        litLevels_ = levels;
-        litCamera_ = scene_.view.camera;
-        litFunction_ = scene_.revisions.function;
+        lit.light.reset();
+        SceneLight light(plan, threads_);
+        lit.light.emplace(light, plan, budget_);
+        lit.levels = levels;
+        lit.camera = plan.view.camera;
+        lit.function = plan.revisions.function;
     }
     MirrorInput input() const {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);
         input.strides = rays_.strides;
-        input.light = light_ ? &*light_ : nullptr;
+        for (std::size_t n = 0; n < lit_.size(); ++n)
+            (n == 0 ? input : input.further[n - 1]).light = &*lit_[n].light;
         input.cuts = cuts_ ? &*cuts_ : nullptr;
         input.segmentVoxels = rays_.frame.segmentVoxels;
         return input;
@@ -84,10 +97,7 @@ class MirrorCaster : public RayCaster {
     bool hits_;
     int threads_;
     MemoryBudget& budget_;
-    std::optional<StoredLight> light_;
-    std::vector<std::uint8_t> litLevels_; // at the time of light_
-    Camera litCamera_;
-    std::uint64_t litFunction_ = 0;
+    std::vector<Lit> lit_; // of all volumes, where the scene has light of voxels
     Rays rays_;
     std::optional<CutRays> cuts_;
     Image picture_;
@@ -117,9 +127,8 @@ class MirrorCounter : public VisibilityCounter {
 
 } // namespace
 
-void MirrorEngine::open(std::span<const FramePlan* const> plans, std::size_t) {
-    TESSERA_CHECK(plans.size() == 1);
-    scene_ = plans.front();
+void MirrorEngine::open(const FramePlan& plan, std::size_t) {
+    scene_ = &plan;
 }
 
 std::unique_ptr<RayCaster> MirrorEngine::caster(const CasterOptions& options, MemoryBudget& gpu) {
@@ -135,6 +144,7 @@ EngineTraits mirrorTraits() {
     traits.kind = EngineKind::mirror;
     traits.name = "mirror";
     traits.singleRays = true;
+    traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<MirrorEngine>(input.threads);
     };

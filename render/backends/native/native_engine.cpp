@@ -7,6 +7,7 @@
 #include "render/backends/native/native_caster.h"
 #include "render/backends/native/native_field.h"
 #include "render/backends/native/native_shadows.h"
+#include "render/plan/fusion.h"
 #include "render/plan/visibility_rays.h"
 
 #include <utility>
@@ -84,10 +85,9 @@ TextureLimits NativeEngine::limits() const {
     return limits;
 }
 
-void NativeEngine::open(std::span<const FramePlan* const> plans, std::size_t pages) {
-    TESSERA_CHECK(plans.size() == 1);
+void NativeEngine::open(const FramePlan& plan, std::size_t pages) {
     close();
-    scene_ = plans.front();
+    scene_ = &plan;
     taken_ = scene_->revisions;
     TextureLimits limits = this->limits();
     limits.pageEdge = scene_->layer().pageEdge;
@@ -112,9 +112,12 @@ void NativeEngine::open(std::span<const FramePlan* const> plans, std::size_t pag
         litBy_ = scene_->view.camera;
     }
     bricks_.emplace(scene_->info(), scene_->layer().selection, pages, limits, std::move(planes), ram_);
+    for (const auto& volume : plan.further)
+        further_.push_back(std::make_unique<NativeEngine>(threads_, volume->gpu, volume->ram));
 }
 
 void NativeEngine::close() {
+    further_.clear();
     bricks_.reset();
     lightPlane_.reset();
     sceneLight_.reset();
@@ -189,6 +192,7 @@ EngineTraits nativeTraits() {
     traits.name = "native";
     traits.device = std::string("CPU, ") + native::packetTarget().name;
     traits.quick = traits.countsAlways = true;
+    traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<NativeEngine>(input.threads, *input.gpu, *input.ram);
     };

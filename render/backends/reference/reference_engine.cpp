@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "render/backends/reference/reference.h"
 #include "render/backends/reference/surface_rays.h"
+#include "render/plan/fusion.h"
 
 #include <algorithm>
 
@@ -22,8 +23,9 @@ class ReferenceCaster : public RayCaster {
         check(rays);
         const ViewState& view = scene_.view;
         TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == view.imageSize);
-        rays_ = rays.places.empty() ? referenceRays(view.camera, scene_.info(), view.imageSize)
-                                    : referenceRays(view.camera, scene_.info(), view.imageSize, rays.places);
+        rays_ = rays.places.empty()
+                    ? referenceRays(view.camera, scene_.rayVoxels(), view.imageSize)
+                    : referenceRays(view.camera, scene_.rayVoxels(), view.imageSize, rays.places);
         picture_ = Image(rays.size());
         done_ = 0;
     }
@@ -60,26 +62,33 @@ class ReferenceCaster : public RayCaster {
     }
 
   private:
-    ReferenceInput input() const {
-        const Layer& volume = scene_.layer();
-        return {volume.cache.get(),
-                &scene_.info(),
-                &volume.function,
-                scene_.view.shading,
-                &volume.statistics,
-                1,
-                scene_.view.surfaces,
-                {},
-                scene_.view.lighting,
-                scene_.view.camera,
-                ReferenceInput().lightTolerance,
-                volume.optics.reduction,
-                volume.look,
-                scene_.view.part.slabs,
-                scene_.view.part.flat,
-                scene_.view.part.cuts.get(),
-                volume.labelBricks.get()};
+    static ReferenceInput inputOf(const FramePlan& plan) {
+        const Layer& volume = plan.layer();
+        ReferenceInput input;
+        input.cache = volume.cache.get();
+        input.info = &plan.info();
+        input.function = &volume.function;
+        input.shading = plan.view.shading;
+        input.statistics = &volume.statistics;
+        input.surfaces = plan.view.surfaces;
+        input.lighting = plan.view.lighting;
+        input.camera = plan.view.camera;
+        input.reduction = volume.optics.reduction;
+        input.look = volume.look;
+        const DrawnPart& part = plan.fused ? plan.fused->part : plan.view.part;
+        input.slabs = part.slabs;
+        input.flat = part.flat;
+        input.cuts = part.cuts.get();
+        input.labels = volume.labelBricks.get();
+        if (plan.fused) {
+            input.fused = &*plan.fused;
+            input.fromLattice = plan.fused->fromLattice;
+            for (const auto& further : plan.further)
+                input.further.emplace_back(inputOf(further->plan)).fromLattice = further->fromLattice;
+        }
+        return input;
     }
+    ReferenceInput input() const { return inputOf(scene_); }
 
     const FramePlan& scene_;
     bool tellsHits_;
@@ -92,9 +101,8 @@ class ReferenceCaster : public RayCaster {
 
 } // namespace
 
-void ReferenceEngine::open(std::span<const FramePlan* const> plans, std::size_t) {
-    TESSERA_CHECK(plans.size() == 1);
-    scene_ = plans.front();
+void ReferenceEngine::open(const FramePlan& plan, std::size_t) {
+    scene_ = &plan;
 }
 
 std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions& options, MemoryBudget&) {
@@ -109,6 +117,7 @@ EngineTraits referenceTraits() {
     // its rays, their colours, and the picture made from them
     traits.bytesPerPixel =
         std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
+    traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<ReferenceEngine>(input.threads);
     };

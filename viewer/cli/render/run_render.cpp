@@ -16,6 +16,7 @@
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <memory>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -70,6 +71,21 @@ void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& p
                     "; --preset, --isosurface and --mode show other things");
 }
 
+/// Opens the volumes besides the first, and names their functions.
+std::vector<std::unique_ptr<StoreReader>> openFurther(Scene& scene, MemoryBudget& ram,
+                                                      const CommonOptions& common) {
+    std::vector<std::unique_ptr<StoreReader>> stores;
+    for (std::size_t n = 1; n < scene.volumes.size(); ++n) {
+        SceneVolume& volume = scene.volumes[n];
+        volume.path = storeFor(volume, InputOptions{}, ram, common);
+        volume.source = {};
+        stores.push_back(std::make_unique<StoreReader>(volume.path, ram, volume.transform));
+        nameFunction(volume, stores.back()->info());
+        importLabelsFor(stores.back()->info(), volume.labels, ram, common);
+    }
+    return stores;
+}
+
 /// Refuses to unfold a leaking lumen: its wall takes long to draw and shows nothing useful.
 void refuseLeaks(const RenderArguments& arguments, const Path& path) {
     if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
@@ -103,11 +119,17 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     MemoryBudget gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
 
     SceneVolume& volume = scene.volumes.front();
+    if (scene.volumes.size() > 1 && arguments.unfold)
+        throw badFile("--unfold", "a scene of one volume", std::to_string(scene.volumes.size()));
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     volume.path = storeFor(volume, arguments.input, ram, common);
     volume.source = {};
     requireFloor(volume.path, scene, engine, ram);
-    const StoreReader store(volume.path, ram);
+    const StoreReader store(volume.path, ram, volume.transform);
+    const std::vector<std::unique_ptr<StoreReader>> further = openFurther(scene, ram, common);
+    std::vector<const StoreReader*> stores = {&store};
+    for (const auto& reader : further)
+        stores.push_back(reader.get());
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty()) {
@@ -131,7 +153,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.searching = true;
     options.verify = verifyOf(arguments);
     options.checking = options.verify != Verify::none;
-    const RenderTask task{arguments, common, std::move(scene), store, ram, gpu, options};
+    const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options};
     if (arguments.unfold)
         renderWall(task);
     else if (arguments.isFilm())
