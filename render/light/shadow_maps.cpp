@@ -320,8 +320,10 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
     for (std::size_t n = 0; n < views_.size(); ++n) {
         glm::vec2 at(0);
         float mm = 0;
-        if (!placeOn(views_[n], from, at, mm))
+        if (!placeOn(views_[n], from, at, mm)) { // another side's, or beside all that the map holds
+            sum += perLight_ > 1 ? 0.0f : 1.0f;
             continue;
+        }
         const auto edge = static_cast<float>(maps_[n].size());
         if (perLight_ > 1 && !(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
             continue; // another side's

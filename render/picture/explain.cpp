@@ -35,8 +35,8 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
         line("volume %zu: finest level %d, %s of RAM, %s of GPU memory", n + 2, r.further[n].level,
              formatBytes(r.further[n].ramBytes).c_str(), formatBytes(r.further[n].gpuBytes).c_str());
     if (!r.further.empty())
-        line("several volumes: %s; rays through a box of %d x %d x %d voxels; light of voxels is each "
-             "volume's own",
+        line("several volumes: %s; rays through a box of %d x %d x %d voxels; occlusion is each volume's "
+             "own",
              nameOf(scene.fusion).c_str(), r.rayExtent.x, r.rayExtent.y, r.rayExtent.z);
     if (r.passes > 0)
         line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,

@@ -3,6 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "viewer/cli/input/further_volumes.h"
 #include "viewer/session/shown_picture.h"
 
 #include <utility>
@@ -19,7 +20,8 @@ void SessionThread::drawStill(const Scene& scene) {
     render.verify = Verify::quick;
     ++stillNumber_;
     o.still = std::make_unique<Still>(
-        scene, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
+        scene, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render,
+        [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
         });
 }

@@ -27,12 +27,8 @@ class MirrorCaster : public RayCaster {
         cuts_.reset();
         if (rays.frame.cuts)
             cuts_ = cutRays(rays.frame, rays.places, threads_);
-        if (lightChannels(scene_.view.lighting) > 0) {
-            lit_.resize(1 + scene_.further.size());
-            lightBricks(scene_, lit_.front());
-            for (std::size_t n = 0; n < scene_.further.size(); ++n)
-                lightBricks(scene_.further[n].plan, lit_[n + 1]);
-        }
+        if (lightChannels(scene_.view.lighting) > 0)
+            lightBricks();
     }
 
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override {
@@ -70,18 +66,43 @@ class MirrorCaster : public RayCaster {
         Camera camera;
         std::uint64_t function = 0;
     };
-    /// Lights a plan's bricks, unless they are lit.
-    void lightBricks(const FramePlan& plan, Lit& lit) const {
-        const std::vector<std::uint8_t>& levels = plan.layer().selection.levels;
-        if (lit.light && lit.levels == levels && lit.camera == plan.view.camera &&
-            lit.function == plan.revisions.function)
+    /// Lights the bricks of all volumes, unless they are lit. Each shades the others.
+    void lightBricks() {
+        std::vector<const FramePlan*> plans = {&scene_};
+        std::vector<MemoryBudget*> budgets = {&budget_};
+        for (const auto& volume : scene_.further) {
+            plans.push_back(&volume->plan);
+            budgets.push_back(&volume->gpu);
+        }
+        const auto isLit = [](const FramePlan& plan, const Lit& lit) {
+            return lit.light && lit.levels == plan.layer().selection.levels &&
+                   lit.camera == plan.view.camera && lit.function == plan.revisions.function;
+        };
+        bool all = lit_.size() == plans.size();
+        for (std::size_t n = 0; n < lit_.size(); ++n)
+            all = all && isLit(*plans[n], lit_[n]);
+        if (all)
             return;
-        lit.light.reset();
-        SceneLight light(plan, threads_);
-        lit.light.emplace(light, plan, budget_);
-        lit.levels = levels;
-        lit.camera = plan.view.camera;
-        lit.function = plan.revisions.function;
+        lit_.clear();
+        lit_.resize(plans.size());
+        std::vector<std::unique_ptr<SceneLight>> lights;
+        for (const FramePlan* plan : plans)
+            lights.push_back(std::make_unique<SceneLight>(*plan, threads_));
+        for (const auto& light : lights)
+            light->ready();
+        for (const auto& light : lights) {
+            std::vector<SceneLight*> others;
+            for (const auto& other : lights)
+                if (other != light)
+                    others.push_back(other.get());
+            light->shadedBy(others);
+        }
+        for (std::size_t n = 0; n < plans.size(); ++n) {
+            lit_[n].light.emplace(*lights[n], *plans[n], *budgets[n]);
+            lit_[n].levels = plans[n]->layer().selection.levels;
+            lit_[n].camera = plans[n]->view.camera;
+            lit_[n].function = plans[n]->revisions.function;
+        }
     }
     MirrorInput input() const {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);

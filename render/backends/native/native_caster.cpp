@@ -241,8 +241,10 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
 bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work) {
     const auto start = Clock::now();
     std::vector<native::PacketScene> packets;
-    for (std::size_t n = 0; n < volumes(); ++n) {
+    for (std::size_t n = 0; n < volumes(); ++n)
         engineOfVolume(n).settled();
+    engine_.castShadows();
+    for (std::size_t n = 0; n < volumes(); ++n) {
         engineOfVolume(n).settledLight(work);
         packets.push_back(packetSceneOfVolume(n));
     }

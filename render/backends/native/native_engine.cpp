@@ -160,18 +160,47 @@ std::optional<LightReport> NativeEngine::lightReport() const {
     return sceneLight_->report(bytes);
 }
 
-const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
-    if (!sceneLight_)
-        return lightPlanes_;
-    if (!(litBy_ == scene_->view.camera)) {
-        litBy_ = scene_->view.camera;
-        sceneLight_->viewChanged();
-    }
+/// Takes the camera that lights are fixed to.
+void NativeEngine::lookAgain() {
+    if (litBy_ == scene_->view.camera)
+        return;
+    litBy_ = scene_->view.camera;
+    sceneLight_->viewChanged();
+}
+
+/// Shadow maps are cast by packets through the bricks, where they can.
+template <typename Action> void NativeEngine::withRays(const Action& action) {
     std::optional<NativeShadows> rays;
     if (NativeShadows::canCast(*scene_))
         sceneLight_->castBy(&rays.emplace(*scene_, *plane_, labelPlanes_, native::packetTarget()));
-    lightPlane_->settle(work);
+    action();
     sceneLight_->castBy(nullptr);
+}
+
+void NativeEngine::castShadows() {
+    if (!sceneLight_ || further_.empty())
+        return;
+    std::vector<NativeEngine*> all = {this};
+    for (const auto& engine : further_)
+        all.push_back(engine.get());
+    for (NativeEngine* engine : all) {
+        engine->lookAgain();
+        engine->withRays([&] { engine->lightPlane_->makeMaps(); });
+    }
+    for (NativeEngine* engine : all) {
+        std::vector<SceneLight*> others;
+        for (NativeEngine* other : all)
+            if (other != engine)
+                others.push_back(&*other->sceneLight_);
+        engine->lightPlane_->shadedBy(others);
+    }
+}
+
+const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
+    if (!sceneLight_)
+        return lightPlanes_;
+    lookAgain();
+    withRays([&] { lightPlane_->settle(work); });
     const Layer& volume = scene_->layer();
     for (const auto& plane : lightPlanes_)
         plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());

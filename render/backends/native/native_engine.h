@@ -38,6 +38,9 @@ class NativeEngine : public Engine {
     /// The bricks, ready for rays.
     const HostPlane& settled();
     const HostPlane& plane() const { return *plane_; }
+    /// Makes the shadow maps of all volumes of the plan, of which each shades the others; before
+    /// settledLight() of any. Bricks must be settled.
+    void castShadows();
     /// The light of bricks' samples, ready for rays: a plane a channel of the scene's light; none where it
     /// has none. Bricks must be settled.
     const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
@@ -49,6 +52,9 @@ class NativeEngine : public Engine {
     int threads() const { return threads_; }
 
   private:
+    void lookAgain();
+    template <typename Action> void withRays(const Action& action);
+
     int threads_;
     MemoryBudget &gpu_, &ram_;
     const FramePlan* scene_ = nullptr;

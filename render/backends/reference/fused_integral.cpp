@@ -57,7 +57,15 @@ class FusedIntegral {
         : input_(input) {
         for (const auto& of : all)
             volumes_.push_back(std::make_unique<FusedVolume>(*of));
+        for (const auto& volume : volumes_)
+            volume->integral.setOthers([this, &volume](const glm::dvec3& place, LightShares& shares) {
+                for (const auto& other : volumes_)
+                    if (other != volume)
+                        other->integral.shade(place, shares);
+            });
     }
+    FusedIntegral(const FusedIntegral&) = delete;
+    FusedIntegral& operator=(const FusedIntegral&) = delete;
 
     glm::dvec4 operator()(const ReferenceRay& ray) {
         const RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -114,6 +115,15 @@ class RayIntegral {
         lastLit_ = std::numeric_limits<double>::quiet_NaN();
     }
     double planes() const { return optics_.takesGradients() ? planesOfGradient(optics_.gradient) : 1.0; }
+    /// Shadows of others: multiplies shares of light at a place, patient space.
+    void setOthers(std::function<void(const glm::dvec3& place, LightShares& shares)> others) {
+        others_ = std::move(others);
+    }
+    /// Where the scene has light of voxels.
+    void shade(const glm::dvec3& place, LightShares& shares) {
+        if (lightRays_)
+            lightRays_->shade(place, shares);
+    }
     /// False where nothing shows. The light in `out` refers to this until the next one is prepared.
     bool prepare(const ReferenceRay& ray, double ta, double tb, const ReferenceIntegrator& integral,
                  Interval& out);
@@ -128,6 +138,12 @@ class RayIntegral {
     };
 
   private:
+    LightShares lightAt(const glm::dvec3& voxel) {
+        LightShares shares = lightRays_->at(voxel);
+        if (others_)
+            others_(glm::dvec3(info_.patientFromVoxel * glm::dvec4(voxel, 1)), shares);
+        return shares;
+    }
     void addPart(const ReferenceRay& ray, double t0, double t1, double planes,
                  ReferenceIntegrator& integral) {
         stretches_.begin();
@@ -246,7 +262,7 @@ class RayIntegral {
         const auto placeOf = [&](double u) { return u == 1 ? tb : ta + u * (tb - ta); };
         const auto light = [&](double u) {
             const double t = placeOf(u);
-            return t == lastLit_ ? lastShares_ : lightRays_->at(ray.base + t * ray.direction);
+            return t == lastLit_ ? lastShares_ : lightAt(ray.base + t * ray.direction);
         };
         const double length = (tb - ta) * (last - first);
         if (cell.labels && cell.labels->hasMedium())
@@ -324,6 +340,7 @@ class RayIntegral {
     std::optional<LabelField> labels_;
     double wayMm_ = 0; // through the volume
     std::optional<LightRays> lightRays_;
+    std::function<void(const glm::dvec3&, LightShares&)> others_;
     double lightTolerance_;
     LightBetween received_;
     double lastLit_ = 0; // last position with computed light

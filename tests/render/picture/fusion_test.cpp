@@ -279,6 +279,66 @@ TEST(FusedForms, CamerasAreFittedToAll) {
     }
 }
 
+Scene shadowed(Scene scene) {
+    Light key;
+    key.kind = LightKind::directional;
+    key.direction = {0.3, 0.8, 0.5};
+    key.shadow = true;
+    scene.lighting.lights = {key};
+    return scene;
+}
+
+TEST(FusedLight, NativeHasTheMirrorsBitsAndComesToTheReference) {
+    Scene scene = shadowed(fusedScene({0, 1, 2}, {24, 20}));
+    constexpr std::size_t kAmple = std::size_t{1} << 30;
+    const auto drawn = [&](EngineKind engine) {
+        return fusedPicture(scene, engine, kAmple, kAmple, LevelChoice::oneForAll).image;
+    };
+    const Image native = drawn(EngineKind::native);
+    EXPECT_EQ(differing(native, drawn(EngineKind::mirror)), 0u);
+    scene.quality.stepVoxels = 1.0 / 8;
+    EXPECT_LT(compare(drawn(EngineKind::native), drawn(EngineKind::reference)).rms, 0.012);
+    scene.lighting.lights[0].shadow = false;
+    EXPECT_GT(compare(drawn(EngineKind::native), native).rms, 0.03);
+}
+
+// A slab above a body, beside all rays of the picture.
+TEST(FusedLight, AVolumeShadesAnother) {
+    FieldStores stores;
+    constexpr double kThick = 12, kExtinction = 0.08;
+    Scene scene;
+    SceneVolume body, slab;
+    body.path = stores.store(gridAt({0, 0, 0}, {24, 24, 24}, {1, 1, 1}, 0, ValueType::f32),
+                             [](const glm::dvec3& p) { return p.y; });
+    slab.path = stores.store(gridAt({0, 0, 40}, {20, 20, 4}, {3, 3, kThick / 4}, 0, ValueType::f32),
+                             [](const glm::dvec3&) { return 1.0; });
+    body.transferFunction = TransferFunction::fromExtinction({{-20, 0.2}}, {});
+    slab.transferFunction = TransferFunction::fromExtinction({{0, kExtinction}}, {});
+    scene.volumes = {body, slab};
+    Camera camera;
+    camera.projection = Projection::parallel;
+    camera.position = {0, -100, 0}, camera.focalPoint = {0, 0, 0}, camera.viewUp = {0, 0, 1};
+    camera.parallelScale = 6;
+    scene.camera = camera;
+    scene.imageSize = {8, 8};
+    scene.shading.ambient = 0, scene.shading.specular = 0, scene.shading.diffuse = 1;
+    Light above;
+    above.kind = LightKind::directional;
+    above.frame = LightFrame::patient;
+    above.direction = {0, -0.4, 1};
+    above.shadow = true;
+    scene.lighting.lights = {above};
+    const auto brightness = [&](EngineKind engine, double opacity) {
+        Scene here = scene;
+        here.volumes[1].opacity = opacity;
+        return double{fusedPicture(here, engine).image.at(4, 4).r};
+    };
+    const double way = kThick * std::sqrt(1 + 0.4 * 0.4);
+    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror, EngineKind::reference})
+        EXPECT_NEAR(brightness(engine, 1) / brightness(engine, 0), std::exp(-kExtinction * way), 0.015)
+            << name(engine);
+}
+
 TEST(FusedBudgets, AreNeverExceeded) {
     Scene scene = fusedScene({0, 1, 2}, kSize);
     const Image ample = fusedPicture(scene, EngineKind::native).image;

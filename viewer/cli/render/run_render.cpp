@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
+#include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
@@ -71,21 +72,6 @@ void showWallWhereNothingIsNamed(const RenderArguments& arguments, const Path& p
                     "; --preset, --isosurface and --mode show other things");
 }
 
-/// Opens the volumes besides the first, and names their functions.
-std::vector<std::unique_ptr<StoreReader>> openFurther(Scene& scene, MemoryBudget& ram,
-                                                      const CommonOptions& common) {
-    std::vector<std::unique_ptr<StoreReader>> stores;
-    for (std::size_t n = 1; n < scene.volumes.size(); ++n) {
-        SceneVolume& volume = scene.volumes[n];
-        volume.path = storeFor(volume, InputOptions{}, ram, common);
-        volume.source = {};
-        stores.push_back(std::make_unique<StoreReader>(volume.path, ram, volume.transform));
-        nameFunction(volume, stores.back()->info());
-        importLabelsFor(stores.back()->info(), volume.labels, ram, common);
-    }
-    return stores;
-}
-
 /// Refuses to unfold a leaking lumen: its wall takes long to draw and shows nothing useful.
 void refuseLeaks(const RenderArguments& arguments, const Path& path) {
     if (arguments.unfold && path.lumen && path.lumen->leaks && !arguments.mayLeak)
@@ -126,10 +112,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     volume.source = {};
     requireFloor(volume.path, scene, engine, ram);
     const StoreReader store(volume.path, ram, volume.transform);
-    const std::vector<std::unique_ptr<StoreReader>> further = openFurther(scene, ram, common);
-    std::vector<const StoreReader*> stores = {&store};
-    for (const auto& reader : further)
-        stores.push_back(reader.get());
+    const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common);
+    const std::vector<const StoreReader*> stores = storesOf(store, further);
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty()) {
