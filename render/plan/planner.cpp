@@ -292,6 +292,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     p.view.lighting = scene.lighting;
     p.view.shading = scene.shading;
     p.view.surfaces = scene.surfaces;
+    p.view.meshes = drawnMeshes(scene);
     p.layer().store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;

@@ -17,6 +17,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -49,10 +50,11 @@ struct ReferenceInput {
     LabelBricks* labels = nullptr; // of the scene; null: it has none
 };
 
-/// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).
+/// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, tMax].
 struct ReferenceRay {
     glm::dvec3 base{0}, direction{0}; // voxels; voxels per mm
     double tMin = 0;                  // mm
+    double tMax = std::numeric_limits<double>::max();
 };
 
 /// The camera's rays, row by row from the top left pixel, through pixel centres.
