@@ -1,6 +1,8 @@
 // viewer/cli/manifest/manifest.cpp: see manifest.h.
 #include "viewer/cli/manifest/manifest.h"
 
+#include "render/geometry/shape.h"
+
 #include <nlohmann/json.hpp>
 
 namespace tessera {
@@ -106,6 +108,9 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
         volume.path = "content-" + hash + ".zarr";
         volume.source = {};
     }
+    for (std::size_t n = 0; n < shown.meshes.size(); ++n) // names of files may be those of patients
+        if (std::filesystem::path& path = shown.meshes[n].path; !path.empty())
+            path = "mesh-" + std::to_string(n) + path.extension().string();
     const VolumeInfo& info = store.info();
     const Work& work = result.work;
     nlohmann::json manifest = {
@@ -153,6 +158,9 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"bytesUploaded", work.bytesUploaded}}}};
     if (result.labels)
         manifest["labels"] = {{"labels", result.labels->all}, {"drawn", result.labels->shown}};
+    for (const SceneMesh& mesh : scene.meshes)
+        if (mesh.shape)
+            manifest["meshes"].push_back({{"parts", mesh.shape->parts()}, {"bytes", mesh.shape->bytes()}});
     if (result.patientTable && result.patientTable->why.empty())
         manifest["patientTable"] = {{"hiddenLitres", result.patientTable->litres}};
     else if (result.patientTable)

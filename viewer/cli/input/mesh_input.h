@@ -1,0 +1,15 @@
+// viewer/cli/input/mesh_input.h: the meshes of a scene, read and prepared for rays.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
+
+namespace tessera {
+
+/// Sets SceneMesh::shape of every mesh that is drawn and has none: of its file, or of its tube. A file that
+/// several meshes name is read once.
+/// @param ram  is charged for as long as the shapes are kept; outlives them
+/// Throws InputError as readMesh() does.
+void readMeshes(Scene& scene, MemoryBudget& ram);
+
+} // namespace tessera
