@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-MeshCaster::MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, int threads)
-    : volume_(std::move(volume)), plan_(plan), threads_(threads) {
+MeshCaster::MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits, int threads)
+    : volume_(std::move(volume)), plan_(plan), tellsHits_(hits), threads_(threads) {
     TESSERA_CHECK(!plan.view.meshes.empty() && !plan.layer().reduces());
 }
 
@@ -60,7 +60,7 @@ void MeshCaster::beginRound() {
 
 bool MeshCaster::takeRound() {
     const Image volume = volume_->image();
-    if (isFirst_)
+    if (isFirst_ && tellsHits_)
         hits_ = volume_->hits();
     isFirst_ = false;
     const MeshRays meshes(plan_, rays_.frame);
@@ -106,10 +106,12 @@ bool MeshCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& 
     return true;
 }
 
-std::unique_ptr<RayCaster> withMeshes(std::unique_ptr<RayCaster> volume, const FramePlan& plan, int threads) {
+std::unique_ptr<RayCaster> casterWithMeshes(Engine& engine, const FramePlan& plan,
+                                            const CasterOptions& options, MemoryBudget& gpu, int threads) {
+    std::unique_ptr<RayCaster> volume = engine.caster(options, gpu);
     if (plan.view.meshes.empty())
         return volume;
-    return std::make_unique<MeshCaster>(std::move(volume), plan, threads);
+    return std::make_unique<MeshCaster>(std::move(volume), plan, options.hits, threads);
 }
 
 std::size_t meshBytesPerPixel(const Scene& scene) {

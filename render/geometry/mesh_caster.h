@@ -15,8 +15,9 @@ namespace tessera {
 class MeshCaster : public RayCaster {
   public:
     /// @param plan  of the volume that the caster draws; outlives this
+    /// @param hits  the caster tells first hits (CasterOptions)
     /// @param threads  0: all processors
-    MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, int threads);
+    MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits, int threads);
 
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
@@ -51,6 +52,7 @@ class MeshCaster : public RayCaster {
 
     std::unique_ptr<RayCaster> volume_;
     const FramePlan& plan_;
+    bool tellsHits_;
     int threads_;
     Rays rays_;
     std::vector<RayPart> ends_; // of the interval at hand; from > to: there is none
@@ -60,8 +62,10 @@ class MeshCaster : public RayCaster {
     bool isFirst_ = true, isFinished_ = true;
 };
 
-/// The caster, for the plan's meshes if it has any.
-std::unique_ptr<RayCaster> withMeshes(std::unique_ptr<RayCaster> volume, const FramePlan& plan, int threads);
+/// An engine's caster for a plan, which it has opened, and for the plan's meshes if it has any.
+/// @param threads  that trace rays to meshes; 0: all processors
+std::unique_ptr<RayCaster> casterWithMeshes(Engine& engine, const FramePlan& plan,
+                                            const CasterOptions& options, MemoryBudget& gpu, int threads);
 /// RAM of a picture's pixel, besides the engine's; 0 without meshes.
 std::size_t meshBytesPerPixel(const Scene& scene);
 

@@ -180,8 +180,8 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     std::unique_ptr<SurfaceLight> light;
     if (p.view.lighting.surfaceOcclusion && !task.reuse.first)
         light = std::make_unique<SurfaceLight>(p, options.threads, exact_);
-    caster_ = withMeshes(engine_->caster({options.counting, light != nullptr, passes}, task.context.gpu), p,
-                         options.threads);
+    caster_ = casterWithMeshes(*engine_, p, {options.counting, light != nullptr, passes}, task.context.gpu,
+                               options.threads);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     caster_->refine();
@@ -312,8 +312,8 @@ std::string RayPixels::toTruth() {
         }
         const FramePlan* const plans[] = {&plan};
         engine_.open(plans, plan.chosen.atlasPages);
-        caster_ = withMeshes(engine_.caster({false, false, true}, task_.context.gpu), plan,
-                             task_.options.threads);
+        caster_ = casterWithMeshes(engine_, plan, {false, false, true}, task_.context.gpu,
+                                   task_.options.threads);
     }
     const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
     phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();

@@ -104,7 +104,7 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     const auto loading = Clock::now();
     const bool passes = loadBricks(*engine, p, gpu, result.work);
     const std::unique_ptr<RayCaster> caster =
-        withMeshes(engine->caster({options.counting, false, passes}, gpu), p, options.threads);
+        casterWithMeshes(*engine, p, {options.counting, false, passes}, gpu, options.threads);
     result.secondsLoading = secondsSince(loading);
 
     progress.stage("drawing");

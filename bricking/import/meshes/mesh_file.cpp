@@ -15,6 +15,7 @@
 #include <vtkCellArray.h>
 #include <vtkCompositeDataIterator.h>
 #include <vtkDataArray.h>
+#include <vtkExecutive.h>
 #include <vtkGLTFReader.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
@@ -41,8 +42,10 @@ class Complaints {
             if (first.empty())
                 first = text ? static_cast<const char*>(text) : "damage";
         });
-        reader.AddObserver(vtkCommand::ErrorEvent, command_);
-        reader.AddObserver(vtkCommand::WarningEvent, command_);
+        for (vtkObject* const source : {static_cast<vtkObject*>(&reader), static_cast<vtkObject*>(reader.GetExecutive())}) {
+            source->AddObserver(vtkCommand::ErrorEvent, command_); // what is observed is not printed
+            source->AddObserver(vtkCommand::WarningEvent, command_);
+        }
     }
     /// The first one's last line; empty: there was none.
     std::string first() const {

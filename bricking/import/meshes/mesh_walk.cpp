@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 namespace tessera {
@@ -20,6 +22,13 @@ bool isText(const InputFile& file) {
         const auto c = static_cast<unsigned char>(b);
         return c >= 32 || c == '\t' || c == '\n' || c == '\r';
     });
+}
+
+bool isFinite(std::string_view word) {
+    const std::string text(word);
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    return *end == '\0' && std::isfinite(value);
 }
 
 } // namespace
@@ -137,6 +146,8 @@ MeshCounts walkObj(const InputFile& file) {
         };
         if (!line->empty() && line->back() == '\\')
             throw refuse("lines that end where they end");
+        if (words[0] == "v" && (words.size() < 4 || !isFinite(words[1]) || !isFinite(words[2]) || !isFinite(words[3])))
+            throw refuse("v X Y Z"); // VTK takes 0 for what is no number
         counts.points += words[0] == "v";
         normals += words[0] == "vn";
         texture += words[0] == "vt";
