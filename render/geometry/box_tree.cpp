@@ -140,8 +140,8 @@ struct BoxTree::Maker {
         const auto number = static_cast<std::uint32_t>(tree.nodes_.size());
         tree.nodes_.emplace_back();
         for (int axis = 0; axis < 3; ++axis) {
-            tree.nodes_[number].low[axis] = all(std::numeric_limits<float>::max());
-            tree.nodes_[number].high[axis] = all(-std::numeric_limits<float>::max());
+            tree.nodes_[number].planes[axis] = all(std::numeric_limits<float>::max());
+            tree.nodes_[number].planes[axis + 3] = all(-std::numeric_limits<float>::max());
         }
         for (std::size_t n = 0; n < parts.size(); ++n) {
             const Range& part = parts[n];
@@ -151,8 +151,8 @@ struct BoxTree::Maker {
             node.first[n] = first;
             node.count[n] = leaf ? part.count : 0;
             for (int axis = 0; axis < 3; ++axis) {
-                node.low[axis][n] = part.box.low[axis];
-                node.high[axis][n] = part.box.high[axis];
+                node.planes[axis][n] = part.box.low[axis];
+                node.planes[axis + 3][n] = part.box.high[axis];
             }
         }
         return number;

@@ -7,9 +7,12 @@
 #include "render/geometry/shape.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -28,8 +31,11 @@ class BoxTree {
     }
     const ShapeBox& box() const { return box_; }
 
+    /// The triangles in the order of the tree: those of a leaf one after another.
+    const std::vector<std::uint32_t>& order() const { return order_; }
+
     /// Visits triangles whose boxes the ray meets in (least, most), near boxes first.
-    /// @param visit  f(triangle) -> most from then on
+    /// @param visit  f(place in order()) -> most from then on
     template <typename Visit>
     void visit(const ShapeRay& ray, double least, double most, const Visit& visit) const;
 
@@ -37,12 +43,20 @@ class BoxTree {
     using F4 = float __attribute__((vector_size(16)));
     using I4 = std::int32_t __attribute__((vector_size(16)));
     struct Node {
-        F4 low[3], high[3];          // of four children; low > high: there is none
+        F4 planes[6]; // of four children's boxes: low x, y, z, high x, y, z; low > high: there is none
         std::uint32_t first[4] = {}; // node, or first of order_
         std::uint32_t count[4] = {}; // of a leaf's triangles; 0: a node
     };
     struct Maker;
 
+    /// A bit for each that is true.
+    static unsigned bitsOf(I4 which) {
+#if defined(__SSE2__)
+        return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<F4>(which)));
+#else
+        return (which[0] & 1u) | (which[1] & 2u) | (which[2] & 4u) | (which[3] & 8u);
+#endif
+    }
     static F4 all(float v) { return F4{v, v, v, v}; }
     static F4 least4(F4 a, F4 b) { return a < b ? a : b; }
     static F4 most4(F4 a, F4 b) { return a > b ? a : b; }
@@ -63,16 +77,17 @@ void BoxTree::visit(const ShapeRay& ray, double least, double most, const Visit&
         reach = std::max(reach, static_cast<float>(std::abs(ray.origin[axis])));
     const float margin = reach * 0x1p-20f;
     F4 inverse[3], towards[3], from[3]; // origin as seen by near and far planes
-    bool rises[3];
+    int nearPlanes[3];
     for (int axis = 0; axis < 3; ++axis) {
         constexpr double kSteepest = 1e-18; // finite and never 0/0: across such a direction nothing moves
         const double d = ray.direction[axis];
-        rises[axis] = !(d < 0);
-        const double held = rises[axis] ? std::max(d, kSteepest) : std::min(d, -kSteepest);
+        const bool rises = !(d < 0);
+        nearPlanes[axis] = rises ? axis : axis + 3;
+        const double held = rises ? std::max(d, kSteepest) : std::min(d, -kSteepest);
         inverse[axis] = all(static_cast<float>(1 / held));
         const float o = static_cast<float>(ray.origin[axis]);
-        towards[axis] = all(rises[axis] ? o + margin : o - margin);
-        from[axis] = all(rises[axis] ? o - margin : o + margin);
+        towards[axis] = all(rises ? o + margin : o - margin);
+        from[axis] = all(rises ? o - margin : o + margin);
     }
     const auto below = [](double t) { return static_cast<float>(t - 1e-6 * std::abs(t)); };
     const auto above = [](double t) {
@@ -86,31 +101,46 @@ void BoxTree::visit(const ShapeRay& ray, double least, double most, const Visit&
     };
     Entry stack[256]; // three a level; a tree has at most 80 (Maker)
     int depth = 0;
-    stack[depth++] = {0, 0, begin};
-    while (depth > 0) {
-        const Entry entry = stack[--depth];
-        if (entry.near > end)
-            continue;
+    Entry entry{0, 0, begin};
+    const auto another = [&] { // of those that were put aside, the nearest that is left
+        while (depth > 0) {
+            entry = stack[--depth];
+            if (entry.near <= end)
+                return true;
+        }
+        return false;
+    };
+    for (;;) {
         if (entry.count > 0) {
             for (std::uint32_t n = 0; n < entry.count; ++n)
-                most = std::min(most, visit(order_[entry.first + n]));
+                most = std::min(most, visit(entry.first + n));
             end = above(most);
+            if (!another())
+                return;
             continue;
         }
         const Node& node = nodes_[entry.first];
         F4 near = all(begin), far = all(end);
         for (int axis = 0; axis < 3; ++axis) {
-            const F4 a = ((rises[axis] ? node.low : node.high)[axis] - towards[axis]) * inverse[axis];
-            const F4 b = ((rises[axis] ? node.high : node.low)[axis] - from[axis]) * inverse[axis];
-            near = most4(near, a);
-            far = least4(far, b);
+            const int plane = nearPlanes[axis], opposite = plane < 3 ? plane + 3 : plane - 3;
+            near = most4(near, (node.planes[plane] - towards[axis]) * inverse[axis]);
+            far = least4(far, (node.planes[opposite] - from[axis]) * inverse[axis]);
         }
-        const I4 meets = near <= far;
+        unsigned meets = bitsOf(near <= far);
+        if (meets == 0) {
+            if (!another())
+                return;
+            continue;
+        }
+        alignas(16) float nears[4];
+        std::memcpy(nears, &near, sizeof nears);
+        const auto childOf = [&](int n) { return Entry{node.first[n], node.count[n], nears[n]}; };
+        entry = childOf(std::countr_zero(meets));
         const int first = depth;
-        for (int n = 0; n < 4; ++n) {
-            if (!meets[n])
-                continue;
-            const Entry child{node.first[n], node.count[n], near[n]};
+        for (meets &= meets - 1; meets != 0; meets &= meets - 1) {
+            Entry child = childOf(std::countr_zero(meets));
+            if (child.near < entry.near)
+                std::swap(child, entry);
             int at = depth++;
             for (; at > first && stack[at - 1].near < child.near; --at) // the nearest comes off first
                 stack[at] = stack[at - 1];

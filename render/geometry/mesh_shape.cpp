@@ -18,12 +18,17 @@ MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& wh
     {
         const Charge making = ram.charge(bytesFor(mesh_), what);
         tree_ = BoxTree(mesh_);
+        std::vector<glm::uvec3> inOrder;
+        inOrder.reserve(mesh_.triangles.size());
+        for (const std::uint32_t number : tree_.order())
+            inOrder.push_back(mesh_.triangles[number]);
+        mesh_.triangles = std::move(inOrder);
     }
     charge_ = ram.charge(mesh_.bytes() + tree_.bytes(), what);
 }
 
-glm::dvec3 MeshShape::normalOf(std::uint32_t number, double u, double v) const {
-    const glm::uvec3& t = mesh_.triangles[number];
+glm::dvec3 MeshShape::normalOf(std::uint32_t place, double u, double v) const {
+    const glm::uvec3& t = mesh_.triangles[place];
     const glm::dvec3 a(mesh_.points[t.x]), b(mesh_.points[t.y]), c(mesh_.points[t.z]);
     const glm::dvec3 flat = glm::cross(b - a, c - a);
     if (mesh_.normals.empty())
@@ -37,23 +42,25 @@ bool MeshShape::next(const ShapeRay& ray, const HitOrder& after, double most, co
     const ShearedRay sheared(ray.origin, ray.direction);
     HitOrder best{most, 0};
     double bestU = 0, bestV = 0;
+    std::uint32_t bestPlace = 0;
     bool found = false;
-    tree_.visit(ray, after.t, most, [&](std::uint32_t number) {
-        const glm::uvec3& t = mesh_.triangles[number];
+    tree_.visit(ray, after.t, most, [&](std::uint32_t place) {
+        const glm::uvec3& t = mesh_.triangles[place];
         TriangleHit met;
         if (!meetTriangle(sheared, mesh_.points[t.x], mesh_.points[t.y], mesh_.points[t.z], met))
             return best.t;
-        const HitOrder at{met.t, number};
+        const HitOrder at{met.t, tree_.order()[place]};
         if (after < at && at < best && filter(met.t)) {
             best = at;
             bestU = met.u;
             bestV = met.v;
+            bestPlace = place;
             found = true;
         }
         return best.t;
     });
     if (found)
-        hit = {best, normalOf(best.part, bestU, bestV)};
+        hit = {best, normalOf(bestPlace, bestU, bestV)};
     return found;
 }
 

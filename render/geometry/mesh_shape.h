@@ -22,13 +22,14 @@ class MeshShape : public Shape {
 
     /// RAM that making one takes, the mesh itself included.
     static std::size_t bytesFor(const TriangleMesh& mesh) {
-        return mesh.bytes() + BoxTree::bytesFor(mesh.triangles.size());
+        return mesh.bytes() + mesh.triangles.size() * sizeof(glm::uvec3) +
+               BoxTree::bytesFor(mesh.triangles.size());
     }
 
   private:
-    glm::dvec3 normalOf(std::uint32_t triangle, double u, double v) const;
+    glm::dvec3 normalOf(std::uint32_t place, double u, double v) const;
 
-    TriangleMesh mesh_;
+    TriangleMesh mesh_; // triangles in the order of the tree
     BoxTree tree_;
     Charge charge_;
 };

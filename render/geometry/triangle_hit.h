@@ -4,6 +4,7 @@
 // lower side, by the rule of rasterisers.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -65,7 +66,7 @@ inline bool meetTriangle(const ShearedRay& ray, const glm::vec3& first, const gl
                          const glm::vec3& third, TriangleHit& hit) {
     const glm::dvec3 a = ray.sheared(first), b = ray.sheared(second), c = ray.sheared(third);
     const double u = triangle::side(b, c), v = triangle::side(c, a), w = triangle::side(a, b);
-    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
+    if (std::min(std::min(u, v), w) < 0 && std::max(std::max(u, v), w) > 0)
         return false;
     const double area = u + v + w;
     if (!(area != 0))
