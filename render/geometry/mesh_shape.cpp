@@ -37,6 +37,12 @@ glm::dvec3 MeshShape::normalOf(std::uint32_t place, double u, double v) const {
            (1 - u - v) * glm::dvec3(mesh_.normals[t.z]);
 }
 
+void MeshShape::forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const {
+    for (const glm::uvec3& t : mesh_.triangles) // points of no triangle are not drawn
+        for (int corner = 0; corner < 3; ++corner)
+            visit(glm::dvec3(mesh_.points[t[corner]]), 0);
+}
+
 bool MeshShape::next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
                      ShapeHit& hit) const {
     const ShearedRay sheared(ray.origin, ray.direction);

@@ -17,6 +17,7 @@ class MeshShape : public Shape {
     bool next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
               ShapeHit& hit) const override;
     const ShapeBox& box() const override { return tree_.box(); }
+    void forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const override;
     std::size_t parts() const override { return mesh_.triangles.size(); }
     std::size_t bytes() const override { return charge_.bytes(); }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <limits>
 
@@ -51,6 +52,8 @@ class Shape {
     virtual bool next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
                       ShapeHit& hit) const = 0;
     virtual const ShapeBox& box() const = 0;
+    /// Balls whose hull holds the surface and touches it on every side, mm: for fitting cameras.
+    virtual void forEachBall(const std::function<void(const glm::dvec3& centre, double radius)>& visit) const = 0;
     /// Triangles, or pieces of a line.
     virtual std::size_t parts() const = 0;
     /// RAM, charged.

@@ -120,6 +120,11 @@ glm::dvec3 TubeShape::normalAt(const glm::dvec3& point, std::uint32_t piece) con
     return point - (a + along * axis);
 }
 
+void TubeShape::forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const {
+    for (const glm::dvec3& point : tube_.points)
+        visit(point, tube_.radiusMm);
+}
+
 bool TubeShape::next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
                      ShapeHit& hit) const {
     if (!meetsBox(ray, box_))

@@ -18,6 +18,7 @@ class TubeShape : public Shape {
     bool next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
               ShapeHit& hit) const override;
     const ShapeBox& box() const override { return box_; }
+    void forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const override;
     std::size_t parts() const override { return pieces(); }
     std::size_t bytes() const override { return charge_.bytes(); }
 

@@ -3,6 +3,7 @@
 #include "render/interactive/interactive_renderer.h"
 
 #include "core/base/error.h"
+#include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h" // raysOf
 #include "render/plan/framing.h"    // framingBytes
 #include "render/plan/visibility_rays.h"
@@ -40,7 +41,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
       mapsAlways_(engine.about().compiles) {
     scene_.quality.maxError.reset();
     const FrameContext context(ram, gpu, options.threads);
-    p_ = planView(scene_, store, ram, options.threads);
+    p_ = planView(scene_, store, ram, options.threads, kPictureBytesPerPixel + meshBytesPerPixel(scene_));
     Layer& volume = p_.layer();
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
@@ -85,7 +86,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     if (engine_.light() && options.coarseLightFirst)
         engine_.light()->lightCoarselyFirst();
     p_.aim();
-    caster_ = engine_.caster({options.counting, false, false}, gpu);
+    caster_ = casterWithMeshes(engine_, p_, {options.counting, false, false}, gpu, options.threads);
     counter_ = engine_.counter(gpu);
     gain_.assign(bricks, 0);
 }

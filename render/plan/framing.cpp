@@ -4,6 +4,7 @@
 #include "core/base/brick.h"
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
+#include "render/geometry/shape.h"
 #include "render/plan/shown_rays.h"
 
 #include <algorithm>
@@ -281,6 +282,22 @@ ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cach
     }
 }
 
+/// The meshes' own reach; of what a kept part cuts, the points that are in it.
+void addMeshes(std::span<const SceneMesh> meshes, const VolumeInfo& info, const DrawnPart* kept, ViewFit& fit) {
+    constexpr double kOnCut = 1e-3; // voxels, as rays have it
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const ViewAxes& axes = fit.axes();
+    for (const SceneMesh& mesh : meshes) {
+        TESSERA_CHECK(mesh.shape);
+        mesh.shape->forEachBall([&](const glm::dvec3& p, double radius) {
+            if (kept && mesh.clipped && !kept->keeps(glm::dvec3(voxelFromPatient * glm::dvec4(p, 1)), kOnCut))
+                return;
+            fit.add({glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.towards)},
+                    glm::dvec3(radius));
+        });
+    }
+}
+
 const DrawnPart* partOf(const FittedView& view, const DrawnPart& part) {
     return view.fit == Fit::kept && part.any() ? &part : nullptr;
 }
@@ -294,7 +311,7 @@ std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int thre
 
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    MemoryBudget& ram, int threads, LabelBricks* labels) {
+                    MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
     const VolumeInfo& info = volume.info();
     const ViewAxes axes = axesOf(view);
     const Camera whole = fitCamera(info, axes, view.projection, imageSize);
@@ -302,14 +319,16 @@ Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Sta
         return whole;
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
     BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
-    const ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part),
-                                   labels, imageSize, threads);
+    ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part), labels,
+                             imageSize, threads);
+    addMeshes(meshes, info, partOf(view, part), fit);
     return fit.empty() ? whole : fit.camera();
 }
 
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads, LabelBricks* labels) {
+                     MemoryBudget& ram, int threads, LabelBricks* labels,
+                     std::span<const SceneMesh> meshes) {
     // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
     constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
     const VolumeInfo& info = volume.info();
@@ -322,6 +341,8 @@ Camera turningCamera(const FittedView& view, const ChunkSource& volume, const St
         if (view.fit != Fit::volume)
             fit = fitOfShown(axes, Projection::parallel, cache, info, statistics, table, partOf(view, part),
                              labels, imageSize, threads);
+        if (view.fit != Fit::volume)
+            addMeshes(meshes, info, partOf(view, part), fit);
         if (fit.empty()) { // the volume's box
             const ViewSpace space(info, axes);
             const glm::dvec3 all(info.extentVoxels);

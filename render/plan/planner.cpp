@@ -239,7 +239,8 @@ Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statis
     Camera camera =
         !view->named && scene.mode == Mode::slice
             ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
-            : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads, labels);
+            : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads, labels,
+                           drawnMeshes(scene));
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return camera;
