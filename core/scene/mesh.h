@@ -51,7 +51,12 @@ struct SceneMesh {
 
     bool isDrawn() const { return show && opacity > 0; }
     std::string name() const { return path.empty() ? "tube" : path.filename().string(); }
-    bool operator==(const SceneMesh&) const = default;
+    /// As files have them: the shape follows from the rest.
+    bool operator==(const SceneMesh& other) const {
+        return path == other.path && tube == other.tube && colour == other.colour &&
+               opacity == other.opacity && material == other.material && space == other.space &&
+               show == other.show && clipped == other.clipped;
+    }
 };
 
 } // namespace tessera

@@ -6,6 +6,7 @@
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/frame_plan.h"
 #include "viewer/cli/input/label_input.h"
+#include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/session/view_geometry.h" // heldBy
@@ -125,6 +126,9 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     renderer.reset();
     engine.reset();
     pictures = {};
+    meshes = {};
+    Scene drawn = wanted;
+    meshes = readMeshesApart(drawn, ram);
     pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
     RenderOptions render;
     render.engine = options.engine;
@@ -133,8 +137,8 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     engine = makeEngine(render, ram, gpu);
     InteractiveOptions interactive;
     interactive.threads = options.threads;
-    renderer = std::make_unique<InteractiveRenderer>(wanted, *store, *engine, ram, gpu, interactive);
-    scene = wanted;
+    renderer = std::make_unique<InteractiveRenderer>(drawn, *store, *engine, ram, gpu, interactive);
+    scene = std::move(drawn);
     scene.camera = renderer->camera();
 }
 

@@ -52,7 +52,7 @@ struct OpenVolume {
     MemoryBudget ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
-    Charge pictures;
+    Charge pictures, meshes;
     std::shared_ptr<Engine> engine;
     std::unique_ptr<InteractiveRenderer> renderer; // null: the scene could not be drawn
     Scene scene;                                   // scene of the renderer

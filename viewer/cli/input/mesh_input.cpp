@@ -27,21 +27,53 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ra
 #endif
 }
 
-} // namespace
+using KeptBudget = std::shared_ptr<MemoryBudget>;
 
-void readMeshes(Scene& scene, MemoryBudget& ram) {
+/// @param kept  of the shapes' memory, or null
+void read(Scene& scene, MemoryBudget& ram, const KeptBudget& kept) {
+    const auto keep = [&](std::shared_ptr<const Shape> shape) {
+        struct Both {
+            KeptBudget budget; // goes last
+            std::shared_ptr<const Shape> shape;
+        };
+        if (!kept)
+            return shape;
+        const auto both = std::make_shared<const Both>(Both{kept, std::move(shape)});
+        return std::shared_ptr<const Shape>(both, both->shape.get());
+    };
     for (SceneMesh& mesh : scene.meshes) {
         if (!mesh.isDrawn() || mesh.shape)
             continue;
         if (mesh.tube) {
-            mesh.shape = std::make_shared<const TubeShape>(*mesh.tube, ram);
+            mesh.shape = keep(std::make_shared<const TubeShape>(*mesh.tube, ram));
             continue;
         }
         const auto same = std::find_if(scene.meshes.begin(), scene.meshes.end(), [&](const SceneMesh& other) {
             return other.shape && other.path == mesh.path && other.space == mesh.space;
         });
-        mesh.shape = same != scene.meshes.end() ? same->shape : shapeOfFile(mesh, ram);
+        mesh.shape = same != scene.meshes.end() ? same->shape : keep(shapeOfFile(mesh, ram));
     }
+}
+
+} // namespace
+
+void readMeshes(Scene& scene, MemoryBudget& ram) {
+    read(scene, ram, nullptr);
+}
+
+Charge readMeshesApart(Scene& scene, MemoryBudget& ram) {
+    if (!drawsMeshes(scene))
+        return {};
+    const auto own = std::make_shared<MemoryBudget>(ram.name(), ram.option(), std::max<std::size_t>(1, ram.freeBytes()));
+    read(scene, *own, own);
+    std::vector<const Shape*> counted;
+    std::size_t bytes = 0;
+    for (const SceneMesh& mesh : scene.meshes)
+        if (mesh.shape && std::find(counted.begin(), counted.end(), mesh.shape.get()) == counted.end()) {
+            counted.push_back(mesh.shape.get());
+            bytes += mesh.shape->bytes();
+        }
+    return ram.charge(bytes, "meshes");
 }
 
 } // namespace tessera

@@ -11,5 +11,8 @@ namespace tessera {
 /// @param ram  is charged for as long as the shapes are kept; outlives them
 /// Throws InputError as readMesh() does.
 void readMeshes(Scene& scene, MemoryBudget& ram);
+/// The same for scenes that may outlive the budget: shapes have one of their own, within what is free of ram.
+/// @return what they take, charged to ram
+Charge readMeshesApart(Scene& scene, MemoryBudget& ram);
 
 } // namespace tessera
