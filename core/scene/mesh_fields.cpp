@@ -68,6 +68,7 @@ const Fields<SceneMesh>& meshFields() {
             .unlessDefault();
         f.add("show", &SceneMesh::show, trueOrFalse(), "It is drawn.").unlessDefault();
         f.add("clipped", &SceneMesh::clipped, trueOrFalse(), "The scene's cuts cut it, too.").unlessDefault();
+        f.describe({{"anyOf", {{{"required", {"path"}}}, {{"required", {"tube"}}}}}});
         f.rule([](const JsonValue& whole, const SceneMesh& mesh) {
             if (mesh.path.empty() == !mesh.tube)
                 throw badFile(whole.place(), "\"path\" or \"tube\"", mesh.tube ? "both" : "neither");

@@ -127,6 +127,26 @@ std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
                          ram_, options_.threads, p_.layer().labelBricks.get());
 }
 
+std::vector<InteractiveRenderer::MeshSurface>
+InteractiveRenderer::meshesAlong(const glm::ivec2& imageSize, const glm::dvec2& place) const {
+    std::vector<MeshSurface> found;
+    if (p_.view.meshes.empty())
+        return found;
+    RayFrame<double> frame = rayFrame(p_.view.camera, p_.info(), imageSize, p_.view.quality.stepVoxels);
+    p_.view.part.clip(frame);
+    const MeshRays meshes(p_, frame);
+    const RayLine<double> line = pixelLine(frame, place);
+    MeshRays::Order after;
+    while (const auto surface = meshes.next(line, after)) {
+        after = surface->at;
+        found.push_back({line.base + after.t * line.direction,
+                         &p_.view.meshes[static_cast<std::size_t>(after.mesh)]});
+        if (!(found.back().mesh->opacity < 1))
+            break;
+    }
+    return found;
+}
+
 void InteractiveRenderer::setWindow(const WindowChoice& window) {
     scene_.window = window;
     if (p_.layer().reduces() && !nextFunction_)
