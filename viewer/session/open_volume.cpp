@@ -128,6 +128,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     pictures = {};
     meshes = {};
     Scene drawn = wanted;
+    adoptShapes(scene.meshes, drawn);
     meshes = readMeshesApart(drawn, ram);
     pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
     RenderOptions render;

@@ -3,6 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "viewer/cli/input/mesh_input.h"
 #include "viewer/session/shown_picture.h"
 
 #include <utility>
@@ -18,8 +19,10 @@ void SessionThread::drawStill(const Scene& scene) {
     render.searching = render.checking = true;
     render.verify = Verify::quick;
     ++stillNumber_;
+    Scene drawn = scene;
+    adoptShapes(o.renderer->meshes(), drawn);
     o.still = std::make_unique<Still>(
-        scene, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
+        drawn, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
         });
 }

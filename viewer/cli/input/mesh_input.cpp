@@ -61,6 +61,18 @@ void readMeshes(Scene& scene, MemoryBudget& ram) {
     read(scene, ram, nullptr);
 }
 
+void adoptShapes(std::span<const SceneMesh> from, Scene& to) {
+    for (SceneMesh& mesh : to.meshes) {
+        if (mesh.shape)
+            continue;
+        const auto same = std::find_if(from.begin(), from.end(), [&](const SceneMesh& other) {
+            return other.path == mesh.path && other.space == mesh.space && other.tube == mesh.tube;
+        });
+        if (same != from.end())
+            mesh.shape = same->shape;
+    }
+}
+
 Charge readMeshesApart(Scene& scene, MemoryBudget& ram) {
     if (!drawsMeshes(scene))
         return {};

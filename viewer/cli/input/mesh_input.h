@@ -4,6 +4,8 @@
 #include "core/base/budget.h"
 #include "core/scene/scene.h"
 
+#include <span>
+
 namespace tessera {
 
 /// Sets SceneMesh::shape of every mesh that is drawn and has none: of its file, or of its tube. A file that
@@ -14,5 +16,7 @@ void readMeshes(Scene& scene, MemoryBudget& ram);
 /// The same for scenes that may outlive the budget: shapes have one of their own, within what is free of ram.
 /// @return what they take, charged to ram
 Charge readMeshesApart(Scene& scene, MemoryBudget& ram);
+/// Gives meshes without a shape that of an equal file or tube among others, if there is one.
+void adoptShapes(std::span<const SceneMesh> from, Scene& to);
 
 } // namespace tessera
