@@ -11,8 +11,9 @@
 
 namespace tessera {
 
-MeshCaster::MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits, int threads)
-    : volume_(std::move(volume)), plan_(plan), tellsHits_(hits), threads_(threads) {
+MeshCaster::MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits,
+                       bool shadows, int threads)
+    : volume_(std::move(volume)), plan_(plan), tellsHits_(hits), hasShadows_(shadows), threads_(threads) {
     TESSERA_CHECK(!plan.view.meshes.empty() && !plan.layer().reduces());
 }
 
@@ -47,9 +48,24 @@ void MeshCaster::begin(const Rays& rays) {
     fronts_.assign(ends_.size(), Front());
     isFirst_ = true;
     isFinished_ = false;
-    const MeshRays meshes(plan_, rays_.frame);
+    placeLight();
+    const MeshRays meshes(plan_, rays_.frame, light_.get());
     forEachRay([&](std::size_t ray) { endNext(ray, meshes, MeshRays::Order()); });
     beginRound();
+}
+
+/// Maps are those of the bricks, the function and the camera at hand: lights may be fixed to the camera.
+void MeshCaster::placeLight() {
+    if (!hasShadows_ || !MeshLight::isNeeded(plan_))
+        return;
+    const PlanRevisions& now = plan_.revisions;
+    if (light_ && lightOf_.function == now.function && lightOf_.levels == now.levels &&
+        lightFrom_ == plan_.view.camera)
+        return;
+    light_.reset(); // never two at once
+    light_ = std::make_unique<MeshLight>(plan_, threads_);
+    lightOf_ = now;
+    lightFrom_ = plan_.view.camera;
 }
 
 void MeshCaster::beginRound() {
@@ -63,7 +79,7 @@ bool MeshCaster::takeRound() {
     if (isFirst_ && tellsHits_)
         hits_ = volume_->hits();
     isFirst_ = false;
-    const MeshRays meshes(plan_, rays_.frame);
+    const MeshRays meshes(plan_, rays_.frame, light_.get());
     const float enough = 1 - plan_.layer().optics.termination;
     std::atomic<bool> goesOn = false;
     forEachRay([&](std::size_t ray) {
@@ -107,11 +123,12 @@ bool MeshCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& 
 }
 
 std::unique_ptr<RayCaster> casterWithMeshes(Engine& engine, const FramePlan& plan,
-                                            const CasterOptions& options, MemoryBudget& gpu, int threads) {
+                                            const CasterOptions& options, MemoryBudget& gpu, int threads,
+                                            bool shadows) {
     std::unique_ptr<RayCaster> volume = engine.caster(options, gpu);
     if (plan.view.meshes.empty())
         return volume;
-    return std::make_unique<MeshCaster>(std::move(volume), plan, options.hits, threads);
+    return std::make_unique<MeshCaster>(std::move(volume), plan, options.hits, shadows, threads);
 }
 
 std::size_t meshBytesPerPixel(const Scene& scene) {

@@ -16,8 +16,10 @@ class MeshCaster : public RayCaster {
   public:
     /// @param plan  of the volume that the caster draws; outlives this
     /// @param hits  the caster tells first hits (CasterOptions)
+    /// @param shadows  lights that cast shadows do on meshes: their maps are made when rays begin first
     /// @param threads  0: all processors
-    MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits, int threads);
+    MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits, bool shadows,
+               int threads);
 
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
@@ -47,13 +49,17 @@ class MeshCaster : public RayCaster {
     /// Ends the interval that begins behind a place.
     void endNext(std::size_t ray, const MeshRays& meshes, const MeshRays::Order& after);
     template <typename Visit> void forEachRay(const Visit& visit) const;
+    void placeLight();
     void beginRound();
     bool takeRound();
 
     std::unique_ptr<RayCaster> volume_;
     const FramePlan& plan_;
-    bool tellsHits_;
+    bool tellsHits_, hasShadows_;
     int threads_;
+    std::unique_ptr<MeshLight> light_; // of the plan and camera that it was made for
+    PlanRevisions lightOf_;
+    Camera lightFrom_;
     Rays rays_;
     std::vector<RayPart> ends_; // of the interval at hand; from > to: there is none
     std::vector<Front> fronts_;
@@ -64,8 +70,10 @@ class MeshCaster : public RayCaster {
 
 /// An engine's caster for a plan, which it has opened, and for the plan's meshes if it has any.
 /// @param threads  that trace rays to meshes; 0: all processors
+/// @param shadows  fall on meshes; false: for pictures that must come soon
 std::unique_ptr<RayCaster> casterWithMeshes(Engine& engine, const FramePlan& plan,
-                                            const CasterOptions& options, MemoryBudget& gpu, int threads);
+                                            const CasterOptions& options, MemoryBudget& gpu, int threads,
+                                            bool shadows = true);
 /// RAM of a picture's pixel, besides the engine's; 0 without meshes.
 std::size_t meshBytesPerPixel(const Scene& scene);
 

@@ -12,6 +12,13 @@
 namespace tessera {
 namespace {
 
+/// As leaf::AllLight, with the shares of each light.
+struct SharedLight {
+    MeshLight::Shares shares;
+    double of(int light, double share) const { return share * shares[static_cast<std::size_t>(light)]; }
+    double ambient(double ambient, int) const { return ambient; }
+};
+
 /// What a filter of hits works on.
 struct KeptHits {
     const DrawnPart& part;
@@ -35,8 +42,8 @@ HitOrder behind(const MeshRays::Order& after, std::int32_t mesh) {
 
 } // namespace
 
-MeshRays::MeshRays(const FramePlan& plan, const RayFrame<double>& frame)
-    : plan_(plan), patientFromVoxel_(plan.info().patientFromVoxel), lighting_(plan.layer().optics.lighting) {
+MeshRays::MeshRays(const FramePlan& plan, const RayFrame<double>& frame, const MeshLight* light)
+    : plan_(plan), light_(light), patientFromVoxel_(plan.info().patientFromVoxel), lighting_(plan.layer().optics.lighting) {
     TESSERA_CHECK(frame.cuts);
     for (const SceneMesh& mesh : plan.view.meshes)
         TESSERA_CHECK(mesh.shape);
@@ -97,8 +104,11 @@ glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const glm::dvec3& normal, co
         return glm::dmat3(patientFromVoxel_) *
                (glm::dvec3(light.place[0], light.place[1], light.place[2]) - place);
     };
+    const glm::dvec3 facing = glm::dot(n, d) > 0 ? -n : n;
     const leaf::Lit<double> lit =
-        leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint, leaf::AllLight());
+        light_ ? leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint,
+                                     SharedLight{light_->at(ray.origin + t * ray.direction, facing)})
+               : leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint, leaf::AllLight());
     glm::vec3 colour;
     for (int c = 0; c < 3; ++c)
         colour[c] = static_cast<float>(mesh.colour[c] * lit.scale[c] + lit.add[c]);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "render/contract/ray.h"
+#include "render/geometry/mesh_light.h"
 #include "render/geometry/shape.h"
 #include "render/plan/frame_plan.h"
 
@@ -19,7 +20,8 @@ constexpr double kCutTolerance = 1e-3;
 class MeshRays {
   public:
     /// @param plan  as it is; outlives this. Its meshes have been read (checked)
-    MeshRays(const FramePlan& plan, const RayFrame<double>& frame);
+    /// @param light  of shadows on meshes, which it outlives; null: no light is shadowed
+    MeshRays(const FramePlan& plan, const RayFrame<double>& frame, const MeshLight* light = nullptr);
 
     /// A place in the order of a ray's surfaces. Those of equal t come in the order of the scene.
     struct Order {
@@ -42,6 +44,7 @@ class MeshRays {
                        const RayLine<double>& line, double t) const;
 
     const FramePlan& plan_;
+    const MeshLight* light_;
     glm::dmat4 patientFromVoxel_;
     leaf::LightingNumbers lighting_; // of surfaces, whatever a gradient's length
 };

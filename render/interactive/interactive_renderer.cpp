@@ -86,7 +86,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     if (engine_.light() && options.coarseLightFirst)
         engine_.light()->lightCoarselyFirst();
     p_.aim();
-    caster_ = casterWithMeshes(engine_, p_, {options.counting, false, false}, gpu, options.threads);
+    caster_ = casterWithMeshes(engine_, p_, {options.counting, false, false}, gpu, options.threads, false);
     counter_ = engine_.counter(gpu);
     gain_.assign(bricks, 0);
 }

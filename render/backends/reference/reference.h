@@ -48,6 +48,7 @@ struct ReferenceInput {
     bool flat = false;             // one slab is a plane, at which a ray has one value
     const RayCuts* cuts = nullptr; // other cuts
     LabelBricks* labels = nullptr; // of the scene; null: it has none
+    std::span<const SceneMesh> meshes = {}; // that take light from the volume
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, tMax].

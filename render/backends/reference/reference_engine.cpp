@@ -98,7 +98,8 @@ class ReferenceCaster : public RayCaster {
                 scene_.view.part.slabs,
                 scene_.view.part.flat,
                 scene_.view.part.cuts.get(),
-                volume.labelBricks.get()};
+                volume.labelBricks.get(),
+                scene_.view.meshes};
     }
 
     const FramePlan& scene_;

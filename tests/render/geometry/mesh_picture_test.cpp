@@ -23,6 +23,10 @@ constexpr double kPerMm = 0.011;
 constexpr glm::dvec3 kFogColour(0.2, 0.6, 0.9);
 constexpr glm::ivec2 kMeshSize(37, 41); // no packet's edges divide it
 
+const VolumeInfo& sphereInfo() {
+    static const VolumeInfo info = infoOf("sphere");
+    return info;
+}
 MemoryBudget& meshRam() {
     static MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30);
     return ram;
@@ -46,7 +50,7 @@ SceneMesh meshOf(TriangleMesh triangles, const glm::dvec3& colour, double opacit
 
 /// Camera 0: perspective, oblique; 1: parallel; 2: inside.
 Scene fogScene(int camera = 0, const glm::ivec2& size = kMeshSize) {
-    Scene scene = sceneOn(infoOf("sphere"), "bone-1", camera, size);
+    Scene scene = sceneOn(sphereInfo(), "bone-1", camera, size);
     scene.shading.on = false;
     scene.volumes.front().transferFunction =
         TransferFunction::fromExtinction({{-5000, kPerMm}, {5000, kPerMm}}, {{0, glm::vec3(kFogColour)}});
@@ -83,7 +87,7 @@ using Events = std::function<std::vector<Event>(const PatientRay& ray)>;
 /// Surfaces in the fog of the volume's box, or of the part of a ray in it that a condition keeps.
 Image expectedInFog(const Scene& scene, const Events& eventsOf,
                     const std::function<void(const PatientRay&, double&, double&)>& cut = {}) {
-    const VolumeInfo info = infoOf("sphere");
+    const VolumeInfo& info = sphereInfo();
     const RayPlane plane = rayPlane(std::get<Camera>(scene.camera), info, scene.imageSize);
     const glm::dmat4 toVoxels = glm::inverse(info.patientFromVoxel);
     Image image(scene.imageSize);
@@ -148,11 +152,11 @@ void expectForm(const Scene& scene, const Image& form) {
 
 /// On the volume's face, half in the fog and half outside of it.
 glm::dvec3 onFace(const glm::dvec3& side) {
-    const VolumeInfo info = infoOf("sphere");
+    const VolumeInfo& info = sphereInfo();
     return middleOf(info) + 0.5 * side * info.spacingMm() * glm::dvec3(info.extentVoxels);
 }
 double sizeMm() {
-    const VolumeInfo info = infoOf("sphere");
+    const VolumeInfo& info = sphereInfo();
     return glm::length(info.spacingMm() * glm::dvec3(info.extentVoxels));
 }
 
@@ -349,6 +353,125 @@ TEST(MeshLight, IsThatOfTheScene) {
             scene.meshes[0].material = MeshMaterial{0.5, 0.25, 0, 1};
             EXPECT_NEAR(middlePixel(EngineKind::native).r, 0.9 * (0.5 + 0.25 * 0.8 * cosine), 1e-5);
         }
+}
+
+/// A directional light with a shadow, in patient space.
+Light shadowLight(const glm::dvec3& towards) {
+    Light light;
+    light.kind = LightKind::directional;
+    light.frame = LightFrame::patient;
+    light.direction = towards;
+    light.shadow = true;
+    return light;
+}
+
+// A thin medium shows how much of each ray is lit: that which is not behind the ball, seen from the light.
+TEST(MeshShadows, FallIntoTheVolume) {
+    for (const double opacity : {1.0, 0.5}) {
+        Scene scene = fogScene(1, {24, 24});
+        constexpr double kThin = 1e-6;
+        scene.volumes.front().transferFunction =
+            TransferFunction::fromExtinction({{-5000, kThin}, {5000, kThin}}, {{0, glm::vec3(1)}});
+        scene.shading.on = true;
+        scene.shading.ambient = 0.1, scene.shading.diffuse = 0.6, scene.shading.specular = 0;
+        const glm::dvec3 towards = glm::normalize(glm::dvec3(0.2, -1, 0.3));
+        scene.lighting.lights = {shadowLight(towards)};
+        const glm::dvec3 centre = onFace({0, 0, 0}) + 0.9 * sizeMm() * towards; // outside of the volume
+        const double radius = 0.12 * sizeMm();
+        scene.meshes = {ballOf(centre, radius, {1, 0, 0}, opacity)};
+        const Image mirror = drawn(scene, EngineKind::mirror).image, native = drawn(scene, EngineKind::native).image;
+        EXPECT_EQ(differing(native, mirror), 0u);
+        const Image reference = drawn(scene, EngineKind::reference).image;
+        const VolumeInfo& info = sphereInfo();
+        const RayPlane plane = rayPlane(std::get<Camera>(scene.camera), info, scene.imageSize);
+        const glm::dmat4 toVoxels = glm::inverse(info.patientFromVoxel);
+        double squares = 0, ofReference = 0, shaded = 0;
+        int seen = 0;
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 24; ++x) {
+                const glm::vec4 p = native.at(x, y);
+                if (!(p.a > 0))
+                    continue;
+                const PatientRay ray = pixelRay(plane, glm::dvec2(x, y) + 0.5, scene.imageSize);
+                double inside = 0, dark = 0;
+                for (double t = -2 * sizeMm(); t < 2 * sizeMm(); t += 0.1) {
+                    const glm::dvec3 at = ray.base + t * ray.direction;
+                    const glm::dvec3 voxel(toVoxels * glm::dvec4(at, 1));
+                    if (glm::any(glm::lessThan(voxel, glm::dvec3(0))) ||
+                        glm::any(glm::greaterThan(voxel, glm::dvec3(info.extentVoxels))))
+                        continue;
+                    inside += 1;
+                    dark += glm::length(glm::cross(centre - at, towards)) < radius;
+                }
+                if (inside < 20)
+                    continue;
+                const double left = opacity == 1 ? 0 : 0.25; // two surfaces
+                const double form = 0.1 + 0.6 * (1 - (1 - left) * dark / inside);
+                squares += std::pow(p.r / p.a - form, 2);
+                ofReference += std::pow(reference.at(x, y).r / reference.at(x, y).a - form, 2);
+                shaded += dark > 0;
+                ++seen;
+            }
+        EXPECT_GT(shaded, 20);
+        EXPECT_LT(shaded, 0.9 * seen);
+        EXPECT_LT(std::sqrt(squares / seen), 0.02) << "rms, by maps and samples of light";
+        EXPECT_LT(std::sqrt(ofReference / seen), 0.005);
+    }
+}
+
+// On a quad beside the volume: the shadow of a ball is dark, that of the fog as dark as the fog is long.
+TEST(MeshShadows, FallOnMeshes) {
+    Scene scene = fogScene(0, {40, 40});
+    const VolumeInfo& info = sphereInfo();
+    scene.shading.on = true;
+    scene.shading.ambient = 0.1, scene.shading.diffuse = 0.6, scene.shading.specular = 0;
+    const glm::dvec3 middle = onFace({0, 0, 0}), below = onFace({0, 0, -1}) - glm::dvec3(0, 0, 0.1 * sizeMm());
+    const double half = 2 * sizeMm();
+    Camera& c = std::get<Camera>(scene.camera); // from below: the quad is before the volume
+    c.focalPoint = below;
+    c.position = below + glm::dvec3(0.2, -0.3, 0.12) * sizeMm();
+    c.viewUp = {0, 0, 1};
+    c.viewAngle = 70;
+    const glm::dvec3 towards = glm::normalize(glm::dvec3(0.1, 0.2, 1));
+    scene.lighting.lights = {shadowLight(towards)};
+    const glm::dvec3 centre = middle + glm::dvec3(0.1, -0.1, 0.9) * sizeMm();
+    const double radius = 0.1 * sizeMm();
+    const SceneMesh quad = meshOf(quadMesh(below - glm::dvec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0}), {0.5, 0.9, 0.7});
+    scene.meshes = {quad, ballOf(centre, radius, {1, 0, 0})};
+    const Image native = drawn(scene, EngineKind::native).image;
+    EXPECT_EQ(differing(native, drawn(scene, EngineKind::mirror).image), 0u);
+    const RayPlane plane = rayPlane(c, info, scene.imageSize);
+    const glm::dmat4 toVoxels = glm::inverse(info.patientFromVoxel);
+    int dark = 0, fogged = 0, open = 0;
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) {
+            const PatientRay ray = pixelRay(plane, glm::dvec2(x, y) + 0.5, scene.imageSize);
+            const double t = (below.z - ray.base.z) / ray.direction.z;
+            if (!(t > ray.minT))
+                continue;
+            const auto inBox = [&](const glm::dvec3& from, const glm::dvec3& direction, double least, double most) {
+                const glm::dvec3 o(toVoxels * glm::dvec4(from, 1)), d = glm::dmat3(toVoxels) * direction;
+                double in = least, out = most;
+                for (int axis = 0; axis < 3; ++axis) {
+                    const double a = -o[axis] / d[axis], b = (info.extentVoxels[axis] - o[axis]) / d[axis];
+                    in = std::max(in, std::min(a, b)), out = std::min(out, std::max(a, b));
+                }
+                return std::max(0.0, out - in);
+            };
+            const glm::dvec3 at = ray.base + t * ray.direction;
+            if (inBox(ray.base, ray.direction, ray.minT, t) > 0)
+                continue; // fog before it
+            const double past = glm::length(glm::cross(centre - at, towards)) / radius;
+            if (std::abs(past - 1) < 0.02)
+                continue;
+            const double fog = inBox(at, towards, 0, 1e9);
+            const double share = past < 1 ? 0 : std::exp(-kPerMm * fog);
+            EXPECT_NEAR(native.at(x, y).g, 0.9 * (0.1 + 0.6 * towards.z * share), 0.012) << x << ", " << y;
+            ++(past < 1 ? dark : fog > 0 ? fogged : open);
+        }
+    EXPECT_GT(dark, 5);
+    EXPECT_GT(fogged, 100);
+    EXPECT_GT(open, 50);
 }
 
 Scene torsoScene(int camera, const char* preset = "soft-tissue") {
