@@ -368,12 +368,13 @@ Light shadowLight(const glm::dvec3& towards) {
 // A thin medium shows how much of each ray is lit: that which is not behind the ball, seen from the light.
 TEST(MeshShadows, FallIntoTheVolume) {
     for (const double opacity : {1.0, 0.5}) {
-        Scene scene = fogScene(1, {24, 24});
-        constexpr double kThin = 1e-6;
+        Scene scene = fogScene(1, {12, 12});
+        constexpr double kThin = 1e-5;
         scene.volumes.front().transferFunction =
             TransferFunction::fromExtinction({{-5000, kThin}, {5000, kThin}}, {{0, glm::vec3(1)}});
         scene.shading.on = true;
         scene.shading.ambient = 0.1, scene.shading.diffuse = 0.6, scene.shading.specular = 0;
+        scene.shading.gradientWeight = GradientWeight{1e8, 1e9}; // all of it is volume
         const glm::dvec3 towards = glm::normalize(glm::dvec3(0.2, -1, 0.3));
         scene.lighting.lights = {shadowLight(towards)};
         const glm::dvec3 centre = onFace({0, 0, 0}) + 0.9 * sizeMm() * towards; // outside of the volume
@@ -387,8 +388,8 @@ TEST(MeshShadows, FallIntoTheVolume) {
         const glm::dmat4 toVoxels = glm::inverse(info.patientFromVoxel);
         double squares = 0, ofReference = 0, shaded = 0;
         int seen = 0;
-        for (int y = 0; y < 24; ++y)
-            for (int x = 0; x < 24; ++x) {
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 12; ++x) {
                 const glm::vec4 p = native.at(x, y);
                 if (!(p.a > 0))
                     continue;
@@ -412,7 +413,7 @@ TEST(MeshShadows, FallIntoTheVolume) {
                 shaded += dark > 0;
                 ++seen;
             }
-        EXPECT_GT(shaded, 20);
+        EXPECT_GT(shaded, 8);
         EXPECT_LT(shaded, 0.9 * seen);
         EXPECT_LT(std::sqrt(squares / seen), 0.02) << "rms, by maps and samples of light";
         EXPECT_LT(std::sqrt(ofReference / seen), 0.005);
@@ -428,10 +429,10 @@ TEST(MeshShadows, FallOnMeshes) {
     const glm::dvec3 middle = onFace({0, 0, 0}), below = onFace({0, 0, -1}) - glm::dvec3(0, 0, 0.1 * sizeMm());
     const double half = 2 * sizeMm();
     Camera& c = std::get<Camera>(scene.camera); // from below: the quad is before the volume
-    c.focalPoint = below;
-    c.position = below + glm::dvec3(0.2, -0.3, 0.12) * sizeMm();
+    c.focalPoint = below + glm::dvec3(0, -0.35, 0) * sizeMm();
+    c.position = below + glm::dvec3(0.2, -0.8, 0.09) * sizeMm();
     c.viewUp = {0, 0, 1};
-    c.viewAngle = 70;
+    c.viewAngle = 90;
     const glm::dvec3 towards = glm::normalize(glm::dvec3(0.1, 0.2, 1));
     scene.lighting.lights = {shadowLight(towards)};
     const glm::dvec3 centre = middle + glm::dvec3(0.1, -0.1, 0.9) * sizeMm();
@@ -459,8 +460,8 @@ TEST(MeshShadows, FallOnMeshes) {
                 return std::max(0.0, out - in);
             };
             const glm::dvec3 at = ray.base + t * ray.direction;
-            if (inBox(ray.base, ray.direction, ray.minT, t) > 0)
-                continue; // fog before it
+            if (glm::length(at - below) > half || inBox(ray.base, ray.direction, ray.minT, t) > 0)
+                continue; // beyond the quad, or fog before it
             const double past = glm::length(glm::cross(centre - at, towards)) / radius;
             if (std::abs(past - 1) < 0.02)
                 continue;
