@@ -60,8 +60,12 @@ class RayCaster {
     virtual bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) = 0;
     /// Number of waiting rays, after draw() returned true; 0 if all bricks are resident.
     virtual std::size_t waiting() const { return 0; }
-    /// Per brick the first ray that waits for it, or UINT32_MAX; clears them.
-    virtual std::vector<std::uint32_t> takeWanted() { return {}; }
+    /// Per brick of a volume the first ray that waits for it, or UINT32_MAX; clears them.
+    /// @param volume  0: the plan's first
+    virtual std::vector<std::uint32_t> takeWanted(std::size_t volume = 0) {
+        (void)volume;
+        return {};
+    }
 
     /// Linear, premultiplied, without background; of the rays' size(); charged by the caller.
     virtual Image image() const = 0;
@@ -117,14 +121,20 @@ class Engine {
     virtual About about() const = 0;
     virtual TextureLimits limits() const { return {}; }
 
-    /// Allocates memory for bricks of the scenes' volumes, at the levels of their selections; one volume so
-    /// far (checked). The plans outlive all objects made from this, and do not move.
+    /// Allocates memory for bricks of the plan's first volume, at the levels of its selection. Its further
+    /// volumes are opened by further(). The plan outlives all objects made from this, and does not move.
     /// @param pages  of 32^3 samples
-    virtual void open(std::span<const FramePlan* const> plans, std::size_t pages) = 0;
+    virtual void open(const FramePlan& plan, std::size_t pages) = 0;
     /// Releases the volumes and their memory.
     virtual void close() {}
     /// The residency of bricks; null if bricks are read from the cache on demand.
     virtual BrickResidency* bricks() { return nullptr; }
+    /// The engine of a further volume of the opened plan, in that volume's share of the memory; to be opened
+    /// for its plan before rays begin. Null where bricks are read on demand.
+    virtual Engine* further(std::size_t number) {
+        (void)number;
+        return nullptr;
+    }
 
     /// Makes a caster for the opened volumes. Several may exist at once, and share the bricks.
     /// @param gpu  budget for its memory

@@ -36,6 +36,7 @@ struct EngineTraits {
     bool quick = false;         ///< draws the pictures of windows, and first coarse pictures
     bool exact = false;         ///< the true integral at the finest level, without steps
     bool countsAlways = false;  ///< work is always counted
+    bool fuses = false;         ///< composites several volumes
     bool singleRays = false;    ///< one ray through each pixel's centre, unless samples are requested
     /// RAM per pixel of the engine and its caller, at least kPictureBytesPerPixel.
     std::size_t bytesPerPixel = kPictureBytesPerPixel;

@@ -1,6 +1,7 @@
 // render/renderer.cpp: see renderer.h.
 #include "render/renderer.h"
 
+#include "render/plan/fusion.h"
 #include "render/residency/pages.h"
 
 #include <algorithm>
@@ -32,6 +33,21 @@ void reportLevels(const FramePlan& plan, RenderResult& result) {
     result.atlasPages = std::min(plan.chosen.atlasPages, result.selectionPages);
     result.residentBricks = selection.shownBricks();
     result.emptyBricks = selection.counts[Selection::kEmpty];
+    result.further.clear();
+    if (plan.fused)
+        result.rayExtent = plan.rayVoxels().extentVoxels;
+    for (const auto& volume : plan.further) {
+        const Selection& own = volume->plan.layer().selection;
+        result.further.push_back({own.finest(), own.counts, volume->ram.limitBytes(), volume->ram.peakBytes(),
+                                  volume->gpu.limitBytes(), volume->gpu.peakBytes()});
+        for (std::size_t level = 0; level < own.counts.size(); ++level)
+            result.bricksOfLevel[level] += own.counts[level];
+        result.level = std::min(result.level, own.finest());
+        result.selectionPages += pagesFor(own.counts);
+        result.atlasPages += std::min(volume->plan.chosen.atlasPages, pagesFor(own.counts));
+        result.residentBricks += own.shownBricks();
+        result.emptyBricks += own.counts[Selection::kEmpty];
+    }
 }
 
 } // namespace tessera

@@ -32,6 +32,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -94,7 +95,15 @@ struct RenderResult {
         int channels = 0;               // planes of 16 bits a sample beside the values
     };
     std::optional<Labels> labels; // where the scene has them
-    bool takenAsHu = false;       // taken for HU by a preset, by their distribution
+    /// A volume besides the first. Bricks above are those of all volumes.
+    struct Further {
+        int level = 0; // finest resident
+        std::array<std::size_t, kLevelCount + 1> bricksOfLevel{};
+        std::size_t ramBytes = 0, ramPeakBytes = 0, gpuBytes = 0, gpuPeakBytes = 0; // its shares
+    };
+    std::vector<Further> further;
+    glm::ivec3 rayExtent{0}; // with several volumes: the box of their rays, voxels
+    bool takenAsHu = false;  // taken for HU by a preset, by their distribution
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;
 };
 

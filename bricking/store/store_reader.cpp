@@ -107,8 +107,11 @@ OpenShard StoreReader::State::openShard(int level, const glm::ivec3& at, const S
     return shard;
 }
 
-StoreReader::StoreReader(const std::filesystem::path& path, MemoryBudget& ram)
-    : state_(std::make_unique<State>(path, ram)) {}
+StoreReader::StoreReader(const std::filesystem::path& path, MemoryBudget& ram, const glm::dmat4& moved)
+    : state_(std::make_unique<State>(path, ram)) {
+    glm::dmat4& placed = state_->metadata.info.patientFromVoxel;
+    placed = moved * placed;
+}
 StoreReader::~StoreReader() = default;
 
 const std::filesystem::path& StoreReader::path() const {

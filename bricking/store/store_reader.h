@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,7 +21,9 @@ class StoreReader : public ChunkSource {
     /// memory and that for decoding is charged to ram at once: at most a quarter of its free bytes, but at
     /// least readerFloorBytes(). With less memory shards are opened more often. ram must outlive the reader.
     /// Throws InputError naming the file for anything missing, unreadable or inconsistent.
-    StoreReader(const std::filesystem::path& path, MemoryBudget& ram);
+    /// @param moved  to patient space from the store's, which the volume is moved by
+    StoreReader(const std::filesystem::path& path, MemoryBudget& ram,
+                const glm::dmat4& moved = glm::dmat4(1));
     ~StoreReader() override;
     StoreReader(const StoreReader&) = delete;
     StoreReader& operator=(const StoreReader&) = delete;
@@ -39,6 +42,9 @@ class StoreReader : public ChunkSource {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// Those of a scene's volumes, in order.
+using Stores = std::span<const StoreReader* const>;
 
 /// Minimum memory of a reader of such a volume: one shard's index and one encoded chunk.
 std::size_t readerFloorBytes(const VolumeInfo& info);

@@ -135,6 +135,13 @@ void ViewFit::add(const glm::dvec3& centre, const glm::dvec3& half) {
     farthest_ = std::min(farthest_, centre.z - half.z);
 }
 
+void ViewFit::add(const ViewFit& other) {
+    for (std::size_t side = 0; side < reach_.size(); ++side)
+        reach_[side] = std::max(reach_[side], other.reach_[side]);
+    nearest_ = std::max(nearest_, other.nearest_);
+    farthest_ = std::min(farthest_, other.farthest_);
+}
+
 bool ViewFit::holds(const glm::dvec3& centre, const glm::dvec3& half) const {
     const std::array<double, 4> reach = reachOf(centre, half);
     return std::equal(reach.begin(), reach.end(), reach_.begin(), std::less_equal<>());

@@ -57,6 +57,8 @@ class ViewFit {
     const ViewAxes& axes() const { return axes_; }
     /// @param half  half the size of the box, positive
     void add(const glm::dvec3& centre, const glm::dvec3& half);
+    /// Adds all boxes of another fit of the same picture.
+    void add(const ViewFit& other);
     /// True if the picture holds the box already.
     bool holds(const glm::dvec3& centre, const glm::dvec3& half) const;
     bool empty() const { return !(nearest_ >= farthest_); }

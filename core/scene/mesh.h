@@ -40,8 +40,8 @@ struct SceneMesh {
 
     std::filesystem::path path = {}; // a file of triangles; "" there is a tube
     std::optional<Tube> tube = {};
-    glm::dvec3 colour{0.8}; // linear light, [0,1], not premultiplied
-    double opacity = 1;     // [0,1], of the surface itself, at any angle
+    glm::dvec3 colour{0.8};                    // linear light, [0,1], not premultiplied
+    double opacity = 1;                        // [0,1], of the surface itself, at any angle
     std::optional<MeshMaterial> material = {}; // none: the scene's shading
     MeshSpace space = MeshSpace::lps;          // of the file
     bool show = true;

@@ -47,15 +47,16 @@ template <> const NameTable<MeshSpace>& namesOf<MeshSpace>() {
 const Fields<SceneMesh>& meshFields() {
     static const Fields<SceneMesh> fields = [] {
         Fields<SceneMesh> f("mesh");
-        f.add("path", &SceneMesh::path,
-              anyText()
-                  .checked([](const std::string& path, const JsonValue& value) {
-                      if (path.empty())
-                          value.refuse("the path of a mesh");
-                  })
-                  .described({{"minLength", 1}}),
-              "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb), relative to the scene's file; its "
-              "coordinates are mm in patient space.")
+        f.add(
+             "path", &SceneMesh::path,
+             anyText()
+                 .checked([](const std::string& path, const JsonValue& value) {
+                     if (path.empty())
+                         value.refuse("the path of a mesh");
+                 })
+                 .described({{"minLength", 1}}),
+             "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb), relative to the scene's file; its "
+             "coordinates are mm in patient space.")
             .writtenIf([](const SceneMesh& m) { return !m.path.empty(); })
             .withoutDefault();
         f.add("tube", &SceneMesh::tube, objectOf(tubeFields()), "In place of a file: a tube around a line.");

@@ -23,6 +23,15 @@ double brightest(const Shading& shading, const Lighting& lighting, const std::ve
     return most;
 }
 
+Scene sceneOfVolume(const Scene& scene, std::size_t number) {
+    Scene alone = scene;
+    const SceneVolume& volume = scene.volumes.at(number);
+    alone.volumes = {volume};
+    alone.window = volume.window.value_or(scene.window);
+    alone.valueColour = volume.valueColour.value_or(scene.valueColour);
+    return alone;
+}
+
 Reduction reductionOf(const Scene& scene) {
     switch (scene.mode) {
     case Mode::maximum:
@@ -131,6 +140,11 @@ template <> const NameTable<Gradient>& namesOf<Gradient>() {
 }
 template <> const NameTable<HideTable>& namesOf<HideTable>() {
     static const NameTable<HideTable> names{{{HideTable::no, "no"}, {HideTable::automatic, "auto"}}};
+    return names;
+}
+template <> const NameTable<Fusion>& namesOf<Fusion>() {
+    static const NameTable<Fusion> names{
+        {{Fusion::mix, "mix"}, {Fusion::over, "over"}, {Fusion::maximum, "maximum"}}};
     return names;
 }
 template <> const NameTable<PixelFilter>& namesOf<PixelFilter>() {

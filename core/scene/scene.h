@@ -13,6 +13,7 @@
 #include "core/scene/transfer_function.h"
 
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -122,6 +123,11 @@ using TransferChoice = std::variant<std::string, TransferFunction>;
 /// (bricking/analysis/body/table_mask.h).
 enum class HideTable { no, automatic };
 
+/// Several volumes in one picture (docs/sampling.md, "Several volumes"). mix: extinctions add up, colours mix
+/// by their shares. over: the same extinctions, and each volume lies over those before it. maximum: the
+/// greatest of every component.
+enum class Fusion { mix, over, maximum };
+
 struct SceneVolume {
     std::filesystem::path path; // store or source; absolute once a scene is loaded
     TransferChoice transferFunction = std::string("bone-1");
@@ -129,6 +135,10 @@ struct SceneVolume {
     SourceChoice source = {}; // of source files
     HideTable hideTable = HideTable::no;
     Labels labels = {};
+    double opacity = 1;                      // [0,1], times the extinction; of single values, of their colour
+    glm::dmat4 transform{1};                 // moves the volume: patient space (LPS, mm) from the file's
+    std::optional<WindowChoice> window = {}; // of single values; none: the scene's
+    std::optional<ValueColour> valueColour = {}; // likewise
 };
 
 /// The target of a fitted camera: all that the transfer function and the isosurfaces show, the volume's box,
@@ -157,7 +167,8 @@ using CameraChoice = std::variant<FittedView, Camera>;
 
 struct Scene {
     static constexpr int kVersion = 1;
-    std::vector<SceneVolume> volumes; // exactly one is drawn now
+    std::vector<SceneVolume> volumes; // 1 to kMaxVolumes
+    Fusion fusion = Fusion::mix;      // of several
     CameraChoice camera = FittedView{};
     Shading shading;
     Lighting lighting;
@@ -173,14 +184,18 @@ struct Scene {
     glm::ivec2 imageSize{512, 512};
     std::optional<glm::vec3> background = glm::vec3(0); // linear rgb in [0,1]; none: transparent
 
+    static constexpr std::size_t kMaxVolumes = 8;
     static constexpr std::size_t kMaxSurfaces = 8;
     static constexpr int kMaxImageExtent = 16384; // pixels an axis: 4 GiB of float pixels
 };
 
+/// The scene of one of its volumes alone, as the picture of all shows it.
+Scene sceneOfVolume(const Scene& scene, std::size_t number);
+
 /// The reduction of the scene's rays: a plane has one value per ray, as `maximum`.
 Reduction reductionOf(const Scene& scene);
-/// The scene without what its mode does not draw, as engines get it: single values have no light, isosurfaces,
-/// meshes or integrator. Throws InputError for a mode that has nothing to draw.
+/// The scene without what its mode does not draw, as engines get it: single values have no light,
+/// isosurfaces, meshes or integrator. Throws InputError for a mode that has nothing to draw.
 Scene asDrawn(const Scene& scene);
 
 /// The meshes that are drawn.
@@ -193,7 +208,7 @@ bool drawsMeshes(const Scene& scene);
 bool isSceneFile(const std::filesystem::path& path);
 /// Parses a scene file. Relative paths are taken from the file's folder.
 /// Throws InputError naming the file and the JSON path for: no JSON, wrong version, unknown key (with the
-/// nearest known one), wrong type, value out of range. A scene must have exactly one volume.
+/// nearest known one), wrong type, value out of range.
 Scene loadScene(const std::filesystem::path& file);
 Scene parseScene(const std::string& text, const std::filesystem::path& folder, const std::string& where);
 /// The scene as JSON text that parseScene reads back to the same scene; ASCII, one line. A transfer function
@@ -211,6 +226,7 @@ template <> const NameTable<Integrator>& namesOf<Integrator>();
 template <> const NameTable<Gradient>& namesOf<Gradient>();
 template <> const NameTable<PixelFilter>& namesOf<PixelFilter>();
 template <> const NameTable<HideTable>& namesOf<HideTable>();
+template <> const NameTable<Fusion>& namesOf<Fusion>();
 template <> const NameTable<ShadingModel>& namesOf<ShadingModel>();
 /// In the order of the enums.
 inline const std::vector<std::string>& viewNames() {

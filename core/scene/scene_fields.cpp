@@ -5,13 +5,44 @@
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 
+#include <cmath>
 #include <functional>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 
 namespace tessera {
 namespace {
 
 constexpr int kMostInt = std::numeric_limits<int>::max();
+constexpr double kLeastScaling = 1e-6; // of a transform: the volume of a voxel
+
+/// The first three rows, one after another.
+Kind<glm::dmat4> affineKind() {
+    constexpr std::size_t kRows = 3, kColumns = 4;
+    return {[](const JsonValue& value) {
+                const std::vector<double> numbers = value.numbers(kRows * kColumns);
+                glm::dmat4 matrix(1);
+                for (std::size_t n = 0; n < numbers.size(); ++n)
+                    matrix[static_cast<int>(n % kColumns)][static_cast<int>(n / kColumns)] = numbers[n];
+                const double volume = std::abs(glm::determinant(glm::dmat3(matrix)));
+                if (!(volume >= kLeastScaling && volume <= 1 / kLeastScaling))
+                    value.refuse("12 numbers of a matrix that can be inverted");
+                return matrix;
+            },
+            [](const glm::dmat4& matrix) {
+                nlohmann::json numbers = nlohmann::json::array();
+                for (std::size_t n = 0; n < kRows * kColumns; ++n)
+                    numbers.push_back(matrix[static_cast<int>(n % kColumns)][static_cast<int>(n / kColumns)]);
+                return numbers;
+            },
+            [](Schema&) {
+                return Schema{{"type", "array"},
+                              {"items", {{"type", "number"}}},
+                              {"minItems", kRows * kColumns},
+                              {"maxItems", kRows * kColumns}};
+            }};
+}
 
 const Fields<SceneVolume>& volumeFields() {
     static const Fields<SceneVolume> fields = [] {
@@ -61,6 +92,19 @@ const Fields<SceneVolume>& volumeFields() {
             "transferFunction", &SceneVolume::transferFunction, transferKind(),
             "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others), or the points.");
         f.add("labels", &SceneVolume::labels, objectOf(labelsFields())).unlessDefault();
+        f.add("opacity", &SceneVolume::opacity, numberIn(0, 1),
+              "Times the extinction; in modes of single values, opacity over the volumes before.")
+            .unlessDefault();
+        f.add("transform", &SceneVolume::transform, affineKind(),
+              "Moves the volume: the first three rows, one after another, of the matrix from the file's "
+              "patient space (LPS, mm) to that of the picture.")
+            .unlessDefault();
+        f.add("window", &SceneVolume::window, windowKind(),
+              "Grey of this volume's values in modes that show single values; without it: the scene's.")
+            .unlessDefault();
+        f.add("valueColour", &SceneVolume::valueColour, named<ValueColour>(),
+              "Colour of this volume's single values; without it: the scene's.")
+            .unlessDefault();
         return f;
     }();
     return fields;
@@ -254,9 +298,15 @@ const Fields<Scene>& sceneFields() {
                }})
             .required();
         f.add("volumes", &Scene::volumes,
-              listOf(objectOf(volumeFields()), 1, 1, "a list of exactly one volume (more are not drawn yet)"),
-              "Volumes to draw; one in this version.")
+              listOf(objectOf(volumeFields()), 1, Scene::kMaxVolumes,
+                     "a list of 1 to " + std::to_string(Scene::kMaxVolumes) + " volumes"),
+              "Volumes to draw, each at its place in patient space.")
             .required();
+        f.add("fusion", &Scene::fusion, named<Fusion>(),
+              "Several volumes at one place: mix adds extinctions and mixes colours by their shares; over "
+              "lays each volume over those before it; maximum takes the greatest of every component.")
+            .unlessDefault()
+            .setBy("--fusion", "several volumes at one place: {names} (default: {default})");
         f.add(
              "camera", &Scene::camera, cameraKind(),
              "A side of the patient, fitted to what is shown or to the volume, or a camera in patient space. "

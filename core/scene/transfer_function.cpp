@@ -159,7 +159,9 @@ double TransferFunction::extinction(double value) const {
 }
 
 double TransferFunction::extinctionOf(double opacity) const {
-    return pointsAreExtinction_ ? opacity : -std::log1p(-std::min(opacity, kMaxOpacity)) / referenceLengthMm_;
+    const double whole =
+        pointsAreExtinction_ ? opacity : -std::log1p(-std::min(opacity, kMaxOpacity)) / referenceLengthMm_;
+    return share_ * whole;
 }
 
 glm::dvec3 TransferFunction::colour(double value) const {

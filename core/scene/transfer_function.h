@@ -93,6 +93,8 @@ class TransferFunction {
     glm::dvec3 colour(double value) const;
     /// Values, ascending, where the function is not smooth: every point.
     const std::vector<double>& kinks() const { return kinks_; }
+    /// Times all extinctions, [0,1]; points stay as they are.
+    void setShare(double share) { share_ = share; }
     const std::vector<OpacityPoint>& opacityPoints() const { return opacity_; }
     const std::vector<ColourPoint>& colourPoints() const { return colour_; }
     double referenceLengthMm() const { return referenceLengthMm_; }
@@ -113,7 +115,7 @@ class TransferFunction {
     std::vector<double> kinks_;
     std::vector<Material> materials_;
     GradientOpacity gradientOpacity_;
-    double referenceLengthMm_ = 1;
+    double referenceLengthMm_ = 1, share_ = 1;
     bool pointsAreExtinction_ = false;
 };
 

@@ -79,6 +79,7 @@ inline float powerOfTwo(float n) {
 #include "render/contract/leaf_bricks.h"
 #include "render/contract/leaf_cubic.h"
 #include "render/contract/leaf_field.h"
+#include "render/contract/leaf_fusion.h"
 #include "render/contract/leaf_labels.h"
 #include "render/contract/leaf_light.h"
 #include "render/contract/leaf_opacity.h"

@@ -173,7 +173,8 @@ bool RayCuts::keeps(const glm::dvec3& point, double tolerance) const {
         bool within = true;
         for (const RaySlab<double>& slab : body.slabs) {
             const double at = glm::dot(slab.normal, point);
-            const double reach = (body.keep == Keep::inside ? tolerance : -tolerance) * glm::length(slab.normal);
+            const double reach =
+                (body.keep == Keep::inside ? tolerance : -tolerance) * glm::length(slab.normal);
             within = within && at >= slab.low - reach && at <= slab.high + reach;
         }
         if (within != (body.keep == Keep::inside))

@@ -107,11 +107,10 @@ struct BoxTree::Maker {
         std::uint32_t left = range.count / 2;
         if (bestAxis >= 0) {
             const auto begin = tree.order_.begin() + static_cast<std::ptrdiff_t>(range.first);
-            const auto split = std::partition(begin, begin + static_cast<std::ptrdiff_t>(range.count),
-                                              [&](std::uint32_t triangle) {
-                                                  return binOf(middle(triangle)[bestAxis], middles,
-                                                               bestAxis) < bestBin;
-                                              });
+            const auto split = std::partition(
+                begin, begin + static_cast<std::ptrdiff_t>(range.count), [&](std::uint32_t triangle) {
+                    return binOf(middle(triangle)[bestAxis], middles, bestAxis) < bestBin;
+                });
             left = static_cast<std::uint32_t>(split - begin);
         }
         return {ranged(range.first, left), ranged(range.first + left, range.count - left)};

@@ -57,9 +57,15 @@ class BoxTree {
         return (which[0] & 1u) | (which[1] & 2u) | (which[2] & 4u) | (which[3] & 8u);
 #endif
     }
-    static F4 all(float v) { return F4{v, v, v, v}; }
-    static F4 least4(F4 a, F4 b) { return a < b ? a : b; }
-    static F4 most4(F4 a, F4 b) { return a > b ? a : b; }
+    static F4 all(float v) {
+        return F4{v, v, v, v};
+    }
+    static F4 least4(F4 a, F4 b) {
+        return a < b ? a : b;
+    }
+    static F4 most4(F4 a, F4 b) {
+        return a > b ? a : b;
+    }
 
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> order_; // triangles
@@ -90,9 +96,7 @@ void BoxTree::visit(const ShapeRay& ray, double least, double most, const Visit&
         from[axis] = all(rises ? o - margin : o + margin);
     }
     const auto below = [](double t) { return static_cast<float>(t - 1e-6 * std::abs(t)); };
-    const auto above = [](double t) {
-        return t > 1e30 ? 1e30f : static_cast<float>(t + 1e-6 * std::abs(t));
-    };
+    const auto above = [](double t) { return t > 1e30 ? 1e30f : static_cast<float>(t + 1e-6 * std::abs(t)); };
     const float begin = below(std::max(least, -1e30));
     float end = above(most);
     struct Entry {

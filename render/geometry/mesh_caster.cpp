@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-MeshCaster::MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits,
-                       bool shadows, int threads)
+MeshCaster::MeshCaster(std::unique_ptr<RayCaster> volume, const FramePlan& plan, bool hits, bool shadows,
+                       int threads)
     : volume_(std::move(volume)), plan_(plan), tellsHits_(hits), hasShadows_(shadows), threads_(threads) {
     TESSERA_CHECK(!plan.view.meshes.empty() && !plan.layer().reduces());
 }
@@ -27,11 +27,10 @@ template <typename Visit> void MeshCaster::forEachRay(const Visit& visit) const 
 
 RayLine<double> MeshCaster::lineOf(std::size_t ray) const {
     const auto width = static_cast<std::size_t>(rays_.size().x);
-    return pixelLine(rays_.frame, rays_.places.empty()
-                                      ? glm::dvec2(static_cast<double>(ray % width),
-                                                   static_cast<double>(ray / width)) +
-                                            0.5
-                                      : glm::dvec2(rays_.places[ray]));
+    return pixelLine(rays_.frame, rays_.places.empty() ? glm::dvec2(static_cast<double>(ray % width),
+                                                                    static_cast<double>(ray / width)) +
+                                                             0.5
+                                                       : glm::dvec2(rays_.places[ray]));
 }
 
 void MeshCaster::endNext(std::size_t ray, const MeshRays& meshes, const MeshRays::Order& after) {

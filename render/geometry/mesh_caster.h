@@ -24,7 +24,7 @@ class MeshCaster : public RayCaster {
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
     std::size_t waiting() const override { return volume_->waiting(); }
-    std::vector<std::uint32_t> takeWanted() override { return volume_->takeWanted(); }
+    std::vector<std::uint32_t> takeWanted(std::size_t volume) override { return volume_->takeWanted(volume); }
     Image image() const override { return picture_; }
     /// Of the volume, where no mesh lies before them.
     std::vector<SurfaceHit> hits() const override { return hits_; }

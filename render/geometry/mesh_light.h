@@ -1,5 +1,5 @@
-// render/geometry/mesh_light.h: MeshLight: the shares of the scene's lights that reach a place on a mesh: past
-// the volume by shadow maps of it, past meshes by rays (docs/sampling.md, "Meshes").
+// render/geometry/mesh_light.h: MeshLight: the shares of the scene's lights that reach a place on a mesh:
+// past the volume by shadow maps of it, past meshes by rays (docs/sampling.md, "Meshes").
 #pragma once
 
 #include "core/scene/lighting.h"

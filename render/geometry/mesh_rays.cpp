@@ -43,7 +43,8 @@ HitOrder behind(const MeshRays::Order& after, std::int32_t mesh) {
 } // namespace
 
 MeshRays::MeshRays(const FramePlan& plan, const RayFrame<double>& frame, const MeshLight* light)
-    : plan_(plan), light_(light), patientFromVoxel_(plan.info().patientFromVoxel), lighting_(plan.layer().optics.lighting) {
+    : plan_(plan), light_(light), patientFromVoxel_(plan.rayVoxels().patientFromVoxel),
+      lighting_(plan.layer().optics.lighting) {
     TESSERA_CHECK(frame.cuts);
     for (const SceneMesh& mesh : plan.view.meshes)
         TESSERA_CHECK(mesh.shape);
@@ -61,7 +62,7 @@ std::optional<MeshRays::Surface> MeshRays::next(const RayLine<double>& line, con
     from.t = std::max(after.t, std::max(line.nearest, -kFar)); // nothing behind the eye
     if (from.t > after.t)
         from.mesh = -1;
-    const DrawnPart& part = plan_.view.part;
+    const DrawnPart& part = plan_.fused ? plan_.fused->part : plan_.view.part;
     const KeptHits kept{part, line};
     const bool cuts = part.any();
     ShapeHit best;
@@ -70,19 +71,18 @@ std::optional<MeshRays::Surface> MeshRays::next(const RayLine<double>& line, con
     const auto& meshes = plan_.view.meshes;
     for (std::size_t n = 0; n < meshes.size(); ++n) {
         const auto number = static_cast<std::int32_t>(n);
-        const HitFilter filter =
-            cuts && meshes[n].clipped ? HitFilter{keepsHit, &kept} : HitFilter{};
+        const HitFilter filter = cuts && meshes[n].clipped ? HitFilter{keepsHit, &kept} : HitFilter{};
         if (meshes[n].shape->next(ray, behind(from, number), best.at.t, filter, best))
             found = number;
     }
     if (found < 0)
         return std::nullopt;
     return Surface{{best.at.t, best.at.part, found},
-                   colourOf(meshes[static_cast<std::size_t>(found)], best.normal, ray, line, best.at.t)};
+                   colourOf(meshes[static_cast<std::size_t>(found)], best.normal, ray, best.at.t)};
 }
 
 glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const glm::dvec3& normal, const ShapeRay& ray,
-                             const RayLine<double>& line, double t) const {
+                             double t) const {
     const Optics& optics = plan_.layer().optics;
     const auto opacity = static_cast<float>(mesh.opacity);
     constexpr double kMost = std::numeric_limits<double>::max();
@@ -95,19 +95,20 @@ glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const glm::dvec3& normal, co
         material = {mesh.material->ambient, mesh.material->diffuse, mesh.material->specular,
                     mesh.material->specularPower};
     if (!optics.hasLights) {
-        const auto light = leaf::headLight(n, d, material.ambient, material.diffuse, material.specular,
-                                           material.power);
+        const auto light =
+            leaf::headLight(n, d, material.ambient, material.diffuse, material.specular, material.power);
         return {glm::vec3(mesh.colour * light.scale + light.add), opacity};
     }
-    const glm::dvec3 place = line.base + t * line.direction;
-    const auto toPoint = [&](const leaf::LightNumbers& light) {
-        return glm::dmat3(patientFromVoxel_) *
-               (glm::dvec3(light.place[0], light.place[1], light.place[2]) - place);
+    const glm::dvec3 place = ray.origin + t * ray.direction;
+    const auto toPoint = [&](const leaf::LightNumbers& light) { // in voxels of the first volume
+        return glm::dvec3(plan_.info().patientFromVoxel *
+                          glm::dvec4(light.place[0], light.place[1], light.place[2], 1)) -
+               place;
     };
     const glm::dvec3 facing = glm::dot(n, d) > 0 ? -n : n;
     const leaf::Lit<double> lit =
         light_ ? leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint,
-                                     SharedLight{light_->at(ray.origin + t * ray.direction, facing)})
+                                     SharedLight{light_->at(place, facing)})
                : leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint, leaf::AllLight());
     glm::vec3 colour;
     for (int c = 0; c < 3; ++c)

@@ -9,8 +9,7 @@
 
 namespace tessera {
 
-MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& what)
-    : mesh_(std::move(mesh)) {
+MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& what) : mesh_(std::move(mesh)) {
     TESSERA_CHECK(mesh_.normals.empty() || mesh_.normals.size() == mesh_.points.size());
     for (const glm::uvec3& triangle : mesh_.triangles)
         TESSERA_CHECK(triangle.x < mesh_.points.size() && triangle.y < mesh_.points.size() &&

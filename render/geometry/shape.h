@@ -53,7 +53,8 @@ class Shape {
                       ShapeHit& hit) const = 0;
     virtual const ShapeBox& box() const = 0;
     /// Balls whose hull holds the surface and touches it on every side, mm: for fitting cameras.
-    virtual void forEachBall(const std::function<void(const glm::dvec3& centre, double radius)>& visit) const = 0;
+    virtual void
+    forEachBall(const std::function<void(const glm::dvec3& centre, double radius)>& visit) const = 0;
     /// Triangles, or pieces of a line.
     virtual std::size_t parts() const = 0;
     /// RAM, charged.

@@ -37,7 +37,7 @@ struct ShearedRay {
 };
 
 struct TriangleHit {
-    double t = 0;       // along the ray's direction
+    double t = 0;        // along the ray's direction
     double u = 0, v = 0; // weights of the first and of the second corner
 };
 

@@ -113,8 +113,7 @@ bool TubeShape::meet(const ShapeRay& ray, std::uint32_t piece, Span& span) const
 
 glm::dvec3 TubeShape::normalAt(const glm::dvec3& point, std::uint32_t piece) const {
     const glm::dvec3& a = tube_.points[piece];
-    const glm::dvec3 axis =
-        tube_.points[std::min<std::size_t>(piece + 1, tube_.points.size() - 1)] - a;
+    const glm::dvec3 axis = tube_.points[std::min<std::size_t>(piece + 1, tube_.points.size() - 1)] - a;
     const double squared = glm::dot(axis, axis);
     const double along = squared > 0 ? std::clamp(glm::dot(point - a, axis) / squared, 0.0, 1.0) : 0;
     return point - (a + along * axis);

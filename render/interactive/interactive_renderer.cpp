@@ -80,8 +80,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     }
     p_.mapLevels(mapsAlways_);
     p_.openCache();
-    const FramePlan* const plans[] = {&p_};
-    engine_.open(plans, pages_);
+    engine_.open(p_, pages_);
     TESSERA_CHECK(engine_.bricks());
     if (engine_.light() && options.coarseLightFirst)
         engine_.light()->lightCoarselyFirst();
@@ -139,8 +138,8 @@ InteractiveRenderer::meshesAlong(const glm::ivec2& imageSize, const glm::dvec2& 
     MeshRays::Order after;
     while (const auto surface = meshes.next(line, after)) {
         after = surface->at;
-        found.push_back({line.base + after.t * line.direction,
-                         &p_.view.meshes[static_cast<std::size_t>(after.mesh)]});
+        found.push_back(
+            {line.base + after.t * line.direction, &p_.view.meshes[static_cast<std::size_t>(after.mesh)]});
         if (!(found.back().mesh->opacity < 1))
             break;
     }

@@ -177,6 +177,18 @@ void LightPlane::publishAll() {
     }
 }
 
+void LightPlane::makeMaps() {
+    const auto start = Clock::now();
+    forget(light_.takeChanges(), kNone);
+    if (light_.makeMaps())
+        forget(kShadowLight, kNone);
+    light_.took(secondsSince(start));
+}
+
+void LightPlane::shadedBy(std::span<SceneLight* const> others) {
+    forget(light_.shadedBy(others), kNone);
+}
+
 void LightPlane::settle(Work& work) {
     const auto start = Clock::now();
     forget(light_.takeChanges(), kNone);

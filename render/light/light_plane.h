@@ -27,6 +27,10 @@ class LightPlane : public Plane {
 
     void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
     void publish(std::span<const BrickEntry> entries) override;
+    /// The first part of settle(), for volumes that shade one another: takes changes and makes shadow maps.
+    void makeMaps();
+    /// The second part: the maps of others fall on this one.
+    void shadedBy(std::span<SceneLight* const> others);
     /// Lights new bricks, or all if the light has changed; before rays are cast.
     void settle(Work& work);
 

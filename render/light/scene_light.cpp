@@ -122,6 +122,7 @@ void SceneLight::takeMaps(std::vector<ShadowMaps> maps, Maps kind) {
     light_->setShadows({});
     shadows_ = std::move(maps);
     light_->setShadows(shadows_);
+    mapsNumber_ = PlanRevisions::next();
     maps_ = kind;
     viewIsNew_ = viewIsNew_ && kind == Maps::none;
     levelsAreNew_ = levelsAreNew_ && kind != Maps::whole;
@@ -139,6 +140,20 @@ bool SceneLight::makeMaps() {
     }
     takeMaps(std::move(maps), Maps::whole);
     return true;
+}
+
+LightParts SceneLight::shadedBy(std::span<SceneLight* const> others) {
+    std::vector<std::uint64_t> numbers;
+    std::vector<std::span<const ShadowMaps>> shadows;
+    for (const SceneLight* other : others) {
+        numbers.push_back(other->mapsNumber_);
+        shadows.emplace_back(other->shadows_);
+    }
+    if (!casts_ || numbers == shadedBy_)
+        return 0;
+    shadedBy_ = std::move(numbers);
+    light_->setOtherShadows(std::move(shadows));
+    return kShadowLight;
 }
 
 bool SceneLight::makeMapsUntil(Deadline deadline) {

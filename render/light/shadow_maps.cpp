@@ -14,7 +14,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kFarMm = 1e7;     // beyond every mesh
+constexpr double kFarMm = 1e7;      // beyond every mesh
 constexpr double kWidestView = 110; // degrees: above this six maps waste fewer rays
 constexpr double kGoldenAngle = 2.399963229728653;
 
@@ -244,7 +244,8 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
         if (!field.meshes.empty()) {
             const PatientRay ray =
                 pixelRay(view.plane, {static_cast<double>(x) + 0.5, y + 0.5}, glm::ivec2(size));
-            const double eye = view.plane.perspective ? ray.minT : 0; // mm count from there, or from the plane
+            const double eye =
+                view.plane.perspective ? ray.minT : 0; // mm count from there, or from the plane
             steps.clear();
             shadeSteps(field.meshes, {ray.base, ray.direction}, std::max(ray.minT, -kFarMm), kFarMm, steps);
             for (ShadeStep& step : steps)
@@ -335,8 +336,10 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
     for (std::size_t n = 0; n < views_.size(); ++n) {
         glm::vec2 at(0);
         float mm = 0;
-        if (!placeOn(views_[n], from, at, mm))
+        if (!placeOn(views_[n], from, at, mm)) { // another side's, or beside all that the map holds
+            sum += perLight_ > 1 ? 0.0f : 1.0f;
             continue;
+        }
         const auto edge = static_cast<float>(maps_[n].size());
         if (perLight_ > 1 && !(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
             continue; // another side's

@@ -50,9 +50,9 @@ struct LightPath {
     const Selection* selection = nullptr;
     const LevelMap* levels = nullptr; // null: the selection has one level
     const Optics* optics = nullptr;
-    const Occupancy* occupancy = nullptr; // null: no skipping
-    const ShadowRays* rays = nullptr;     // null: by the cache's samples, one by one
-    LabelBricks* labels = nullptr;        // null: the scene has none
+    const Occupancy* occupancy = nullptr;   // null: no skipping
+    const ShadowRays* rays = nullptr;       // null: by the cache's samples, one by one
+    LabelBricks* labels = nullptr;          // null: the scene has none
     std::span<const SceneMesh> meshes = {}; // that take light besides
 };
 

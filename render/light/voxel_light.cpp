@@ -78,6 +78,13 @@ void VoxelLight::setShadows(std::span<const ShadowMaps> shadows) {
     forgetPart(1);
 }
 
+void VoxelLight::setOtherShadows(std::vector<std::span<const ShadowMaps>> others) {
+    for (const auto& shadows : others)
+        TESSERA_CHECK(static_cast<int>(shadows.size()) == channels_[1]);
+    otherShadows_ = std::move(others);
+    forgetPart(1);
+}
+
 void VoxelLight::forgetPart(std::size_t part) {
     for (auto& [key, chunk] : chunks_)
         chunk.parts[part] = {};
@@ -119,13 +126,19 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
         return;
     std::uint16_t* to = chunk.parts[1].texels.data();
     const double voxels = std::ldexp(1, key.level);
-    for (const ShadowMaps& shadow : shadows_) {
+    for (std::size_t caster = 0; caster < shadows_.size(); ++caster) {
         for (const OcclusionRoom::Run& run : room.runs) {
             const glm::dvec3 first = (glm::dvec3(placeOf(key) * kChunkExtent + run.at) + 0.5) * voxels;
             const glm::dvec3 place(info_.patientFromVoxel * glm::dvec4(first, 1)),
                 step = voxels * glm::dvec3(info_.patientFromVoxel[0]);
             float light[native::kOcclusionRun];
-            shadow.light(place, step, key.level, occluder_.target(), light);
+            shadows_[caster].light(place, step, key.level, occluder_.target(), light);
+            for (const auto& others : otherShadows_) {
+                float more[native::kOcclusionRun];
+                others[caster].light(place, step, key.level, occluder_.target(), more);
+                for (int n = 0; n < native::kOcclusionRun; ++n)
+                    light[n] *= more[n];
+            }
             for (int n = 0; n < native::kOcclusionRun; ++n)
                 to[run.to + static_cast<std::size_t>(n)] = lightTexel(light[n]);
         }

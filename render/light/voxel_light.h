@@ -57,6 +57,8 @@ class VoxelLight {
     void functionChanged(const TransferTable& table, const Optics& optics);
     /// @param shadows  of the shadow-casting lights, in order, complete; they outlive this, or the next call
     void setShadows(std::span<const ShadowMaps> shadows);
+    /// Shadows of other volumes, of the same lights: likewise.
+    void setOtherShadows(std::vector<std::span<const ShadowMaps>> others);
 
     /// Receives the samples of a brick, edge^3, x fastest, for one channel.
     using Put = std::function<void(const BrickToLight&, int channel, const Chunk& samples, int edge)>;
@@ -99,6 +101,7 @@ class VoxelLight {
     void fill(const BrickToLight& brick, std::size_t part, int n, std::uint16_t* out) const;
 
     const VolumeInfo& info_;
+    std::vector<std::span<const ShadowMaps>> otherShadows_;
     std::span<const ShadowMaps> shadows_;
     std::optional<Occlusion> occlusion_;
     int threads_;

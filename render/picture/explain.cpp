@@ -33,6 +33,13 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     for (int level = 0; level < kLevelCount; ++level)
         if (const std::size_t bricks = r.bricksOfLevel[static_cast<std::size_t>(level)]; bricks > 0)
             line("level %d: %zu bricks, a sample stands for %d^3 voxels", level, bricks, 1 << level);
+    for (std::size_t n = 0; n < r.further.size(); ++n)
+        line("volume %zu: finest level %d, %s of RAM, %s of GPU memory", n + 2, r.further[n].level,
+             formatBytes(r.further[n].ramBytes).c_str(), formatBytes(r.further[n].gpuBytes).c_str());
+    if (!r.further.empty())
+        line("several volumes: %s; rays through a box of %d x %d x %d voxels; occlusion is each volume's "
+             "own",
+             nameOf(scene.fusion).c_str(), r.rayExtent.x, r.rayExtent.y, r.rayExtent.z);
     if (r.passes > 0)
         line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,
              r.passes == 1 ? "pass" : "passes");

@@ -5,6 +5,7 @@
 #include "render/picture/draw_scene.h"
 #include "render/plan/planner.h"
 
+#include <array>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ constexpr std::size_t kAmpleBytes = std::size_t{64} << 20;
 } // namespace
 
 struct FrameRenderer::State {
-    const StoreReader& store;
+    std::vector<const StoreReader*> stores;
     MemoryBudget &ram, &gpu;
     RenderOptions options;
     /// The engine's RAM must not affect the plan of the next picture, as it does not for a still. So it is
@@ -40,9 +41,8 @@ struct FrameRenderer::State {
     std::size_t gpuBefore = 0; // in use when the engine holds nothing
     FrameReuse reuse;          // kept: the engine holds bricks of the last picture
 
-    State(const StoreReader& reader, MemoryBudget& ramBudget, MemoryBudget& gpuBudget,
-          const RenderOptions& given)
-        : store(reader), ram(ramBudget), gpu(gpuBudget), options(given),
+    State(Stores readers, MemoryBudget& ramBudget, MemoryBudget& gpuBudget, const RenderOptions& given)
+        : stores(readers.begin(), readers.end()), ram(ramBudget), gpu(gpuBudget), options(given),
           engineRam(ram.name(), ram.option(), ram.limitBytes()) {
         reuse.opened = [this] {
             heldRam = {};
@@ -55,7 +55,7 @@ struct FrameRenderer::State {
         MemoryBudget free(gpu.name(), gpu.option(), gpu.limitBytes());
         const Charge before = free.charge(gpuBefore, "the device");
         std::optional<KnownLayer> mine = std::exchange(known, std::nullopt);
-        return planScene(scene, store, limits, {ram, free, options.threads}, choice, bytesPerPixel,
+        return planScene(scene, *stores.front(), limits, {ram, free, options.threads}, choice, bytesPerPixel,
                          mine ? &*mine : nullptr);
     }
     /// True if the bricks of the last picture serve this one.
@@ -85,11 +85,15 @@ struct FrameRenderer::State {
     }
 };
 
-FrameRenderer::FrameRenderer(const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
+FrameRenderer::FrameRenderer(Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
                              const RenderOptions& options)
-    : state_(std::make_unique<State>(store, ram, gpu, options)) {
+    : state_(std::make_unique<State>(stores, ram, gpu, options)) {
     TESSERA_CHECK(!options.onFirstPicture);
 }
+
+FrameRenderer::FrameRenderer(const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
+                             const RenderOptions& options)
+    : FrameRenderer(std::array{&store}, ram, gpu, options) {}
 
 FrameRenderer::~FrameRenderer() {
     forget();
@@ -105,10 +109,10 @@ void FrameRenderer::forget() {
 
 RenderResult FrameRenderer::draw(const Scene& given) {
     State& s = *state_;
-    // measuring errors has another plan opened
-    if (s.options.verify != Verify::none) {
+    // Measuring errors has another plan opened; of several volumes nothing stays.
+    if (s.options.verify != Verify::none || s.stores.size() > 1) {
         ++kept_.frames;
-        return renderScene(given, s.store, s.ram, s.gpu, s.options);
+        return renderScene(given, s.stores, s.ram, s.gpu, s.options);
     }
     const Scene scene = asDrawn(given);
     if (!s.made) {

@@ -7,12 +7,15 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 
 namespace tessera {
 
 class FrameRenderer {
   public:
     /// Options as for renderScene(); its engine is chosen at once. Store and budgets outlive this.
+    /// @param stores  of the scenes' volumes, in order
+    FrameRenderer(Stores stores, MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options);
     FrameRenderer(const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                   const RenderOptions& options);
     ~FrameRenderer();

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "render/pixels/pixel_places.h"
+#include "render/plan/fusion.h"
 #include "render/plan/step_search.h"
 
 #include <algorithm>
@@ -51,13 +52,16 @@ Rays raysOf(const FramePlan& plan, double stepVoxels) {
 
 bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bool kept, std::size_t pages) {
     Layer& volume = plan.layer();
-    const FramePlan* const plans[] = {&plan};
     if (kept && engine.bricks() && engine.bricks()->pages() >= plan.chosen.atlasPages) {
         engine.bricks()->adopt(volume.selection);
     } else {
-        engine.open(plans, std::max(pages, plan.chosen.atlasPages));
+        engine.open(plan, std::max(pages, plan.chosen.atlasPages));
     }
     BrickResidency* const bricks = engine.bricks();
+    bool waits = false;
+    for (std::size_t n = 0; n < plan.further.size(); ++n)
+        if (Engine* const further = engine.further(n))
+            waits = loadBricks(*further, plan.further[n].plan, plan.further[n].gpu, work) || waits;
     if (plan.chosen.chooser) {
         if (bricks)
             bricks->load(*volume.cache, work);
@@ -73,7 +77,7 @@ bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bo
     if (plan.chosen.atlasPages < pagesFor(volume.selection.counts))
         return true;
     bricks->load(*volume.cache, work);
-    return false;
+    return waits;
 }
 
 namespace {
@@ -89,21 +93,32 @@ std::uint64_t bytesToBring(const std::vector<std::size_t>& bricks, const BrickRe
     return bytes;
 }
 
+/// Brings bricks that rays wait for. False where they would take too many bytes.
+bool serve(RayCaster& caster, std::size_t number, BrickResidency& bricks, const Layer& volume,
+           std::uint64_t mostBytes, Work& work) {
+    const std::vector<std::uint32_t> wanted = caster.takeWanted(number);
+    if (std::all_of(wanted.begin(), wanted.end(), [](std::uint32_t ray) { return ray == UINT32_MAX; }))
+        return true; // its rays wait for another volume's
+    const auto next = bricksToServe(wanted, volume.selection, bricks.pages());
+    if (mostBytes != UINT64_MAX && work.bytesUploaded + bytesToBring(next, bricks, volume) > mostBytes)
+        return false;
+    bricks.serve(next, *volume.cache, work);
+    return work.bytesUploaded <= mostBytes; // the present bricks may have had to be packed anew
+}
+
 /// Returns in how many passes; 0 where bricks would take too many bytes.
 int drawPasses(RayCaster& caster, Engine& engine, const FramePlan& plan, const Slicing& slicing,
                std::uint64_t mostBytes, Work& work) {
-    const Layer& volume = plan.layer();
     for (int passes = 1;; ++passes) {
         TESSERA_CHECK(caster.draw(slicing, RayCaster::Clock::time_point::max(), work));
         if (caster.waiting() == 0)
             return passes;
-        BrickResidency& bricks = *engine.bricks();
-        const auto next = bricksToServe(caster.takeWanted(), volume.selection, bricks.pages());
-        if (mostBytes != UINT64_MAX && work.bytesUploaded + bytesToBring(next, bricks, volume) > mostBytes)
+        if (!serve(caster, 0, *engine.bricks(), plan.layer(), mostBytes, work))
             return 0;
-        bricks.serve(next, *volume.cache, work);
-        if (work.bytesUploaded > mostBytes) // the present bricks had to be packed anew
-            return 0;
+        for (std::size_t n = 0; n < plan.further.size(); ++n)
+            if (!serve(caster, n + 1, *engine.further(n)->bricks(), plan.further[n].plan.layer(), mostBytes,
+                       work))
+                return 0;
     }
 }
 

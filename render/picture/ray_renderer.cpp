@@ -6,6 +6,7 @@
 #include "render/backends/mirror/mirror_surfaces.h"
 #include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h"
+#include "render/plan/fusion.h"
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h"
@@ -34,7 +35,12 @@ struct RaysDrawn {
     Integrator integrator;
     explicit RaysDrawn(const FramePlan& p)
         : levels(p.layer().selection.levels), stepVoxels(p.view.quality.stepVoxels),
-          integrator(p.layer().optics.integrator) {}
+          integrator(p.layer().optics.integrator) {
+        for (const auto& volume : p.further) {
+            const auto& more = volume->plan.layer().selection.levels;
+            levels.insert(levels.end(), more.begin(), more.end());
+        }
+    }
     friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
 };
 
@@ -50,7 +56,7 @@ PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& i
     const bool areas = p.view.quality.pixels.samples != 1;
     PictureErrors errors = areas ? search.errors(most) : search.errorsOf(image, most);
     if (p.chosen.predicted)
-        errors.levelsLuvP99 = p.chosen.error.p99;
+        errors.levelsLuvP99 = predictedOf(p).p99;
     return errors;
 }
 
@@ -101,7 +107,7 @@ void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderRe
     const Quality& asked = task.scene.quality;
     const bool chosen = asked.automaticStep && (task.options.searching || task.options.checking);
     if (asked.maxError.value_or(0) > 0)
-        search.chooseStep({Goal::Measure::luvP99, *asked.maxError - task.plan.chosen.error.p99});
+        search.chooseStep({Goal::Measure::luvP99, *asked.maxError - predictedOf(task.plan).p99});
     else if (chosen)
         search.chooseStep({Goal::Measure::rms, kDefaultStepError});
     const bool decide = task.plan.view.quality.pixels.samples == PixelSampling::kAutomatic;
@@ -224,7 +230,7 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     }
     reportLevels(p, result);
     if (p.chosen.predicted)
-        result.predictedError = p.chosen.error;
+        result.predictedError = predictedOf(p);
     result.unseenBricks = p.chosen.unseenBricks;
     result.emptyBricks -= result.unseenBricks;
     if (exact_)
@@ -246,12 +252,19 @@ constexpr float kEndsOfTruth = 1.0f / 64;
 
 bool hasFinestLevels(const FramePlan& plan) {
     const Selection& s = plan.layer().selection;
-    return s.counts[0] == s.shownBricks();
+    return s.counts[0] == s.shownBricks() &&
+           std::all_of(plan.further.begin(), plan.further.end(),
+                       [](const auto& volume) { return hasFinestLevels(volume->plan); });
 }
 
 /// Rays of the picture wait for bricks: those that pixels need are mostly gone again.
 bool drawnInPasses(const FramePlan& plan, Engine& engine) {
-    return engine.bricks() && plan.chosen.atlasPages < pagesFor(plan.layer().selection.counts);
+    const auto hasAll = [](const FramePlan& volume) {
+        return volume.chosen.atlasPages >= pagesFor(volume.layer().selection.counts);
+    };
+    return engine.bricks() &&
+           !(hasAll(plan) && std::all_of(plan.further.begin(), plan.further.end(),
+                                         [&](const auto& volume) { return hasAll(volume->plan); }));
 }
 
 /// A brick's width in the middle of the volume, in pixels, along the axis of the picture where it is smaller.
@@ -310,10 +323,12 @@ std::string RayPixels::toTruth() {
         } catch (const InputError& e) {
             return e.what();
         }
-        const FramePlan* const plans[] = {&plan};
-        engine_.open(plans, plan.chosen.atlasPages);
-        caster_ = casterWithMeshes(engine_, plan, {false, false, true}, task_.context.gpu,
-                                   task_.options.threads);
+        engine_.open(plan, plan.chosen.atlasPages);
+        for (std::size_t n = 0; n < plan.further.size(); ++n)
+            if (Engine* const further = engine_.further(n))
+                further->open(plan.further[n].plan, plan.further[n].plan.chosen.atlasPages);
+        caster_ =
+            casterWithMeshes(engine_, plan, {false, false, true}, task_.context.gpu, task_.options.threads);
     }
     const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
     phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();

@@ -1,11 +1,16 @@
 // render/picture/render_scene.cpp: see render_scene.h.
 #include "render/picture/render_scene.h"
 
+#include "core/base/error.h"
+#include "core/base/names.h"
 #include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/draw_scene.h"
+#include "render/picture/several_volumes.h"
+#include "render/plan/fusion.h"
 #include "render/plan/planner.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace tessera {
@@ -29,10 +34,47 @@ std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& r
     return {made, made->engine.get()};
 }
 
-RenderResult renderScene(const Scene& given, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
+namespace {
+
+/// The engine for a scene: one that composites all of its volumes.
+/// @param reason  is set where that decides
+RenderOptions optionsFor(const Scene& scene, const RenderOptions& asked, std::string& reason) {
+    RenderOptions options = asked;
+    if (scene.volumes.size() == 1)
+        return options;
+    std::vector<std::string> names;
+    for (const EngineTraits& traits : engineTraits())
+        if (traits.fuses)
+            names.push_back(traits.name);
+    if (asked.engine == EngineKind::automatic) {
+        const auto& all = engineTraits();
+        options.engine = std::find_if(all.begin(), all.end(), [](const EngineTraits& traits) {
+                             return traits.fuses && traits.quick;
+                         })->kind;
+        reason = "the scene has several volumes";
+    } else if (!traitsOf(asked.engine).fuses) {
+        throw badFile("--engine", joinNames(names) + " for several volumes", name(asked.engine));
+    }
+    return options;
+}
+
+} // namespace
+
+RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options) {
+    const StoreReader* const stores[] = {&store};
+    return renderScene(scene, stores, ram, gpu, options);
+}
+
+RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
+                         const RenderOptions& asked) {
+    TESSERA_CHECK(stores.size() == given.volumes.size());
     const Scene scene = asDrawn(given);
+    if (stores.size() > 1 && reductionOf(scene) != Reduction::composite)
+        return drawVolumesAlone(given, stores, ram, gpu, asked);
     const auto start = std::chrono::steady_clock::now();
+    std::string reason;
+    const RenderOptions options = optionsFor(scene, asked, reason);
     const FrameContext context(ram, gpu, options.threads, options.progress);
     const RendererInstance made(options, ram, gpu);
     const double making = secondsSince(start);
@@ -40,9 +82,11 @@ RenderResult renderScene(const Scene& given, const StoreReader& store, MemoryBud
     RenderResult result = drawScene(
         scene, p, made, context, options, {},
         [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
-            return planScene(first, store, limits, context, levels, bytesPerPixel);
+            return planScene(first, stores, limits, context, levels, bytesPerPixel);
         });
     made.renderer->close(); // it reads the plan, which goes first
+    if (!reason.empty())
+        result.engineReason = reason;
     result.secondsPreparing += making;
     return result;
 }

@@ -8,6 +8,7 @@
 #include "render/renderer.h"
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels)
 
 /// Renders one converged picture. Everything large is charged to ram and gpu. Throws InputError for budgets
 /// below the scene's floor, Error for failures outside.
+/// @param stores  of the scene's volumes, in order
+RenderResult renderScene(const Scene& scene, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
+                         const RenderOptions& options);
+/// Of a scene of one volume.
 RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options);
 

@@ -10,6 +10,7 @@
 #include "render/empty_space/occupancy.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
+#include "render/plan/fusion.h"
 
 #include <algorithm>
 #include <atomic>
@@ -168,10 +169,22 @@ int FramePlan::channelsBeside() const {
     return keptLightChannels(view.lighting) + (layer().labels ? layer().labels->numbers().count : 0);
 }
 
+FurtherVolumes::FurtherVolumes() = default;
+FurtherVolumes::FurtherVolumes(FurtherVolumes&&) noexcept = default;
+FurtherVolumes& FurtherVolumes::operator=(FurtherVolumes&&) noexcept = default;
+FurtherVolumes::~FurtherVolumes() = default;
+void FurtherVolumes::add(std::unique_ptr<FurtherVolume> volume) {
+    all_.push_back(std::move(volume));
+}
+
 Strides FramePlan::strides() const {
     Strides strides;
     strides.sampling = view.quality.sampling;
     strides.segmentVoxels = view.quality.stepVoxels;
+    if (fused) {
+        strides.uniformSegments = fusedSegments(*this);
+        return strides;
+    }
     if (layer().mixed())
         strides.map = &layer().levels;
     else
@@ -190,7 +203,7 @@ Integrator FramePlan::preintegration() const {
 }
 
 Integrator FramePlan::automaticIntegrator() const {
-    return mayTake == Integrator::midpoint || layer().labels ||
+    return mayTake == Integrator::midpoint || layer().labels || fused ||
                    !isSharp(layer().statistics, layer().table, info(), view.quality.stepVoxels)
                ? Integrator::midpoint
                : preintegration();
@@ -200,7 +213,8 @@ std::vector<Integrator> FramePlan::integratorsToTry() const {
     if (layer().reduces())
         return {Integrator::midpoint};
     if (view.quality.integrator != Integrator::automatic || mayTake == Integrator::midpoint ||
-        layer().labels || isSmooth(layer().statistics, layer().table, info(), view.quality.stepVoxels))
+        layer().labels || fused ||
+        isSmooth(layer().statistics, layer().table, info(), view.quality.stepVoxels))
         return {layer().optics.integrator};
     return {Integrator::midpoint, preintegration()};
 }

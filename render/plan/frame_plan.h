@@ -222,17 +222,48 @@ class Layers {
     std::vector<std::unique_ptr<Layer>> all_; // one so far
 };
 
+struct FurtherVolume;
+
+/// A plan's further volumes (fusion.h).
+class FurtherVolumes {
+  public:
+    FurtherVolumes();
+    FurtherVolumes(FurtherVolumes&&) noexcept;
+    FurtherVolumes& operator=(FurtherVolumes&&) noexcept;
+    ~FurtherVolumes();
+    void add(std::unique_ptr<FurtherVolume> volume);
+    std::size_t size() const { return all_.size(); }
+    FurtherVolume& operator[](std::size_t number) const { return *all_[number]; }
+    auto begin() const { return all_.begin(); } // pointers
+    auto end() const { return all_.end(); }
+
+  private:
+    std::vector<std::unique_ptr<FurtherVolume>> all_;
+};
+
+/// Several volumes under the same rays.
+struct FusedLattice {
+    Fusion rule = Fusion::mix;
+    VolumeInfo voxels;         // and the box of rays
+    glm::dmat4 fromLattice{1}; // the first volume's voxels from its places
+    DrawnPart part;            // of that box
+};
+
 struct FramePlan {
     ViewState view;
     MemoryPlan memory;
     ChosenLevels chosen; // report of the choice of levels; the selection itself has moved to the layer
     PlanRevisions revisions;
     Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
-    /// The visible volumes, each with levels of its own; one so far. Last: their caches go first.
+    /// The first volume. Its cache goes first, after those of the others.
     Layers layers;
+    std::optional<FusedLattice> fused; // none: the scene has one volume
+    FurtherVolumes further;            // the others
 
     const Layer& layer() const { return layers.front(); }
     const VolumeInfo& info() const { return layer().info(); }
+    /// The voxels that rays count in.
+    const VolumeInfo& rayVoxels() const { return fused ? fused->voxels : info(); }
     /// Those worth trying on some pixels: one, where the function leaves no doubt or the scene names it.
     std::vector<Integrator> integratorsToTry() const;
     /// GPU memory of a function's tables, whichever integrator it may come to.

@@ -283,7 +283,8 @@ ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cach
 }
 
 /// The meshes' own reach; of what a kept part cuts, the points that are in it.
-void addMeshes(std::span<const SceneMesh> meshes, const VolumeInfo& info, const DrawnPart* kept, ViewFit& fit) {
+void addMeshes(std::span<const SceneMesh> meshes, const VolumeInfo& info, const DrawnPart* kept,
+               ViewFit& fit) {
     constexpr double kOnCut = 1e-3; // voxels, as rays have it
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     const ViewAxes& axes = fit.axes();
@@ -309,26 +310,32 @@ std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int thre
 
 } // namespace
 
+ViewFit shownFit(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
+                 const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                 MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
+    const VolumeInfo& info = volume.info();
+    const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
+    BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
+    ViewFit fit = fitOfShown(axesOf(view), view.projection, cache, info, statistics, table,
+                             partOf(view, part), labels, imageSize, threads);
+    addMeshes(meshes, info, partOf(view, part), fit);
+    return fit;
+}
+
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
                     MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
-    const VolumeInfo& info = volume.info();
-    const ViewAxes axes = axesOf(view);
-    const Camera whole = fitCamera(info, axes, view.projection, imageSize);
-    if (view.fit == Fit::volume)
-        return whole;
-    const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
-    BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
-    ViewFit fit = fitOfShown(axes, view.projection, cache, info, statistics, table, partOf(view, part), labels,
-                             imageSize, threads);
-    addMeshes(meshes, info, partOf(view, part), fit);
-    return fit.empty() ? whole : fit.camera();
+    if (view.fit != Fit::volume)
+        if (const ViewFit fit =
+                shownFit(view, volume, statistics, table, part, imageSize, ram, threads, labels, meshes);
+            !fit.empty())
+            return fit.camera();
+    return fitCamera(volume.info(), axesOf(view), view.projection, imageSize);
 }
 
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads, LabelBricks* labels,
-                     std::span<const SceneMesh> meshes) {
+                     MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
     // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
     constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
     const VolumeInfo& info = volume.info();

@@ -29,6 +29,12 @@ Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Sta
                     MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
                     std::span<const SceneMesh> meshes = {});
 
+/// The same as a fit, which others may join; empty if nothing is visible.
+ViewFit shownFit(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
+                 const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
+                 MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
+                 std::span<const SceneMesh> meshes = {});
+
 /// The camera of a turntable: fitted for every turn about the patient's axis through its focal point,
 /// starting from the view's side. Some 12 times the work. Throws as fittedCamera() does.
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,

@@ -10,6 +10,7 @@
 #include "render/light/light_memory.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
+#include "render/plan/fusion.h"
 #include "render/plan/layer_labels.h"
 #include "render/plan/visibility_rays.h"
 
@@ -77,6 +78,7 @@ constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
 
 void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     layer().function = f;
+    layer().function.setShare(scene.volumes.at(0).opacity);
     revisions.function = revisions.tables = PlanRevisions::next();
     if (const Reduction reduction = reductionOf(scene); reduction != Reduction::composite) {
         setValues(scene, reduction);
@@ -139,7 +141,12 @@ void Planner::setValues(const Scene& scene, Reduction reduction) {
 }
 
 void Planner::aim() {
-    view.aim(info());
+    if (fused) {
+        view.frame = rayFrame(view.camera, fused->voxels, view.imageSize, view.quality.stepVoxels);
+        fused->part.clip(view.frame);
+    } else {
+        view.aim(info());
+    }
     placeLights(layer().optics, view.lighting, view.camera, info());
 }
 
@@ -191,6 +198,12 @@ void Planner::prepareSegments() {
         revisions.tables = PlanRevisions::next();
 }
 
+void Planner::setShadowLayers(int layers) {
+    view.shadowQuality.layers = layers;
+    for (const auto& volume : further)
+        volume->plan.setShadowLayers(layers);
+}
+
 void Planner::setTermination(float transmittance) {
     layer().optics.termination = transmittance;
     revisions.tables = PlanRevisions::next();
@@ -236,11 +249,10 @@ Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statis
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!view)
         return std::get<Camera>(scene.camera);
-    Camera camera =
-        !view->named && scene.mode == Mode::slice
-            ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
-            : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads, labels,
-                           drawnMeshes(scene));
+    Camera camera = !view->named && scene.mode == Mode::slice
+                        ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
+                        : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads,
+                                       labels, drawnMeshes(scene));
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return camera;
@@ -280,6 +292,7 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
+/// Without its camera.
 /// @param kept  null: read from the store
 Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, MemoryBudget& ram, int threads,
                std::size_t bytesPerPixel) {
@@ -316,17 +329,29 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     else
         p.setFunction(std::get<TransferFunction>(function), scene);
     p.view.part = drawnPart(scene, info);
-    p.view.camera = plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().table,
-                                  p.view.part, ram, threads, p.layer().labelBricks.get());
     p.ramFloorBytes = floor;
     return p;
 }
 
+/// Sets the scene's camera, which is that of lights too.
+void takeCamera(const Scene& scene, Planner& p) {
+    p.setCamera(plannedCamera(asDrawn(scene), p.layer().voxels(), p.layer().statistics, p.layer().table,
+                              p.view.part, *p.ram, p.threads, p.layer().labelBricks.get()));
+}
+
 } // namespace
+
+Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
+                   std::size_t bytesPerPixel, KnownLayer* known) {
+    Planner p = viewOf(withoutUnusedLight(scene), store, known, ram, threads, bytesPerPixel);
+    checkSurfaceOcclusion(p);
+    return p;
+}
 
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel) {
     Planner p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+    takeCamera(scene, p);
     p.view.lighting.surfaceOcclusion.reset();
     return p;
 }
@@ -334,8 +359,8 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel,
                   KnownLayer* known) {
-    Planner p = viewOf(withoutUnusedLight(scene), store, known, context.ram, context.threads, bytesPerPixel);
-    checkSurfaceOcclusion(p);
+    Planner p = planVolume(scene, store, context.ram, context.threads, bytesPerPixel, known);
+    takeCamera(scene, p);
     p.chooseAgain(scene, limits, context, choice);
     return p;
 }
@@ -370,8 +395,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light per voxel while it is computed",
-                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads,
-                              !view.meshes.empty()), 0);
+                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads, !view.meshes.empty()),
+                0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
@@ -398,7 +423,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 }
 
 void Planner::openCache(bool readsOnce) {
-    if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads, !view.meshes.empty()))
+    if (const std::size_t light =
+            lightRamBytes(view.lighting, info(), view.shadowQuality, threads, !view.meshes.empty()))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
     // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();
@@ -420,6 +446,11 @@ void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const
 
 void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
                           LevelChoice choice) {
+    for (std::size_t n = 0; n < further.size(); ++n) {
+        FurtherVolume& volume = further[n];
+        volume.plan.chooseAgain(sceneInFusion(given, n + 1), engineLimits,
+                                {volume.ram, volume.gpu, context.threads, &context.progress}, choice);
+    }
     const Scene scene = asDrawn(given);
     layer().cache.reset(); // it has all remaining memory
     view.quality = scene.quality;

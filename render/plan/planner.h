@@ -64,7 +64,7 @@ class Planner : public FramePlan {
     /// Sets the fetch mode of samples. Backends that filter nothing ignore it.
     void setFetch(Fetch fetch) { view.quality.fetch = fetch; }
     /// Of shadow maps, which are made when an engine opens the plan.
-    void setShadowLayers(int layers) { view.shadowQuality.layers = layers; }
+    void setShadowLayers(int layers);
 
     /// Plans the memory of the scene besides its bricks, and the optional memory that there is room for;
     /// chooses the scale of the distance map.
@@ -100,6 +100,10 @@ class Planner : public FramePlan {
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice = LevelChoice::perBrick,
                   std::size_t bytesPerPixel = kPictureBytesPerPixel, KnownLayer* known = nullptr);
+
+/// The first part of that: the plan of a volume without a camera and levels.
+Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
+                   std::size_t bytesPerPixel, KnownLayer* known = nullptr);
 
 /// The same without levels, their maps and the cache: for a picture whose levels change, which has no
 /// occlusion of surfaces.

@@ -73,6 +73,16 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--preset", a->preset,
                    joinNames(presetNames()) + ", a kept one, or a file that `tessera preset` reads (default: "
                                               "bone-1 for HU, auto for other values)");
+    command
+        .option("--with", a->with,
+                "another volume in the same picture, such as a PET on a CT, at its own place in patient "
+                "space; may be repeated")
+        .oneValueEach();
+    command
+        .option("--with-preset", a->withPresets,
+                "preset of the volume of --with, in the same order; may be repeated (default: as --preset)")
+        .oneValueEach();
+    a->keys.add(command, {"fusion"});
     command.option("--view", a->view,
                    joinNames(viewNames()) +
                        "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "
@@ -100,9 +110,10 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option(
         "--isosurface", a->surfaces,
         "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); may be repeated");
-    command.option("--mesh", a->meshes,
-                   "a mesh to draw with the volume, .ply, .stl, .obj, .gltf or .glb, in patient space; may be "
-                   "repeated");
+    command.option(
+        "--mesh", a->meshes,
+        "a mesh to draw with the volume, .ply, .stl, .obj, .gltf or .glb, in patient space; may be "
+        "repeated");
     command.option("--mesh-colour", a->meshColours,
                    "its colour, e.g. gold or #ddbb44 (default: light grey); of several meshes one each, the "
                    "last for the rest");

@@ -36,15 +36,11 @@ std::string hashOf(const std::string& text) {
 
 /// All inputs that determine the pixels of the frames. No paths: they may name a patient.
 json recordOf(const FilmJob& job, const EngineMaker& engine) {
-    Scene scene = job.scene;
+    Scene scene = withoutPaths(job.scene, job.stores);
     scene.camera = Camera{}; // comes from the path
-    for (SceneVolume& volume : scene.volumes) {
-        volume.path = "content-" + job.store->contentHash() + ".zarr";
-        volume.source = {};
-    }
     json record = {{"tesseraFilm", 1},
                    {"program", "tessera " TESSERA_VERSION},
-                   {"volume", job.store->contentHash()},
+                   {"volume", job.stores.front()->contentHash()},
                    {"size", {scene.imageSize.x, scene.imageSize.y}},
                    {"framesPerSecond", job.film->path().framesPerSecond},
                    {"frames", job.film->frames()},
@@ -106,7 +102,7 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
     options.progress = nullptr; // the film's own
     FrameFolder folder(report.folder,
                        recordOf(job, EngineMaker(options.engine, options.device, options.threads)));
-    FrameRenderer renderer(*job.store, *job.ram, *job.gpu, options);
+    FrameRenderer renderer(job.stores, *job.ram, *job.gpu, options);
 
     std::vector<std::uint8_t> seen(report.frames, 0);
     const auto count = [&](std::size_t at, std::size_t& of) {
@@ -129,7 +125,7 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
         const RenderResult result = renderer.draw(scene);
         const Charge pictures =
             job.ram->charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
-        json manifest = makeManifest(scene, *job.store, result, *job.ram, *job.gpu);
+        json manifest = makeManifest(scene, job.stores, result, *job.ram, *job.gpu);
         manifest["film"] = {{"frame", frame}, {"seconds", job.film->timeOf(frame)}};
         if (job.film->curve())
             manifest["film"]["placeMm"] = job.film->placeAt(job.film->timeOf(frame));

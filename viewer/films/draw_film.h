@@ -31,7 +31,7 @@ struct FilmJob {
     FrameRange range;
     std::filesystem::path out; // a folder, or a file that isMovieFile()
     RenderOptions options;
-    const StoreReader* store = nullptr;
+    Stores stores; // of the scene's volumes
     MemoryBudget *ram = nullptr, *gpu = nullptr;
 };
 

@@ -9,6 +9,7 @@
 #include "viewer/cli/options/options.h" // formatNumber
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -26,16 +27,16 @@ std::string measuredText(const RenderResult& result) {
            " to " + formatNumber(e.high, 2) + ", L*u*v*)";
 }
 
-FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
+FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, MemoryBudget& ram,
                    MemoryBudget& gpu, const RenderOptions& options) {
     FinishedStill finished;
-    RenderResult result = renderScene(scene, store, ram, gpu, options);
+    RenderResult result = renderScene(scene, stores, ram, gpu, options);
     auto picture = std::make_shared<ShownPicture>();
     picture->stage = Stage::still;
     picture->camera = result.camera;
     picture->asked = asked;
     picture->drawingMs = 1e3 * (result.secondsPreparing + result.secondsLoading + result.secondsDrawing);
-    picture->manifest = makeManifest(scene, store, result, ram, gpu)
+    picture->manifest = makeManifest(scene, stores, result, ram, gpu)
                             .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     picture->background = scene.background;
     finished.measured = measuredText(result);
@@ -46,22 +47,22 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, const StoreReader& s
 
 } // namespace
 
-Still::Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
-             MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended)
-    : result_(std::async(std::launch::async,
-                         [this, scene, asked, &store, &ram, &gpu, options, ended = std::move(ended)] {
-                             FinishedStill finished;
-                             try {
-                                 const Cancellation asks(&calledOff_);
-                                 finished = draw(scene, asked, store, ram, gpu, options);
-                             } catch (const Cancelled&) {
-                                 finished = {};
-                             } catch (const std::exception& e) {
-                                 finished.problem = e.what();
-                             }
-                             ended();
-                             return finished;
-                         })) {}
+Still::Still(const Scene& scene, std::uint64_t asked, std::vector<const StoreReader*> stores,
+             MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended)
+    : result_(std::async(std::launch::async, [this, scene, asked, stores = std::move(stores), &ram, &gpu,
+                                              options, ended = std::move(ended)] {
+          FinishedStill finished;
+          try {
+              const Cancellation asks(&calledOff_);
+              finished = draw(scene, asked, stores, ram, gpu, options);
+          } catch (const Cancelled&) {
+              finished = {};
+          } catch (const std::exception& e) {
+              finished.problem = e.what();
+          }
+          ended();
+          return finished;
+      })) {}
 
 Still::~Still() {
     calledOff_ = true;

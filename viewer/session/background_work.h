@@ -14,6 +14,7 @@
 #include <future>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -29,7 +30,7 @@ class Still {
     /// Begins.
     /// @param ended  is called from the thread just before it ends
     /// store and budgets outlive this.
-    Still(const Scene& scene, std::uint64_t asked, const StoreReader& store, MemoryBudget& ram,
+    Still(const Scene& scene, std::uint64_t asked, std::vector<const StoreReader*> stores, MemoryBudget& ram,
           MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended);
     /// Cancels, and waits.
     ~Still();

@@ -5,6 +5,7 @@
 #include "core/scene/preset.h"
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/frame_plan.h"
+#include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
@@ -84,14 +85,15 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     const std::filesystem::path store = storeFor(volume, InputOptions(volume.source), next->ram, common);
     volume.path = std::filesystem::absolute(volume.path).lexically_normal();
     progress->stage("opening " + path.filename().string());
-    next->store = std::make_unique<StoreReader>(store, next->ram);
+    next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
     const std::size_t least = ramFloor(next->store->info(), scene);
     if (next->ram.limitBytes() < least && ramForPictures(options, false) >= least) {
         const std::optional<FittedView> fitted = next->fitted;
         next.reset(new OpenVolume(options, path, false));
         next->fitted = fitted;
-        next->store = std::make_unique<StoreReader>(store, next->ram);
+        next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
     }
+    next->further = openFurtherVolumes(scene, next->ram, common);
     nameFunction(volume, next->store->info());
     next->labels = next->openLabels(volume.labels, common);
     faceThinVolume(scene, next->store->info(), false);

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace tessera {
 
@@ -51,6 +52,8 @@ struct OpenVolume {
     const bool stills;                 // stills have half of both budgets
     MemoryBudget ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
+    /// Of the scene's other volumes: stills show them, interactive pictures the first alone.
+    std::vector<std::unique_ptr<StoreReader>> further;
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
     Charge pictures, meshes;
     std::shared_ptr<Engine> engine;

@@ -42,7 +42,8 @@ std::string lightPart(const Scene& scene) {
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles) {
     SceneChange change;
     change.another = !(wished.volumes.front().labels == drawn.volumes.front().labels) ||
-                     wished.meshes != drawn.meshes || fixedPart(wished, compiles) != fixedPart(drawn, compiles);
+                     wished.meshes != drawn.meshes ||
+                     fixedPart(wished, compiles) != fixedPart(drawn, compiles);
     const auto* const asked = std::get_if<Camera>(&wished.camera);
     change.turned = !asked || *asked != camera;
     change.recoloured = functionPart(wished) != functionPart(drawn);

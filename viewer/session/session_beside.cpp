@@ -3,6 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/session/shown_picture.h"
 
@@ -22,7 +23,8 @@ void SessionThread::drawStill(const Scene& scene) {
     Scene drawn = scene;
     adoptShapes(o.renderer->meshes(), drawn);
     o.still = std::make_unique<Still>(
-        drawn, asked_, *o.store, o.stillRam, o.stillGpu, render, [this, number = stillNumber_] {
+        drawn, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render,
+        [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
         });
 }

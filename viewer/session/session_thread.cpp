@@ -151,8 +151,7 @@ void SessionThread::answer(const SessionWishes::Question& question) {
     for (const auto& [voxel, mesh] : open_->renderer->meshesAlong(open_->scene.imageSize, question.place))
         meshes.push_back({voxel, mesh->opacity, mesh->name()});
     PickedPlace picked = pickPlace(open_->renderer->volume(), open_->renderer->part(),
-                                   open_->renderer->camera(), open_->scene.imageSize, question.place,
-                                   meshes);
+                                   open_->renderer->camera(), open_->scene.imageSize, question.place, meshes);
     if (picked.hit && picked.mesh.empty())
         try {
             picked.labels = open_->labelsAt(picked.voxel);

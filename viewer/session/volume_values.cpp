@@ -176,8 +176,8 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
     const SegmentedRay<double> ray = segmentedRay(rayFrame(camera, info, imageSize, kStepVoxels), place);
     std::vector<double> meshesAt;
     for (const MeshOnRay& mesh : meshes)
-        meshesAt.push_back(ray.count == 0 ? 0
-                                          : glm::dot(mesh.voxel - ray.entry, ray.step) / glm::dot(ray.step, ray.step));
+        meshesAt.push_back(
+            ray.count == 0 ? 0 : glm::dot(mesh.voxel - ray.entry, ray.step) / glm::dot(ray.step, ray.step));
     std::optional<std::size_t> mesh;
     if (ray.count == 0) {
         Shares none;

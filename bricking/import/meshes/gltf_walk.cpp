@@ -24,7 +24,8 @@ class GltfWalk {
 
     MeshCounts counts() {
         document_ = parseStrictJson(text(), where_);
-        if (!document_.is_object() || member(member(document_, "asset"), "version").get<std::string>().substr(0, 2) != "2.")
+        if (!document_.is_object() ||
+            member(member(document_, "asset"), "version").get<std::string>().substr(0, 2) != "2.")
             refuse("glTF 2", "another version");
         for (const char* unread : {"extensionsRequired", "images", "skins"})
             if (document_.contains(unread) && !document_[unread].empty())
@@ -55,7 +56,8 @@ class GltfWalk {
             refuse("binary glTF 2 of " + std::to_string(file_.sizeBytes()) + " bytes",
                    "version " + std::to_string(version) + " of " + std::to_string(size));
         if (number(walk) != kJsonChunk || length > walk.left() || length > kMaxJsonBytes)
-            refuse("a chunk of JSON first, of at most 16 MiB", std::to_string(length) + " bytes of the first");
+            refuse("a chunk of JSON first, of at most 16 MiB",
+                   std::to_string(length) + " bytes of the first");
         std::string text(length, ' ');
         walk.take(text.data(), text.size());
         if (walk.left() >= 8) {
@@ -119,8 +121,9 @@ class GltfWalk {
                 if (!buffer["uri"].is_string())
                     refuse("a buffer's uri", "another value");
                 const auto& uri = buffer["uri"].get_ref<const std::string&>();
-                there = uri.starts_with("data:") ? (uri.size() - std::min(uri.size(), uri.find(',') + 1)) / 4 * 3
-                                                 : sizeBeside(uri);
+                there = uri.starts_with("data:")
+                            ? (uri.size() - std::min(uri.size(), uri.find(',') + 1)) / 4 * 3
+                            : sizeBeside(uri);
             } else if (number != 0) {
                 refuse("the binary chunk as the first buffer", "another one");
             }
@@ -134,7 +137,8 @@ class GltfWalk {
     std::uint64_t sizeBeside(const std::string& uri) const {
         if (uri.empty() || uri.find('/') != std::string::npos || uri.find('\\') != std::string::npos ||
             uri.find(':') != std::string::npos)
-            refuse("buffers in this file, or in files of its folder", "\"" + printable(uri.substr(0, 60)) + "\"");
+            refuse("buffers in this file, or in files of its folder",
+                   "\"" + printable(uri.substr(0, 60)) + "\"");
         return InputFile(file_.path().parent_path() / uri).sizeBytes();
     }
     void checkViews() const {
@@ -142,7 +146,8 @@ class GltfWalk {
             const std::uint64_t size = whole(item("buffers", whole(view, "buffer", kNone)), "byteLength", 0);
             const std::uint64_t end = whole(view, "byteOffset", 0) + whole(view, "byteLength", 0);
             if (end > size || whole(view, "byteStride", 0) > 252)
-                refuse("views of a buffer's " + std::to_string(size) + " bytes", "one up to " + std::to_string(end));
+                refuse("views of a buffer's " + std::to_string(size) + " bytes",
+                       "one up to " + std::to_string(end));
         }
     }
     std::uint64_t itemBytes(const json& accessor) const {
@@ -164,8 +169,13 @@ class GltfWalk {
             refuse("a componentType of glTF", std::to_string(whole(accessor, "componentType", 0)));
         }
         const json& type = member(accessor, "type");
-        for (const auto& [name, count] : {std::pair{"SCALAR", 1u}, {"VEC2", 2u}, {"VEC3", 3u}, {"VEC4", 4u},
-                                          {"MAT2", 4u}, {"MAT3", 9u}, {"MAT4", 16u}})
+        for (const auto& [name, count] : {std::pair{"SCALAR", 1u},
+                                          {"VEC2", 2u},
+                                          {"VEC3", 3u},
+                                          {"VEC4", 4u},
+                                          {"MAT2", 4u},
+                                          {"MAT3", 9u},
+                                          {"MAT4", 16u}})
             if (type == name)
                 return bytes * count;
         refuse("a type of glTF", type.dump().substr(0, 40));
@@ -177,7 +187,8 @@ class GltfWalk {
                 refuse("accessors of a view each, none sparse", "another one");
             const json& view = item("bufferViews", whole(accessor, "bufferView", kNone));
             const std::uint64_t size = whole(view, "byteLength", 0);
-            const std::uint64_t stride = whole(view, "byteStride", bytes), from = whole(accessor, "byteOffset", 0);
+            const std::uint64_t stride = whole(view, "byteStride", bytes),
+                                from = whole(accessor, "byteOffset", 0);
             if (count == 0 || stride == 0 || from > size || count - 1 > size / stride ||
                 from + (count - 1) * stride + bytes > size)
                 refuse("accessors of at most a view's " + std::to_string(size) + " bytes",

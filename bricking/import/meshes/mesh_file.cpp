@@ -42,7 +42,8 @@ class Complaints {
             if (first.empty())
                 first = text ? static_cast<const char*>(text) : "damage";
         });
-        for (vtkObject* const source : {static_cast<vtkObject*>(&reader), static_cast<vtkObject*>(reader.GetExecutive())}) {
+        for (vtkObject* const source :
+             {static_cast<vtkObject*>(&reader), static_cast<vtkObject*>(reader.GetExecutive())}) {
             source->AddObserver(vtkCommand::ErrorEvent, command_); // what is observed is not printed
             source->AddObserver(vtkCommand::WarningEvent, command_);
         }
@@ -98,14 +99,16 @@ void appendTriangles(vtkCellArray* cells, bool strips, std::size_t firstPoint, c
     for (cells->InitTraversal(); cells->GetNextCell(count, ids);) {
         for (vtkIdType n = 0; n < count; ++n)
             if (ids[n] < 0 || firstPoint + static_cast<std::size_t>(ids[n]) >= to.points.size())
-                throw badFile(where, "numbers of points below " + std::to_string(to.points.size() - firstPoint),
+                throw badFile(where,
+                              "numbers of points below " + std::to_string(to.points.size() - firstPoint),
                               std::to_string(ids[n]));
         for (vtkIdType n = 2; n < count; ++n) {
             const auto corner = [&](vtkIdType at) {
                 return static_cast<std::uint32_t>(firstPoint + static_cast<std::size_t>(ids[at]));
             };
             const bool odd = strips && (n & 1);
-            to.triangles.push_back({corner(strips ? n - 2 : 0), corner(odd ? n : n - 1), corner(odd ? n - 1 : n)});
+            to.triangles.push_back(
+                {corner(strips ? n - 2 : 0), corner(odd ? n : n - 1), corner(odd ? n - 1 : n)});
         }
     }
 }
@@ -185,8 +188,9 @@ TriangleMesh readMesh(const std::filesystem::path& path, MemoryBudget& ram) {
     if (counts.triangles > kMost || counts.points > kMost)
         throw badFile(where, "at most 2^30 triangles and points",
                       std::to_string(counts.triangles) + " and " + std::to_string(counts.points));
-    const Charge charge = ram.charge(counts.points * kBytesOfVtkPoint + counts.triangles * kBytesOfVtkTriangle,
-                                     "reading " + path.filename().string());
+    const Charge charge =
+        ram.charge(counts.points * kBytesOfVtkPoint + counts.triangles * kBytesOfVtkTriangle,
+                   "reading " + path.filename().string());
     TriangleMesh mesh = format->read(where);
     if (mesh.triangles.empty() || mesh.triangles.size() > counts.triangles ||
         (counts.exact && mesh.triangles.size() != counts.triangles))

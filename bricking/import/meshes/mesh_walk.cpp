@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kStlHead = 84, kStlTriangle = 50; // bytes
+constexpr std::size_t kStlHead = 84, kStlTriangle = 50;             // bytes
 constexpr std::size_t kMostOfStlLine = 1000, kMostOfObjLine = 1000; // bytes; VTK has 1024 for one
 
 bool isText(const InputFile& file) {
@@ -100,15 +100,15 @@ MeshCounts walkStl(const InputFile& file) {
             if (words.empty())
                 continue;
             if (words[0] == "vertex" && words.size() != 4)
-                throw badFile(file.path().string(), "vertex X Y Z", "\"" + printable(std::string(*line)) + "\"");
+                throw badFile(file.path().string(), "vertex X Y Z",
+                              "\"" + printable(std::string(*line)) + "\"");
             corners += words[0] == "vertex";
             facets += words[0] == "facet";
             counts.triangles += words[0] == "endfacet";
             ended = words[0] == "endsolid";
         }
         if (!ended || corners != 3 * facets || counts.triangles != facets)
-            throw badFile(file.path().string(),
-                          "facets of three vertices each, and endsolid at the end",
+            throw badFile(file.path().string(), "facets of three vertices each, and endsolid at the end",
                           std::to_string(facets) + " facets, " + std::to_string(corners) + " vertices, " +
                               std::to_string(counts.triangles) + " ends of facets" +
                               (ended ? "" : ", and no endsolid"));
@@ -142,11 +142,13 @@ MeshCounts walkObj(const InputFile& file) {
         if (words.empty() || words[0].front() == '#')
             continue;
         const auto refuse = [&](const std::string& expected) {
-            return badFile(file.path().string(), expected, "\"" + printable(std::string(line->substr(0, 60))) + "\"");
+            return badFile(file.path().string(), expected,
+                           "\"" + printable(std::string(line->substr(0, 60))) + "\"");
         };
         if (!line->empty() && line->back() == '\\')
             throw refuse("lines that end where they end");
-        if (words[0] == "v" && (words.size() < 4 || !isFinite(words[1]) || !isFinite(words[2]) || !isFinite(words[3])))
+        if (words[0] == "v" &&
+            (words.size() < 4 || !isFinite(words[1]) || !isFinite(words[2]) || !isFinite(words[3])))
             throw refuse("v X Y Z"); // VTK takes 0 for what is no number
         counts.points += words[0] == "v";
         normals += words[0] == "vn";

@@ -78,10 +78,9 @@ TextureLimits GpuEngine::limits() const {
     return limits;
 }
 
-void GpuEngine::open(std::span<const FramePlan* const> plans, std::size_t pages) {
-    TESSERA_CHECK(plans.size() == 1);
+void GpuEngine::open(const FramePlan& plan, std::size_t pages) {
     close();
-    scene_ = plans.front(); // first, so that two are never charged
+    scene_ = &plan; // first, so that two are never charged
     TextureLimits limits = this->limits();
     limits.channelsBeside = scene_->channelsBeside();
     std::vector<Plane*> beside;

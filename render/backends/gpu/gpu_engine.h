@@ -30,7 +30,7 @@ class GpuEngine : public Engine {
 
     About about() const override;
     TextureLimits limits() const override;
-    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
+    void open(const FramePlan& plan, std::size_t pages) override;
     void close() override;
     BrickResidency* bricks() override { return atlas_ ? &atlas_->bricks : nullptr; }
     LightPlane* light() override { return light_ ? &light_->plane() : nullptr; }
@@ -78,7 +78,7 @@ class GpuCaster : public RayCaster {
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
     std::size_t waiting() const override { return march_.waiting(); }
-    std::vector<std::uint32_t> takeWanted() override { return march_.takeWanted(); }
+    std::vector<std::uint32_t> takeWanted(std::size_t) override { return march_.takeWanted(); }
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return march_.hits(); }
     void refine() override;

@@ -4,6 +4,7 @@
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/light/scene_light.h"
+#include "render/plan/fusion.h"
 
 #include <mutex>
 #include <span>
@@ -12,10 +13,17 @@ namespace tessera {
 
 MirrorInput mirrorInput(const FramePlan& scene, bool skipping) {
     MirrorInput input;
+    if (scene.fused) {
+        input.fused = &*scene.fused;
+        input.fromLattice = scene.fused->fromLattice;
+        for (const auto& volume : scene.further)
+            input.further.emplace_back(mirrorInput(volume->plan, skipping)).fromLattice = volume->fromLattice;
+    }
     input.cache = scene.layer().cache.get();
     input.info = &scene.info();
     input.selection = &scene.layer().selection;
     input.levels = scene.layer().mixed() ? &scene.layer().levels : nullptr;
+    input.unitMm = scene.layer().function.referenceLengthMm();
     input.optics = &scene.layer().optics;
     input.occupancy = skipping && scene.layer().occupancy.exists() ? &scene.layer().occupancy : nullptr;
     input.bounds = skipping && scene.layer().bounds.exists() ? &scene.layer().bounds : nullptr;
@@ -56,6 +64,34 @@ template <typename Real, typename Visit> void withField(const MirrorInput& input
         });
 }
 
+/// Calls visit(fields) with those of all volumes of the input.
+/// @param known  of the first volumes
+template <typename Real, typename Visit>
+void withFields(const MirrorInput& input, std::vector<FusedField<Real>>& known, const Visit& visit) {
+    const std::size_t number = known.size();
+    if (number > input.further.size())
+        return visit(known);
+    const MirrorInput& here = number == 0 ? input : input.further[number - 1];
+    withField<Real>(here, [&](auto& field) {
+        FusedField<Real> fused;
+        fused.linear = glm::mat<3, 3, Real>(glm::dmat3(here.fromLattice));
+        fused.offset = glm::vec<3, Real>(glm::dvec3(here.fromLattice[3]));
+        fused.unitMm = static_cast<Real>(here.unitMm);
+        fused.extent = glm::vec<3, Real>(here.info->extentVoxels);
+        fused.see = [&](const FusedPlace<Real>& place, Work& work, SeenSegment<Real>& seen) {
+            if (here.occupancy && emptyBoxAt(*here.occupancy, place.direction, place.middle))
+                return false;
+            ++work.samples;
+            const SegmentEnd<Real> end = endOf(*here.optics, field.value(place.middle));
+            return seeSegment(*here.optics, field, {}, end, place.middle, place.direction, place.lengthMm,
+                              place.segments, work, seen);
+        };
+        known.push_back(std::move(fused));
+        withFields(input, known, visit);
+        known.pop_back();
+    });
+}
+
 /// A ray's parts, in a list that is reused for all rays of a thread.
 template <typename Real>
 std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const SegmentedRay<Real>& ray,
@@ -84,10 +120,20 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
         [&](std::size_t strip) {
             Work mine;
             std::vector<SegmentedRay<Real>> parts;
-            withField<Real>(input, [&](auto& field) {
+            const auto draw = [&](const auto& ray) {
                 for (std::size_t i = strip * kStrip; i < std::min(rayCount, (strip + 1) * kStrip); ++i)
-                    out[i] = mirrorRayOf(partsOf(input, rays(i), i, parts), field, input, mine, nullptr);
-            });
+                    out[i] = ray(partsOf(input, rays(i), i, parts));
+            };
+            std::vector<FusedField<Real>> known;
+            if (input.fused)
+                withFields(input, known, [&](const auto& fields) {
+                    draw([&](const auto& ray) { return mirrorRayOf<Real>(ray, fields, input, mine); });
+                });
+            else
+                withField<Real>(input, [&](auto& field) {
+                    draw(
+                        [&](const auto& ray) { return mirrorRayOf<Real>(ray, field, input, mine, nullptr); });
+                });
             const std::lock_guard lock(mutex);
             work += mine;
         },

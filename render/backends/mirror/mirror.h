@@ -5,7 +5,9 @@
 
 #include "bricking/levels/visibility.h"
 #include "core/base/work.h"
+#include "render/backends/mirror/mirror_fused.h"
 #include "render/backends/mirror/mirror_input.h"
+#include "render/backends/mirror/mirror_sample.h"
 #include "render/backends/mirror/mirror_surfaces.h"
 #include "render/contract/integrators.h"
 #include "render/contract/lattice.h"
@@ -103,27 +105,10 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
         }
         const SegmentEnd<Real> back =
             endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
-        Real extinction = segmentExtinction(optics, front, back);
-        const glm::vec<3, Real> middle = stridePosition(ray, i, length);
-        LabelledSample<Real> labelled(optics, field, middle);
-        if (labelled.shows(extinction)) {
-            glm::vec<3, Real> gradient(0);
-            if (optics.takesGradients()) {
-                gradient = field.gradient(middle);
-                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
-            }
-            if (optics.grades())
-                extinction *= gradientFactor(optics, gradient);
-            extinction = labelled.take(extinction);
-            if (optics.shading && labelled.isMedium())
-                gradient = field.mediumGradient(middle);
-            const Real depth = extinction * (length * ray.segmentMm);
-            const Real alpha = opacityOf(depth);
-            const glm::vec<3, Real> colour =
-                labelled.colour(segmentColour(optics, front, back, depth, alpha, n));
-            const auto material = [&] { return materialOf(optics, front, back); };
-            composite(sum, seenColour(optics, colour, gradient, ray.direction, middle, material, field),
-                      alpha);
+        SeenSegment<Real> seen;
+        if (seeSegment(optics, field, front, back, stridePosition(ray, i, length), ray.direction,
+                       length * ray.segmentMm, n, work, seen)) {
+            composite(sum, seen.colour, seen.opacity);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
         }
@@ -153,6 +138,18 @@ glm::vec<4, Real> mirrorRayOf(std::span<const SegmentedRay<Real>> parts, Field& 
     for (const SegmentedRay<Real>& part : parts)
         if (!isOpaque(optics, sum))
             compositeAlong(part, field, input, work, hit, sum);
+    return sum;
+}
+
+/// The same through several volumes.
+template <typename Real>
+glm::vec<4, Real> mirrorRayOf(std::span<const SegmentedRay<Real>> parts,
+                              const std::vector<FusedField<Real>>& fields, const MirrorInput& input,
+                              Work& work) {
+    glm::vec<4, Real> sum(0);
+    for (const SegmentedRay<Real>& part : parts)
+        if (!isOpaque(*input.optics, sum))
+            fusedAlong(part, fields, input, work, sum);
     return sum;
 }
 

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/light/scene_light.h"
+#include "render/plan/fusion.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -58,23 +59,56 @@ class MirrorCaster : public RayCaster {
     }
 
   private:
-    /// Lights bricks for the current scene, unless they are lit.
+    /// A volume's light, and what it was made for.
+    struct Lit {
+        std::optional<StoredLight> light;
+        std::vector<std::uint8_t> levels;
+        Camera camera;
+        std::uint64_t function = 0;
+    };
+    /// Lights the bricks of all volumes, unless they are lit. Each shades the others.
     void lightBricks() {
-        const std::vector<std::uint8_t>& levels = scene_.layer().selection.levels;
-        if (light_ && litLevels_ == levels && litCamera_ == scene_.view.camera &&
-            litFunction_ == scene_.revisions.function)
+        std::vector<const FramePlan*> plans = {&scene_};
+        std::vector<MemoryBudget*> budgets = {&budget_};
+        for (const auto& volume : scene_.further) {
+            plans.push_back(&volume->plan);
+            budgets.push_back(&volume->gpu);
+        }
+        const auto isLit = [](const FramePlan& plan, const Lit& lit) {
+            return lit.light && lit.levels == plan.layer().selection.levels &&
+                   lit.camera == plan.view.camera && lit.function == plan.revisions.function;
+        };
+        bool all = lit_.size() == plans.size();
+        for (std::size_t n = 0; n < lit_.size(); ++n)
+            all = all && isLit(*plans[n], lit_[n]);
+        if (all)
             return;
-        light_.reset();
-        SceneLight light(scene_, threads_);
-        light_.emplace(light, scene_, budget_);
-        litLevels_ = levels;
-        litCamera_ = scene_.view.camera;
-        litFunction_ = scene_.revisions.function;
+        lit_.clear();
+        lit_.resize(plans.size());
+        std::vector<std::unique_ptr<SceneLight>> lights;
+        for (const FramePlan* plan : plans)
+            lights.push_back(std::make_unique<SceneLight>(*plan, threads_));
+        for (const auto& light : lights)
+            light->ready();
+        for (const auto& light : lights) {
+            std::vector<SceneLight*> others;
+            for (const auto& other : lights)
+                if (other != light)
+                    others.push_back(other.get());
+            light->shadedBy(others);
+        }
+        for (std::size_t n = 0; n < plans.size(); ++n) {
+            lit_[n].light.emplace(*lights[n], *plans[n], *budgets[n]);
+            lit_[n].levels = plans[n]->layer().selection.levels;
+            lit_[n].camera = plans[n]->view.camera;
+            lit_[n].function = plans[n]->revisions.function;
+        }
     }
     MirrorInput input() const {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);
         input.strides = rays_.strides;
-        input.light = light_ ? &*light_ : nullptr;
+        for (std::size_t n = 0; n < lit_.size(); ++n)
+            (n == 0 ? input : input.further[n - 1]).light = &*lit_[n].light;
         input.cuts = cuts_ ? &*cuts_ : nullptr;
         input.segmentVoxels = rays_.frame.segmentVoxels;
         return input;
@@ -84,10 +118,7 @@ class MirrorCaster : public RayCaster {
     bool hits_;
     int threads_;
     MemoryBudget& budget_;
-    std::optional<StoredLight> light_;
-    std::vector<std::uint8_t> litLevels_; // at the time of light_
-    Camera litCamera_;
-    std::uint64_t litFunction_ = 0;
+    std::vector<Lit> lit_; // of all volumes, where the scene has light of voxels
     Rays rays_;
     std::optional<CutRays> cuts_;
     Image picture_;
@@ -117,9 +148,8 @@ class MirrorCounter : public VisibilityCounter {
 
 } // namespace
 
-void MirrorEngine::open(std::span<const FramePlan* const> plans, std::size_t) {
-    TESSERA_CHECK(plans.size() == 1);
-    scene_ = plans.front();
+void MirrorEngine::open(const FramePlan& plan, std::size_t) {
+    scene_ = &plan;
 }
 
 std::unique_ptr<RayCaster> MirrorEngine::caster(const CasterOptions& options, MemoryBudget& gpu) {
@@ -135,6 +165,7 @@ EngineTraits mirrorTraits() {
     traits.kind = EngineKind::mirror;
     traits.name = "mirror";
     traits.singleRays = true;
+    traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<MirrorEngine>(input.threads);
     };

@@ -16,7 +16,7 @@ class MirrorEngine : public Engine {
         about.choosesSteps = true;
         return about;
     }
-    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
+    void open(const FramePlan& plan, std::size_t pages) override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(MemoryBudget& gpu) override;
 

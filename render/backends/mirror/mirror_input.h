@@ -12,6 +12,8 @@
 #include "render/labels/label_field.h"
 #include "render/plan/frame_plan.h"
 
+#include <vector>
+
 namespace tessera {
 
 class StoredLight;
@@ -36,6 +38,10 @@ struct MirrorInput {
     ShareDone progress = {};       // of a picture's rays
     /// Content of isosurfaces: distance along the ray, mm, in place of red.
     bool showsDistances = false;
+    const FusedLattice* fused = nullptr;   // of rays through several volumes, this and the further ones
+    std::vector<MirrorInput> further = {}; // then
+    glm::dmat4 fromLattice{1};             // then: the volume's voxels from places of the lattice
+    double unitMm = 1;                     // then: of the volume's function
 };
 
 /// The mirror's inputs from a prepared scene; valid until the scene moves.

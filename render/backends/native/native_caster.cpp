@@ -7,6 +7,7 @@
 #include "render/backends/mirror/mirror.h"
 #include "render/backends/native/native_scene.h"
 #include "render/backends/native/native_tracer.h"
+#include "render/plan/fusion.h"
 
 #include <algorithm>
 #include <mutex>
@@ -21,9 +22,6 @@ constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
 /// The state of one thread for the scalar text, which packets leave rare work to.
 struct Context {
     NativeField& field;
-    const Rays& rays;
-    const Occupancy* occupancy;
-    bool ends; // segments are given by the field at their ends
     RayCaster::Clock::time_point deadline;
     std::atomic<bool>& late;
 };
@@ -69,18 +67,23 @@ SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
     return {three(hits.position), hits.depthMm[lane], three(hits.normal), hits.surface[lane]};
 }
 
-/// Reads all that the next sample of a ray needs.
-void nameSample(NativeField& field, const Context& context, const Optics& optics,
-                const SegmentedRay<float>& ray, int i) {
-    const int n = strideAt(context.rays.strides, ray, i);
-    const float length = strideLength(ray, i, n);
-    const glm::vec3 middle = stridePosition(ray, i, length);
-    if (context.ends) {
-        field.value(segmentStart(ray, i));
-        field.value(strideEnd(ray, i, length));
-    } else {
-        field.value(middle);
-    }
+/// A place of rays' lattice in a volume's voxels.
+glm::vec3 placeIn(const native::PacketFusion& fusion, int volume, const SegmentedRay<float>& ray, float at) {
+    const float(&m)[9] = fusion.linear[volume];
+    const glm::mat3 linear(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]);
+    const float(&o)[3] = fusion.offset[volume];
+    const glm::vec3 entry = leaf::transformed(linear, ray.entry) + glm::vec3(o[0], o[1], o[2]);
+    return leaf::placeAlong(entry, leaf::transformed(linear, ray.step), at);
+}
+bool isIn(const native::PacketField& field, const glm::vec3& p) {
+    bool in = true;
+    for (int axis = 0; axis < 3; ++axis)
+        in = in && 0 <= p[axis] && p[axis] < static_cast<float>(field.extentVoxels[axis]);
+    return in;
+}
+
+/// Reads all that a sample needs beside values.
+void readBeside(NativeField& field, const Optics& optics, const glm::vec3& middle) {
     if (optics.takesGradients())
         field.gradient(middle);
     if (optics.labels.count > 0)
@@ -96,18 +99,65 @@ struct NativeCaster::Counts {
     Work work;
     Lanes lanes;
     std::size_t waiting = 0;
-    const Context* context = nullptr;
+};
+
+/// The scene's volumes as one thread reads them. It stays where it is.
+struct NativeCaster::Volumes {
+    std::vector<NativeField> fields;
+    std::vector<Context> contexts;
+    std::vector<native::PacketScene> scenes;
+    native::PacketFusion fusion; // of several
+
+    Volumes(const NativeCaster& caster, const std::vector<native::PacketScene>& given,
+            Clock::time_point deadline, std::atomic<bool>& late)
+        : scenes(given) {
+        fields.reserve(given.size());
+        contexts.reserve(given.size());
+        for (std::size_t n = 0; n < given.size(); ++n) {
+            fields.push_back(caster.fieldOfVolume(n));
+            contexts.push_back({fields.back(), deadline, late});
+            scenes[n].help = helpOf(contexts.back());
+        }
+        if (caster.scene_.fused) {
+            fusion = packetFusionOf(caster.scene_, caster.rays_.strides);
+            for (std::size_t n = 0; n < given.size(); ++n)
+                fusion.volumes[n] = &scenes[n];
+            scenes.front().fusion = &fusion;
+        }
+    }
+    Volumes(const Volumes&) = delete;
+    Volumes& operator=(const Volumes&) = delete;
 };
 
 NativeCaster::NativeCaster(const FramePlan& scene, NativeEngine& engine, const CasterOptions& options,
                            MemoryBudget& gpu, const native::PacketTarget* target)
     : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
-      target_(target ? *target : native::packetTarget()), mapTaken_(scene.revisions.emptySpace),
-      wanted_(options.passes ? cellCount(brickGrid(scene.info().extentVoxels)) : 0) {}
+      target_(target ? *target : native::packetTarget()), mapTaken_(scene.revisions.emptySpace) {
+    for (std::size_t n = 0; n < volumes(); ++n)
+        wanted_.emplace_back(options.passes ? cellCount(brickGrid(planOfVolume(n).info().extentVoxels)) : 0);
+}
 
-const Occupancy* NativeCaster::occupancy() const {
-    return scene_.view.quality.skipping && scene_.layer().occupancy.exists() ? &scene_.layer().occupancy
-                                                                             : nullptr;
+const FramePlan& NativeCaster::planOfVolume(std::size_t number) const {
+    return number == 0 ? scene_ : scene_.further[number - 1].plan;
+}
+
+NativeEngine& NativeCaster::engineOfVolume(std::size_t number) const {
+    return number == 0 ? engine_ : *engine_.further(number - 1);
+}
+
+const Occupancy* NativeCaster::occupancy(std::size_t number) const {
+    const Occupancy& occupancy = planOfVolume(number).layer().occupancy;
+    return scene_.view.quality.skipping && occupancy.exists() ? &occupancy : nullptr;
+}
+
+NativeField NativeCaster::fieldOfVolume(std::size_t number) const {
+    const Layer& volume = planOfVolume(number).layer();
+    NativeEngine& engine = engineOfVolume(number);
+    NativeField field(engine.plane(), volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(),
+                      volume.optics.gradient);
+    field.setLight(engine.lightChannels());
+    field.setLabels(engine.labelChannels(), volume.optics.labels);
+    return field;
 }
 
 bool NativeCaster::mapsSurfaces() const {
@@ -163,10 +213,12 @@ void NativeCaster::colourKeptValues() {
         colour = colourOfKept(scene_.layer().optics, KeptValue<float>{colour.r, colour.g, colour.a > 0});
 }
 
-native::PacketScene NativeCaster::packetScene() const {
-    return packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), engine_.labelChannels(),
-                          rays_.strides, frame_.flat, cuts_.has_value(), occupancy(), blocks_.get(),
-                          surfaceBlocks_.get()});
+native::PacketScene NativeCaster::packetSceneOfVolume(std::size_t number) const {
+    NativeEngine& engine = engineOfVolume(number);
+    return packetSceneOf({planOfVolume(number), engine.settled(), engine.lightChannels(),
+                          engine.labelChannels(), rays_.strides, frame_.flat, cuts_.has_value(),
+                          occupancy(number), number == 0 ? blocks_.get() : nullptr,
+                          number == 0 ? surfaceBlocks_.get() : nullptr});
 }
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
@@ -188,10 +240,15 @@ bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work
 
 bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work) {
     const auto start = Clock::now();
-    engine_.settled();
-    engine_.settledLight(work);
-    const native::PacketScene packets = packetScene();
-    march_ = target_.march(packets);
+    std::vector<native::PacketScene> packets;
+    for (std::size_t n = 0; n < volumes(); ++n)
+        engineOfVolume(n).settled();
+    engine_.castShadows();
+    for (std::size_t n = 0; n < volumes(); ++n) {
+        engineOfVolume(n).settledLight(work);
+        packets.push_back(packetSceneOfVolume(n));
+    }
+    march_ = scene_.fused ? target_.fused : target_.march(packets.front());
     const auto packetsOfTile = static_cast<std::uint16_t>(kTileEdge * kTileEdge / target_.lanes());
     if (std::all_of(packet_.begin(), packet_.end(), [&](std::uint16_t p) { return p == packetsOfTile; })) {
         std::fill(packet_.begin(), packet_.end(), std::uint16_t{0}); // rays that waited go on
@@ -202,26 +259,18 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
     const auto tile = [&](std::size_t number) {
         if (packet_[number] == packetsOfTile || late.load(std::memory_order_relaxed))
             return;
-        const Layer& volume = scene_.layer();
-        NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
-                          volume.selection.finest(), volume.optics.gradient);
-        field.setLight(engine_.lightChannels());
-        field.setLabels(engine_.labelChannels(), volume.optics.labels);
-        const Context context{field, rays_, occupancy(), needsEnds(volume.optics.integrator), deadline, late};
-        native::PacketScene mine = packets;
-        mine.help = helpOf(context);
+        Volumes mine(*this, packets, deadline, late);
         Counts counts;
-        counts.context = &context;
         const glm::ivec2 first =
             kTileEdge * glm::ivec2(static_cast<int>(number) % tiles_.x, static_cast<int>(number) / tiles_.x);
         const int perRow = kTileEdge / target_.columns;
         for (std::uint16_t& p = packet_[number]; p < packetsOfTile;) {
             const glm::ivec2 origin =
                 first + glm::ivec2(p % perRow, p / perRow) * glm::ivec2(target_.columns, target_.rows);
-            const bool ended = glm::any(glm::greaterThanEqual(origin, size_)) ||
-                               drawPacket(origin, mine, field, slicing, counts);
+            const bool ended =
+                glm::any(glm::greaterThanEqual(origin, size_)) || drawPacket(origin, mine, slicing, counts);
             p = static_cast<std::uint16_t>(p + (ended ? 1 : 0));
-            if (mine.help.expired(&context))
+            if (mine.scenes.front().help.expired(&mine.contexts.front()))
                 break;
         }
         const std::lock_guard lock(mutex);
@@ -257,9 +306,36 @@ void NativeCaster::nameStride(NativeField& field, const SegmentedRay<float>& ray
     surfaceRay(ray, field, input, unused, options_.hits ? &nowhere : nullptr, state);
 }
 
+/// Reads all that the next sample of a ray needs.
+void NativeCaster::nameSample(Volumes& volumes, const SegmentedRay<float>& ray, int i) {
+    const Optics& optics = scene_.layer().optics;
+    NativeField& field = volumes.fields.front();
+    const int n = strideAt(rays_.strides, ray, i);
+    const float length = strideLength(ray, i, n);
+    if (scene_.fused) {
+        const float at = leaf::strideMiddle(static_cast<float>(i), length);
+        for (std::size_t v = 0; v < volumes.fields.size(); ++v) {
+            const glm::vec3 p = placeIn(volumes.fusion, static_cast<int>(v), ray, at);
+            if (!isIn(volumes.scenes[v].field, p))
+                continue;
+            volumes.fields[v].value(p);
+            readBeside(volumes.fields[v], planOfVolume(v).layer().optics, p);
+        }
+        return;
+    }
+    const glm::vec3 middle = stridePosition(ray, i, length);
+    if (needsEnds(optics.integrator)) {
+        field.value(segmentStart(ray, i));
+        field.value(strideEnd(ray, i, length));
+    } else {
+        field.value(middle);
+    }
+    readBeside(field, optics, middle);
+}
+
 /// True when all rays of it are at their end or wait.
-bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScene& packets,
-                              NativeField& field, const Slicing& slicing, Counts& counts) {
+bool NativeCaster::drawPacket(const glm::ivec2& origin, Volumes& volumes, const Slicing& slicing,
+                              Counts& counts) {
     native::PacketJob job;
     native::PacketHits hits;
     native::PacketPlaces places{};
@@ -310,7 +386,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
         return true;
     job.hits = options_.hits ? &hits : nullptr;
     job.turns = slicing.fixedIterations;
-    march_(packets, job);
+    march_(volumes.scenes.front(), job);
     bool ended = true;
     const bool surfaces = !scene_.layer().optics.surfaces.empty();
     for (int lane = 0; lane < target_.lanes(); ++lane) {
@@ -323,13 +399,16 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, const native::PacketScen
             hits_[slot] = hitOf(hits, lane);
         if (job.waiting >> lane & 1u) {
             ++counts.waiting;
-            field.name(&wanted_, static_cast<std::uint32_t>(slot));
+            for (std::size_t n = 0; n < volumes.fields.size(); ++n)
+                volumes.fields[n].name(&wanted_[n], static_cast<std::uint32_t>(slot));
             if (surfaces)
-                nameStride(field, rayOf(job, lane), job.next[lane], colour_[slot]);
+                nameStride(volumes.fields.front(), rayOf(job, lane), job.next[lane], colour_[slot]);
             else
-                nameSample(field, *counts.context, scene_.layer().optics, rayOf(job, lane), job.next[lane]);
-            field.name(nullptr, 0);
-            field.takeMissing();
+                nameSample(volumes, rayOf(job, lane), job.next[lane]);
+            for (NativeField& field : volumes.fields) {
+                field.name(nullptr, 0);
+                field.takeMissing();
+            }
         } else {
             ended = ended && next_[slot] == kEnded;
         }
@@ -369,7 +448,7 @@ void NativeCaster::refine() {
 void NativeCaster::findBlocks() {
     const Occupancy* const all = occupancy();
     const Layer& volume = scene_.layer();
-    if (!all || all->scale() != MapScale::cells || options_.passes || volume.showsMedium())
+    if (!all || all->scale() != MapScale::cells || options_.passes || volume.showsMedium() || scene_.fused)
         return;
     const auto finer = [&](const Occupancy& cells, const TransferTable& table) {
         const FineBlocksInput input{

@@ -24,7 +24,9 @@ class NativeCaster : public RayCaster {
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
     std::size_t waiting() const override { return waiting_; }
-    std::vector<std::uint32_t> takeWanted() override { return wanted_.take(); }
+    std::vector<std::uint32_t> takeWanted(std::size_t volume = 0) override {
+        return wanted_.at(volume).take();
+    }
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return hits_; }
     std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const override;
@@ -39,21 +41,27 @@ class NativeCaster : public RayCaster {
         int width = 0;
     };
     Lanes lanes() const { return lanes_; }
-    /// The packets' view of the current scene; for measurements.
-    native::PacketScene packetScene() const;
+    /// The packets' view of the current scene's first volume; for measurements.
+    native::PacketScene packetScene() const { return packetSceneOfVolume(0); }
     const native::PacketTarget& target() const { return target_; }
 
   private:
     struct Counts;
+    struct Volumes;
+    native::PacketScene packetSceneOfVolume(std::size_t number) const;
+    NativeField fieldOfVolume(std::size_t number) const;
+    const FramePlan& planOfVolume(std::size_t number) const;
+    NativeEngine& engineOfVolume(std::size_t number) const;
+    std::size_t volumes() const { return 1 + scene_.further.size(); }
     glm::vec2 placeOf(const glm::ivec2& at, std::size_t slot) const;
     /// One interval of every ray, the same number of each.
     bool drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work);
     void startRound();
     void colourKeptValues();
-    bool drawPacket(const glm::ivec2& origin, const native::PacketScene& packets, NativeField& field,
-                    const Slicing& slicing, Counts& counts);
+    bool drawPacket(const glm::ivec2& origin, Volumes& volumes, const Slicing& slicing, Counts& counts);
+    void nameSample(Volumes& volumes, const SegmentedRay<float>& ray, int i);
     void nameStride(NativeField& field, const SegmentedRay<float>& ray, int i, const glm::vec4& sum);
-    const Occupancy* occupancy() const;
+    const Occupancy* occupancy(std::size_t volume = 0) const;
     bool mapsSurfaces() const;
 
     const FramePlan& scene_;
@@ -77,7 +85,7 @@ class NativeCaster : public RayCaster {
     std::optional<CutRays> cuts_; // of cut rays
     std::size_t round_ = 0;       // the number of the interval at hand
     Charge cutsCharge_;
-    WantedBricks wanted_;
+    std::vector<WantedBricks> wanted_; // of all volumes
     std::size_t waiting_ = 0;
     Lanes lanes_;
 };

@@ -7,6 +7,7 @@
 #include "render/backends/native/native_caster.h"
 #include "render/backends/native/native_field.h"
 #include "render/backends/native/native_shadows.h"
+#include "render/plan/fusion.h"
 #include "render/plan/visibility_rays.h"
 
 #include <utility>
@@ -84,10 +85,9 @@ TextureLimits NativeEngine::limits() const {
     return limits;
 }
 
-void NativeEngine::open(std::span<const FramePlan* const> plans, std::size_t pages) {
-    TESSERA_CHECK(plans.size() == 1);
+void NativeEngine::open(const FramePlan& plan, std::size_t pages) {
     close();
-    scene_ = plans.front();
+    scene_ = &plan;
     taken_ = scene_->revisions;
     TextureLimits limits = this->limits();
     limits.pageEdge = scene_->layer().pageEdge;
@@ -112,9 +112,12 @@ void NativeEngine::open(std::span<const FramePlan* const> plans, std::size_t pag
         litBy_ = scene_->view.camera;
     }
     bricks_.emplace(scene_->info(), scene_->layer().selection, pages, limits, std::move(planes), ram_);
+    for (const auto& volume : plan.further)
+        further_.push_back(std::make_unique<NativeEngine>(threads_, volume->gpu, volume->ram));
 }
 
 void NativeEngine::close() {
+    further_.clear();
     bricks_.reset();
     lightPlane_.reset();
     sceneLight_.reset();
@@ -157,18 +160,47 @@ std::optional<LightReport> NativeEngine::lightReport() const {
     return sceneLight_->report(bytes);
 }
 
-const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
-    if (!sceneLight_)
-        return lightPlanes_;
-    if (!(litBy_ == scene_->view.camera)) {
-        litBy_ = scene_->view.camera;
-        sceneLight_->viewChanged();
-    }
+/// Takes the camera that lights are fixed to.
+void NativeEngine::lookAgain() {
+    if (litBy_ == scene_->view.camera)
+        return;
+    litBy_ = scene_->view.camera;
+    sceneLight_->viewChanged();
+}
+
+/// Shadow maps are cast by packets through the bricks, where they can.
+template <typename Action> void NativeEngine::withRays(const Action& action) {
     std::optional<NativeShadows> rays;
     if (NativeShadows::canCast(*scene_))
         sceneLight_->castBy(&rays.emplace(*scene_, *plane_, labelPlanes_, native::packetTarget()));
-    lightPlane_->settle(work);
+    action();
     sceneLight_->castBy(nullptr);
+}
+
+void NativeEngine::castShadows() {
+    if (!sceneLight_ || further_.empty())
+        return;
+    std::vector<NativeEngine*> all = {this};
+    for (const auto& engine : further_)
+        all.push_back(engine.get());
+    for (NativeEngine* engine : all) {
+        engine->lookAgain();
+        engine->withRays([&] { engine->lightPlane_->makeMaps(); });
+    }
+    for (NativeEngine* engine : all) {
+        std::vector<SceneLight*> others;
+        for (NativeEngine* other : all)
+            if (other != engine)
+                others.push_back(&*other->sceneLight_);
+        engine->lightPlane_->shadedBy(others);
+    }
+}
+
+const std::vector<std::unique_ptr<HostPlane>>& NativeEngine::settledLight(Work& work) {
+    if (!sceneLight_)
+        return lightPlanes_;
+    lookAgain();
+    withRays([&] { lightPlane_->settle(work); });
     const Layer& volume = scene_->layer();
     for (const auto& plane : lightPlanes_)
         plane->settle(volume.mixed() ? &volume.levels : nullptr, volume.selection.finest());
@@ -189,6 +221,7 @@ EngineTraits nativeTraits() {
     traits.name = "native";
     traits.device = std::string("CPU, ") + native::packetTarget().name;
     traits.quick = traits.countsAlways = true;
+    traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<NativeEngine>(input.threads, *input.gpu, *input.ram);
     };

@@ -9,8 +9,10 @@
 #include "render/labels/label_plane.h"
 #include "render/light/light_plane.h"
 
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace tessera {
 
@@ -24,9 +26,10 @@ class NativeEngine : public Engine {
 
     About about() const override;
     TextureLimits limits() const override;
-    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
+    void open(const FramePlan& plan, std::size_t pages) override;
     void close() override;
     BrickResidency* bricks() override { return bricks_ ? &*bricks_ : nullptr; }
+    NativeEngine* further(std::size_t number) override { return further_.at(number).get(); }
     LightPlane* light() override { return lightPlane_ ? &*lightPlane_ : nullptr; }
     std::optional<LightReport> lightReport() const override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
@@ -35,6 +38,9 @@ class NativeEngine : public Engine {
     /// The bricks, ready for rays.
     const HostPlane& settled();
     const HostPlane& plane() const { return *plane_; }
+    /// Makes the shadow maps of all volumes of the plan, of which each shades the others; before
+    /// settledLight() of any. Bricks must be settled.
+    void castShadows();
     /// The light of bricks' samples, ready for rays: a plane a channel of the scene's light; none where it
     /// has none. Bricks must be settled.
     const std::vector<std::unique_ptr<HostPlane>>& settledLight(Work& work);
@@ -46,6 +52,9 @@ class NativeEngine : public Engine {
     int threads() const { return threads_; }
 
   private:
+    void lookAgain();
+    template <typename Action> void withRays(const Action& action);
+
     int threads_;
     MemoryBudget &gpu_, &ram_;
     const FramePlan* scene_ = nullptr;
@@ -57,6 +66,7 @@ class NativeEngine : public Engine {
     PlanRevisions taken_; // of the plan
     Camera litBy_;        // the camera that lights were placed by
     std::optional<BrickResidency> bricks_;
+    std::vector<std::unique_ptr<NativeEngine>> further_; // of the plan's further volumes
 };
 
 EngineTraits nativeTraits();

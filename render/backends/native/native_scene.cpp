@@ -2,6 +2,8 @@
 #include "render/backends/native/native_scene.h"
 
 #include "core/base/error.h"
+#include "render/contract/leaves.h"
+#include "render/plan/fusion.h"
 
 namespace tessera {
 namespace {
@@ -44,6 +46,28 @@ native::PacketFrame packetFrameOf(const RayFrame<float>& frame) {
         f.slabs[n] = {{slab.normal.x, slab.normal.y, slab.normal.z}, slab.low, slab.high};
     }
     return f;
+}
+
+native::PacketFusion packetFusionOf(const FramePlan& plan, const Strides& strides) {
+    static_assert(native::kMostVolumes == Scene::kMaxVolumes);
+    static_assert(leaf::kFusionMix == static_cast<int>(Fusion::mix) &&
+                  leaf::kFusionOver == static_cast<int>(Fusion::over) &&
+                  leaf::kFusionMaximum == static_cast<int>(Fusion::maximum));
+    native::PacketFusion fusion;
+    fusion.rule = static_cast<std::int32_t>(plan.fused->rule);
+    fusion.segments = strides.uniformSegments;
+    const auto add = [&](const glm::dmat4& fromLattice, const FramePlan& volume) {
+        for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row)
+                fusion.linear[fusion.count][3 * column + row] = static_cast<float>(fromLattice[column][row]);
+        for (int row = 0; row < 3; ++row)
+            fusion.offset[fusion.count][row] = static_cast<float>(fromLattice[3][row]);
+        fusion.unitMm[fusion.count++] = static_cast<float>(volume.layer().function.referenceLengthMm());
+    };
+    add(plan.fused->fromLattice, plan);
+    for (const auto& volume : plan.further)
+        add(volume->fromLattice, volume->plan);
+    return fusion;
 }
 
 native::PacketScene packetSceneOf(const PacketSceneInput& in) {

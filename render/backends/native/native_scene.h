@@ -26,6 +26,9 @@ struct PacketSceneInput {
 };
 native::PacketScene packetSceneOf(const PacketSceneInput& in);
 
+/// Several volumes: all but their packets' scenes.
+native::PacketFusion packetFusionOf(const FramePlan& plan, const Strides& strides);
+
 native::PacketFrame packetFrameOf(const RayFrame<float>& frame);
 
 } // namespace tessera

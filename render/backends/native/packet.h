@@ -122,7 +122,10 @@ struct PacketHelp {
     bool (*expired)(const void* context) = nullptr;
 };
 
+struct PacketFusion;
+
 struct PacketScene {
+    const PacketFusion* fusion = nullptr; // of several volumes, the first of which this is; null: it is alone
     PacketField field;
     PacketField light[leaf::kMostLightChannels];  // as many as optics.lighting says; at the same places
     PacketField labels[leaf::kMostLabelChannels]; // as many as optics.labels says
@@ -131,6 +134,18 @@ struct PacketScene {
     PacketBounds bounds;
     PacketSurfaces surfaces;
     PacketHelp help;
+};
+
+constexpr int kMostVolumes = 8;
+/// Several volumes under rays of a lattice of their own (Fusion in render/plan/fusion.h).
+struct PacketFusion {
+    std::int32_t count = 0;    // of volumes
+    std::int32_t rule = 0;     // leaf::kFusion...
+    std::int32_t segments = 1; // a stride, a power of two
+    const PacketScene* volumes[kMostVolumes] = {};
+    /// From a place of the lattice to a volume's voxels: the linear part column by column; what is added.
+    float linear[kMostVolumes][9] = {}, offset[kMostVolumes][3] = {};
+    float unitMm[kMostVolumes] = {}; // unit distances of the functions
 };
 
 /// As SurfaceHit of render/contract/ray_state.h.
@@ -249,6 +264,8 @@ struct PacketTarget {
     int columns = 0, rows = 0; // pixels of a packet
     int lanes() const { return columns * rows; }
     PacketMarch (*march)(const PacketScene&) = nullptr;
+    /// Of scenes with a fusion.
+    PacketMarch fused = nullptr;
     /// Through places on the picture, a lane each: x right, y down, pixels.
     void (*rays)(const PacketFrame&, const PacketPlaces&, PacketJob&) = nullptr;
     /// @param samples  the brick's first

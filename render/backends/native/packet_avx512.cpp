@@ -1,6 +1,7 @@
 // render/backends/native/packet_avx512.cpp: packets of rays for AVX-512 (x86-64-v4).
 #define TESSERA_LANES lanes_avx512
 #include "render/backends/native/packet_blocks.h"
+#include "render/backends/native/packet_fused.h"
 #include "render/backends/native/packet_light.h"
 #include "render/backends/native/packet_rays.h"
 #include "render/backends/native/packet_shadows.h"
@@ -12,6 +13,7 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::kColumns,
                                  lanes_avx512::kWidth / lanes_avx512::kColumns,
                                  lanes_avx512::chooseAnyMarch,
+                                 lanes_avx512::marchFused,
                                  lanes_avx512::makeRays,
                                  lanes_avx512::cellSamples,
                                  lanes_avx512::cellRanges,

@@ -2,6 +2,7 @@
 // its kind has.
 #define TESSERA_LANES lanes_baseline
 #include "render/backends/native/packet_blocks.h"
+#include "render/backends/native/packet_fused.h"
 #include "render/backends/native/packet_light.h"
 #include "render/backends/native/packet_rays.h"
 #include "render/backends/native/packet_shadows.h"
@@ -13,6 +14,7 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::kColumns,
                                    lanes_baseline::kWidth / lanes_baseline::kColumns,
                                    lanes_baseline::chooseAnyMarch,
+                                   lanes_baseline::marchFused,
                                    lanes_baseline::makeRays,
                                    lanes_baseline::cellSamples,
                                    lanes_baseline::cellRanges,

@@ -4,9 +4,7 @@
 // instruction set.
 #pragma once
 
-#include "render/backends/native/packet_gradient.h"
-#include "render/backends/native/packet_labels.h"
-#include "render/backends/native/packet_optics.h"
+#include "render/backends/native/packet_seen.h"
 #include "render/backends/native/packet_space.h"
 
 namespace tessera::TESSERA_LANES {
@@ -136,32 +134,6 @@ TESSERA_LANE F valueOf(const PacketScene& s, Here<Mixed>& here, F3 p, M& m, Pack
         inside = m & isHere(here, x);
     }
     return valueAt<K>(s.field, here, p, x, inside, m, rows);
-}
-
-/// Shares of light that reach p, of lanes whose gradient there has been taken: no brick is lacking.
-template <bool Mixed>
-TESSERA_LANE leaf::ReceivedLight<F> lightAt(const PacketScene& s, const Here<Mixed>& here, F3 p, M m) {
-    const F3 x = inBrick(here, p);
-    const M inside = m & isHere(here, x);
-    return leaf::receivedLight<F>(s.optics.lighting, [&](int channel) {
-        M there = m;
-        return F(1 / leaf::kLightOne) * valueAt<SampleKind::u16>(s.light[channel], here, p, x, inside, there);
-    });
-}
-
-/// Colours at p, lit as the scene is: the same as seenColour() of render/contract/optics.h, for lanes.
-/// @param place  of the value that is lit, in the table
-template <bool Mixed>
-TESSERA_LANE F3 seenColour(const PacketScene& s, const Here<Mixed>& here, F3 colour, F3 gradient,
-                           F3 direction, F3 p, F place, M m) {
-    const PacketOptics& o = s.optics;
-    if (!o.lit)
-        return colour;
-    if (!o.hasLights)
-        return shaded(o, colour, gradient, direction);
-    if (o.lighting.channels == 0)
-        return shadedByLights(o, colour, gradient, direction, p, place, leaf::AllLight());
-    return shadedByLights(o, colour, gradient, direction, p, place, lightAt<Mixed>(s, here, p, m));
 }
 
 /// @tparam Graded  the visible part needs more than its value: it is lit, its opacity goes by gradients, or
@@ -314,54 +286,25 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
             extinction = look.extinction;
         }
         M adds = m & (extinction > F(0.0f));
-        leaf::LabelShares<F> labels;
-        F medium(0.0f); // extinction
+        Beside beside;
+        const auto leaveOut = [&](M lacks) {
+            waiting = waiting | lacks;
+            active = active & ~lacks;
+            m = m & ~lacks;
+        };
         if constexpr (Graded)
             if (hasLabels) {
                 const M wanted = m;
-                labels = labelsAt<Mixed>(s, here, middle, m);
-                const M lacks = wanted & ~m;
-                waiting = waiting | lacks;
-                active = active & ~lacks;
-                medium = leaf::labelledMedium(labels, F(o.labels.density));
-                const M takes = (leaf::labelledFunction(labels, extinction) > F(0.0f)) | (medium > F(0.0f));
-                adds = m & takes;
+                adds = takeLabels<Mixed>(s, here, middle, extinction, beside, m);
+                leaveOut(wanted & ~m);
             }
         if (any(adds)) {
-            F3 gradient;
-            F ofLabels(0.0f); // the share of light in their colour
-            if (Graded && takesGradients) {
-                const M wanted = adds;
-                gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, adds, kept);
-                const M lacks = wanted & ~adds;
-                waiting = waiting | lacks;
-                active = active & ~lacks;
-                m = m & ~lacks;
-                gradients += static_cast<unsigned>(count(adds));
-                if (o.gradientOpacity.count > 0) {
-                    extinction = extinction * gradientFactor(o, gradient);
-                    if (!hasLabels)
-                        adds = adds & (extinction > F(0.0f));
-                }
-            }
+            if (Graded && takesGradients)
+                leaveOut(
+                    takeGradient<K>(s, here, middle, hasLabels, kept, beside, extinction, adds, gradients));
             if constexpr (Graded)
-                if (hasLabels) {
-                    const F function = leaf::labelledFunction(labels, extinction);
-                    const M inMedium = adds & (medium > function);
-                    if (o.lit && any(inMedium)) {
-                        M there = inMedium;
-                        gradient = select(inMedium, mediumGradient<Mixed>(s, here, middle, there), gradient);
-                        const M lacks = inMedium & ~there;
-                        waiting = waiting | lacks;
-                        active = active & ~lacks;
-                        m = m & ~lacks;
-                        adds = adds & ~lacks;
-                    }
-                    const F sum = function + medium;
-                    ofLabels = leaf::labelledPart(labels, extinction, medium, sum);
-                    extinction = sum;
-                    adds = adds & (sum > F(0.0f));
-                }
+                if (hasLabels)
+                    leaveOut(shareByLabels<Mixed>(s, here, middle, beside, extinction, adds));
             const F depth = extinction * (length * segmentMm);
             const F opacity = opacityOf(depth, adds);
             F3 colour;
@@ -371,11 +314,9 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                 colour = look.colour;
             if constexpr (Graded)
                 if (hasLabels && o.labels.colour >= 0)
-                    colour = {leaf::labelledColour(labels, colour.x, labels.red, ofLabels),
-                              leaf::labelledColour(labels, colour.y, labels.green, ofLabels),
-                              leaf::labelledColour(labels, colour.z, labels.blue, ofLabels)};
+                    colour = colouredByLabels(beside, colour);
             if constexpr (Graded)
-                colour = seenColour<Mixed>(s, here, colour, gradient, direction, middle, place, adds);
+                colour = seenColour<Mixed>(s, here, colour, beside.gradient, direction, middle, place, adds);
             F3 gathered = sum;
             F after = alpha;
             leaf::compositeBehind(gathered, after, colour, opacity);

@@ -106,20 +106,30 @@ LightShares LightRays::at(const glm::dvec3& voxel) {
             shares[channel++] = std::min(kMostLight, std::pow(all, occlusion.gamma));
         }
     }
-    for (const LightSources::Caster& light : sources_.casters) {
-        glm::dvec3 from = place;
-        const glm::dvec3 towards = light.isPoint ? light.middle - place : light.middle;
-        if (const double far = glm::length(towards); far > sources_.offsetMm || !light.isPoint)
-            from += towards * (sources_.offsetMm / far);
-        double sum = 0;
-        for (const glm::dvec3& to : light.places) {
-            const glm::dvec3 way = light.isPoint ? to - from : to;
-            const double mm = light.isPoint ? glm::length(way) : std::numeric_limits<double>::infinity();
-            sum += mm > 0 ? shadow(from, light.isPoint ? way / mm : way, mm) : 1;
-        }
-        shares[channel++] = sum / static_cast<double>(light.places.size());
-    }
+    for (const LightSources::Caster& light : sources_.casters)
+        shares[channel++] = leftOf(light, place);
     return shares;
+}
+
+/// The share of a light that reaches a place, patient space.
+double LightRays::leftOf(const LightSources::Caster& light, const glm::dvec3& place) {
+    glm::dvec3 from = place;
+    const glm::dvec3 towards = light.isPoint ? light.middle - place : light.middle;
+    if (const double far = glm::length(towards); far > sources_.offsetMm || !light.isPoint)
+        from += towards * (sources_.offsetMm / far);
+    double sum = 0;
+    for (const glm::dvec3& to : light.places) {
+        const glm::dvec3 way = light.isPoint ? to - from : to;
+        const double mm = light.isPoint ? glm::length(way) : std::numeric_limits<double>::infinity();
+        sum += mm > 0 ? shadow(from, light.isPoint ? way / mm : way, mm) : 1;
+    }
+    return sum / static_cast<double>(light.places.size());
+}
+
+void LightRays::shade(const glm::dvec3& place, LightShares& shares) {
+    std::size_t channel = sources_.hasOcclusion ? static_cast<std::size_t>(sources_.ambientChannels) : 0;
+    for (const LightSources::Caster& light : sources_.casters)
+        shares[channel++] *= leftOf(light, place);
 }
 
 double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm) {

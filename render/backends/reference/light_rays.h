@@ -61,6 +61,9 @@ class LightRays {
 
     /// @param place  voxels
     LightShares at(const glm::dvec3& place);
+    /// Multiplies the shares of lights by what this volume leaves of them, at a place of another.
+    /// @param place  patient space
+    void shade(const glm::dvec3& place, LightShares& shares);
     int channels() const { return channels_; }
 
     /// Share of the light that reaches a point from a distance, mm.
@@ -77,6 +80,7 @@ class LightRays {
     static constexpr double kDark = 1e-6;
 
   private:
+    double leftOf(const LightSources::Caster& light, const glm::dvec3& place);
     struct Walk {
         double left = 1;    // of the light
         double seen = 0;    // its integral over the ray, mm

@@ -14,7 +14,9 @@
 #include "core/scene/transfer_function.h"
 #include "render/contract/ray_cuts.h"
 #include "render/labels/label_field.h"
+#include "render/plan/frame_plan.h"
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 #include <limits>
@@ -45,10 +47,15 @@ struct ReferenceInput {
     ValueLook look = {};
     /// The drawn part is inside of all slabs; in voxels.
     std::vector<RaySlab<double>> slabs = {};
-    bool flat = false;             // one slab is a plane, at which a ray has one value
-    const RayCuts* cuts = nullptr; // other cuts
-    LabelBricks* labels = nullptr; // of the scene; null: it has none
+    bool flat = false;                      // one slab is a plane, at which a ray has one value
+    const RayCuts* cuts = nullptr;          // other cuts
+    LabelBricks* labels = nullptr;          // of the scene; null: it has none
     std::span<const SceneMesh> meshes = {}; // that take light from the volume
+    /// Of rays through several volumes, this and the further ones: their lattice, in whose voxels rays, slabs
+    /// and cuts are. Null: the volume is alone.
+    const FusedLattice* fused = nullptr;
+    glm::dmat4 fromLattice{1};
+    std::vector<ReferenceInput> further = {};
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, tMax].

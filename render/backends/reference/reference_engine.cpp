@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "render/backends/reference/reference.h"
 #include "render/backends/reference/surface_rays.h"
+#include "render/plan/fusion.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -23,8 +24,9 @@ class ReferenceCaster : public RayCaster {
         check(rays);
         const ViewState& view = scene_.view;
         TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == view.imageSize);
-        rays_ = rays.places.empty() ? referenceRays(view.camera, scene_.info(), view.imageSize)
-                                    : referenceRays(view.camera, scene_.info(), view.imageSize, rays.places);
+        rays_ = rays.places.empty()
+                    ? referenceRays(view.camera, scene_.rayVoxels(), view.imageSize)
+                    : referenceRays(view.camera, scene_.rayVoxels(), view.imageSize, rays.places);
         for (std::size_t n = 0; n < rays.frame.ends.size(); ++n)
             end(rays, n);
         picture_ = Image(rays.size());
@@ -80,27 +82,34 @@ class ReferenceCaster : public RayCaster {
         ray.tMin = std::max(ray.tMin, along(part.from));
         ray.tMax = along(part.to);
     }
-    ReferenceInput input() const {
-        const Layer& volume = scene_.layer();
-        return {volume.cache.get(),
-                &scene_.info(),
-                &volume.function,
-                scene_.view.shading,
-                &volume.statistics,
-                1,
-                scene_.view.surfaces,
-                {},
-                scene_.view.lighting,
-                scene_.view.camera,
-                ReferenceInput().lightTolerance,
-                volume.optics.reduction,
-                volume.look,
-                scene_.view.part.slabs,
-                scene_.view.part.flat,
-                scene_.view.part.cuts.get(),
-                volume.labelBricks.get(),
-                scene_.view.meshes};
+    static ReferenceInput inputOf(const FramePlan& plan) {
+        const Layer& volume = plan.layer();
+        ReferenceInput input;
+        input.cache = volume.cache.get();
+        input.info = &plan.info();
+        input.function = &volume.function;
+        input.shading = plan.view.shading;
+        input.statistics = &volume.statistics;
+        input.surfaces = plan.view.surfaces;
+        input.lighting = plan.view.lighting;
+        input.camera = plan.view.camera;
+        input.reduction = volume.optics.reduction;
+        input.look = volume.look;
+        const DrawnPart& part = plan.fused ? plan.fused->part : plan.view.part;
+        input.slabs = part.slabs;
+        input.flat = part.flat;
+        input.cuts = part.cuts.get();
+        input.labels = volume.labelBricks.get();
+        input.meshes = plan.view.meshes;
+        if (plan.fused) {
+            input.fused = &*plan.fused;
+            input.fromLattice = plan.fused->fromLattice;
+            for (const auto& further : plan.further)
+                input.further.emplace_back(inputOf(further->plan)).fromLattice = further->fromLattice;
+        }
+        return input;
     }
+    ReferenceInput input() const { return inputOf(scene_); }
 
     const FramePlan& scene_;
     bool tellsHits_;
@@ -113,9 +122,8 @@ class ReferenceCaster : public RayCaster {
 
 } // namespace
 
-void ReferenceEngine::open(std::span<const FramePlan* const> plans, std::size_t) {
-    TESSERA_CHECK(plans.size() == 1);
-    scene_ = plans.front();
+void ReferenceEngine::open(const FramePlan& plan, std::size_t) {
+    scene_ = &plan;
 }
 
 std::unique_ptr<RayCaster> ReferenceEngine::caster(const CasterOptions& options, MemoryBudget&) {
@@ -130,6 +138,7 @@ EngineTraits referenceTraits() {
     // its rays, their colours, and the picture made from them
     traits.bytesPerPixel =
         std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
+    traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<ReferenceEngine>(input.threads);
     };

@@ -12,7 +12,7 @@ class ReferenceEngine : public Engine {
     /// @param threads  0: all processors
     explicit ReferenceEngine(int threads) : threads_(threads) {}
     About about() const override { return {}; }
-    void open(std::span<const FramePlan* const> plans, std::size_t pages) override;
+    void open(const FramePlan& plan, std::size_t pages) override;
     std::unique_ptr<RayCaster> caster(const CasterOptions& options, MemoryBudget& gpu) override;
     std::unique_ptr<VisibilityCounter> counter(MemoryBudget&) override { return nullptr; }
 

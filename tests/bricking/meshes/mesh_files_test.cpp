@@ -83,7 +83,8 @@ std::string objText(const TriangleMesh& mesh) {
     for (const glm::vec3& p : mesh.points)
         text += "v " + words(p) + "\n";
     for (const glm::uvec3& t : mesh.triangles)
-        text += "f " + std::to_string(t.x + 1) + " " + std::to_string(t.y + 1) + " " + std::to_string(t.z + 1) + "\n";
+        text += "f " + std::to_string(t.x + 1) + " " + std::to_string(t.y + 1) + " " +
+                std::to_string(t.z + 1) + "\n";
     return text;
 }
 /// @param document  of the buffer's bytes of points and of indices
@@ -98,18 +99,18 @@ std::string glb(const TriangleMesh& mesh,
         return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
                R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
                R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)" +
-               std::to_string(p / 12) +
-               R"(},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" + std::to_string(i / 4) +
-               R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(p) +
-               R"(},{"buffer":0,"byteOffset":)" + std::to_string(p) + R"(,"byteLength":)" + std::to_string(i) +
-               R"(}],"buffers":[{"byteLength":)" + std::to_string(p + i) + "}]}";
+               std::to_string(p / 12) + R"(},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" +
+               std::to_string(i / 4) + R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(p) +
+               R"(},{"buffer":0,"byteOffset":)" + std::to_string(p) + R"(,"byteLength":)" +
+               std::to_string(i) + R"(}],"buffers":[{"byteLength":)" + std::to_string(p + i) + "}]}";
     };
-    std::string json = document ? document(points.size(), indices.size()) : own(points.size(), indices.size());
+    std::string json =
+        document ? document(points.size(), indices.size()) : own(points.size(), indices.size());
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const auto size = [](std::size_t n) { return bytesOf(static_cast<std::uint32_t>(n)); };
     return "glTF" + size(2) + size(12 + 8 + json.size() + 8 + points.size() + indices.size()) +
-           size(json.size()) + "JSON" + json + size(points.size() + indices.size()) + std::string("BIN\0", 4) +
-           points + indices;
+           size(json.size()) + "JSON" + json + size(points.size() + indices.size()) +
+           std::string("BIN\0", 4) + points + indices;
 }
 
 class MeshFiles : public testing::Test {
@@ -251,21 +252,29 @@ TEST_F(MeshFiles, BudgetsHold) {
 
 TEST_F(MeshFiles, NumbersThatAreNone) {
     TriangleMesh mesh = sphereMesh({0, 0, 0}, 1, 4);
-    for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
-                            2e6f, -1e30f}) {
+    for (const float bad :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 2e6f, -1e30f}) {
         mesh.points[5].y = bad;
-        for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
-                 {"a.ply", plyText(mesh)}, {"b.ply", plyBinary(mesh)}, {"c.stl", stlBinary(mesh)}, {"e.obj", objText(mesh)}, {"f.glb", glb(mesh)}})
+        for (const auto& [name, bytes] :
+             std::vector<std::pair<std::string, std::string>>{{"a.ply", plyText(mesh)},
+                                                              {"b.ply", plyBinary(mesh)},
+                                                              {"c.stl", stlBinary(mesh)},
+                                                              {"e.obj", objText(mesh)},
+                                                              {"f.glb", glb(mesh)}})
             EXPECT_NE(refusal(name, bytes), "") << name << " " << bad;
     }
 }
 
 TEST_F(MeshFiles, NumbersOfPointsThatAreNotThere) {
     TriangleMesh mesh = sphereMesh({0, 0, 0}, 1, 4);
-    for (const std::uint32_t bad : {static_cast<std::uint32_t>(mesh.points.size()), 0x7fffffffu, 0xffffffffu}) {
+    for (const std::uint32_t bad :
+         {static_cast<std::uint32_t>(mesh.points.size()), 0x7fffffffu, 0xffffffffu}) {
         mesh.triangles[7].y = bad;
-        for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
-                 {"a.ply", plyText(mesh)}, {"b.ply", plyBinary(mesh)}, {"e.obj", objText(mesh)}, {"f.glb", glb(mesh)}})
+        for (const auto& [name, bytes] :
+             std::vector<std::pair<std::string, std::string>>{{"a.ply", plyText(mesh)},
+                                                              {"b.ply", plyBinary(mesh)},
+                                                              {"e.obj", objText(mesh)},
+                                                              {"f.glb", glb(mesh)}})
             EXPECT_NE(refusal(name, bytes), "") << name << " " << bad;
     }
     EXPECT_NE(refusal("negative.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n"), "");
@@ -328,8 +337,10 @@ TEST_F(MeshFiles, GltfWithMoreThanItHolds) {
     EXPECT_NE(with(R"("count":6)", R"("count":7)"), "");
     EXPECT_NE(with(R"("byteOffset":48)", R"("byteOffset":49)"), "");
     EXPECT_NE(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"byteLength":73})"), "");
-    EXPECT_NE(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"uri":"/etc/hostname","byteLength":7})"), "");
-    EXPECT_NE(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"uri":"a.glb.bin","byteLength":72})"), "");
+    EXPECT_NE(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"uri":"/etc/hostname","byteLength":7})"),
+              "");
+    EXPECT_NE(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"uri":"a.glb.bin","byteLength":72})"),
+              "");
     EXPECT_NE(with(R"({"mesh":0})", R"({"mesh":0,"children":[0]})"), "") << "a ring";
     EXPECT_NE(with(R"({"mesh":0})", R"({"mesh":1})"), "");
     EXPECT_NE(with(R"("POSITION":0)", R"("POSITION":2)"), "");

@@ -118,7 +118,7 @@ class LengthEngine : public Engine {
         about.device = "none";
         return about;
     }
-    void open(std::span<const FramePlan* const> plans, std::size_t) override { opened = plans.size(); }
+    void open(const FramePlan&, std::size_t) override { ++opened; }
     std::unique_ptr<RayCaster> caster(const CasterOptions&, MemoryBudget&) override {
         return std::make_unique<Caster>();
     }

@@ -244,8 +244,7 @@ Image inPasses(Prepared& prepared, std::uint32_t features) {
     Planner& p = prepared.p;
     Work work;
     GpuEngine engine(prepared.budgets.gpu, prepared.budgets.ram);
-    const FramePlan* const plans[] = {&p};
-    engine.open(plans, pagesFor(p.layer().selection.counts));
+    engine.open(p, pagesFor(p.layer().selection.counts));
     GpuCaster caster(p, engine, features | kFeaturePasses, prepared.budgets.gpu);
     int passes = 0;
     while (caster.draw(smallDispatches(), RayCaster::Clock::time_point::max(), work) &&

@@ -1,5 +1,5 @@
-// tests/render/geometry/mesh_picture_test.cpp: meshes in pictures (docs/sampling.md, "Meshes"): closed forms in
-// an even medium, order, cuts, light; every engine, every division of the work.
+// tests/render/geometry/mesh_picture_test.cpp: meshes in pictures (docs/sampling.md, "Meshes"): closed forms
+// in an even medium, order, cuts, light; every engine, every division of the work.
 #include "core/base/error.h"
 #include "render/contract/optics.h"
 #include "render/geometry/mesh_shape.h"
@@ -94,10 +94,12 @@ Image expectedInFog(const Scene& scene, const Events& eventsOf,
     for (int y = 0; y < scene.imageSize.y; ++y)
         for (int x = 0; x < scene.imageSize.x; ++x) {
             const PatientRay ray = pixelRay(plane, glm::dvec2(x, y) + 0.5, scene.imageSize);
-            const glm::dvec3 from(toVoxels * glm::dvec4(ray.base, 1)), along = glm::dmat3(toVoxels) * ray.direction;
+            const glm::dvec3 from(toVoxels * glm::dvec4(ray.base, 1)),
+                along = glm::dmat3(toVoxels) * ray.direction;
             double in = ray.minT, out = 1e9;
             for (int axis = 0; axis < 3; ++axis) {
-                const double a = -from[axis] / along[axis], b = (info.extentVoxels[axis] - from[axis]) / along[axis];
+                const double a = -from[axis] / along[axis],
+                             b = (info.extentVoxels[axis] - from[axis]) / along[axis];
                 in = std::max(in, std::min(a, b));
                 out = std::min(out, std::max(a, b));
             }
@@ -105,7 +107,8 @@ Image expectedInFog(const Scene& scene, const Events& eventsOf,
                 cut(ray, in, out);
             std::vector<Event> events = eventsOf(ray);
             std::erase_if(events, [&](const Event& e) { return !(e.t > ray.minT); });
-            std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.t < b.t; });
+            std::stable_sort(events.begin(), events.end(),
+                             [](const Event& a, const Event& b) { return a.t < b.t; });
             events.push_back({1e9, {}, 0});
             glm::dvec3 sum(0);
             double left = 1, before = -1e9;
@@ -129,7 +132,8 @@ std::vector<Event> ofBall(const PatientRay& ray, const SceneMesh& mesh) {
     const double root = b * b - a * (glm::dot(o, o) - mesh.tube->radiusMm * mesh.tube->radiusMm);
     if (!(root > 0))
         return {};
-    return {{(-b - std::sqrt(root)) / a, mesh.colour, mesh.opacity}, {(-b + std::sqrt(root)) / a, mesh.colour, mesh.opacity}};
+    return {{(-b - std::sqrt(root)) / a, mesh.colour, mesh.opacity},
+            {(-b + std::sqrt(root)) / a, mesh.colour, mesh.opacity}};
 }
 Events ofBalls(const Scene& scene) {
     return [&scene](const PatientRay& ray) {
@@ -223,7 +227,8 @@ TEST(MeshInFog, CoplanarWithACut) {
             scene.cuts.planes.push_back({point, normal, Keep::inside});
             const glm::dvec3 a = glm::normalize(glm::cross(normal, {0.1, 0.2, 1})), b = glm::cross(normal, a);
             const double half = 0.2 * sizeMm();
-            scene.meshes = {meshOf(quadMesh(point - half * (a + b), 2 * half * a, 2 * half * b), {0.9, 0.5, 0.1}, 0.8)};
+            scene.meshes = {
+                meshOf(quadMesh(point - half * (a + b), 2 * half * a, 2 * half * b), {0.9, 0.5, 0.1}, 0.8)};
             const auto crossing = [&](const PatientRay& ray) {
                 return glm::dot(point - ray.base, normal) / glm::dot(ray.direction, normal);
             };
@@ -240,8 +245,9 @@ TEST(MeshInFog, CoplanarWithACut) {
                     return {{t, scene.meshes[0].colour, 0.8}};
                 },
                 [&](const PatientRay& ray, double& in, double& out) {
-                    (glm::dot(ray.direction, normal) > 0 ? in : out) =
-                        glm::dot(ray.direction, normal) > 0 ? std::max(in, crossing(ray)) : std::min(out, crossing(ray));
+                    (glm::dot(ray.direction, normal) > 0 ? in : out) = glm::dot(ray.direction, normal) > 0
+                                                                           ? std::max(in, crossing(ray))
+                                                                           : std::min(out, crossing(ray));
                 });
             EXPECT_GT(beside, 0);
             expectForm(scene, form);
@@ -279,8 +285,8 @@ TEST(MeshInFog, InsideOutIsTheSame) {
     const auto picture = [&](bool insideOut, double opacity, int copies) {
         scene.meshes.clear();
         for (int n = 0; n < copies; ++n)
-            scene.meshes.push_back(
-                meshOf(sphereMesh(onFace({0, -1, 0}), 0.2 * sizeMm(), 20, insideOut), {0.9, 0.5, 0.1}, opacity));
+            scene.meshes.push_back(meshOf(sphereMesh(onFace({0, -1, 0}), 0.2 * sizeMm(), 20, insideOut),
+                                          {0.9, 0.5, 0.1}, opacity));
         return drawn(scene, EngineKind::native).image;
     };
     for (const double opacity : {1.0, 0.4})
@@ -299,7 +305,8 @@ TEST(MeshInFog, AQuadFromItsEdgeShowsNothing) {
                                     0.4 * sizeMm() * along, 0.2 * sizeMm() * c.viewUp),
                            {0.9, 0.5, 0.1})};
     // No pixel has more than the quad's rounding of its corners shows.
-    EXPECT_LE(differing(drawn(scene, EngineKind::native).image, without), static_cast<std::size_t>(kMeshSize.y));
+    EXPECT_LE(differing(drawn(scene, EngineKind::native).image, without),
+              static_cast<std::size_t>(kMeshSize.y));
 }
 
 // The light of a needle a tenth of a pixel wide is that of its area.
@@ -335,8 +342,11 @@ TEST(MeshLight, IsThatOfTheScene) {
     for (const double degrees : {0.0, 35.0, 70.0})
         for (const double side : {1.0, -1.0}) {
             const double angle = degrees * std::acos(-1.0) / 180;
-            const glm::dvec3 n = std::cos(angle) * v + std::sin(angle) * u, a = glm::cross(v, u), b = glm::cross(n, a);
-            scene.meshes = {meshOf(quadMesh(onFace({0, 0, 0}) - 40.0 * (a + side * b), 80.0 * a, side * 80.0 * b), {0.9, 0.5, 0.2})};
+            const glm::dvec3 n = std::cos(angle) * v + std::sin(angle) * u, a = glm::cross(v, u),
+                             b = glm::cross(n, a);
+            scene.meshes = {
+                meshOf(quadMesh(onFace({0, 0, 0}) - 40.0 * (a + side * b), 80.0 * a, side * 80.0 * b),
+                       {0.9, 0.5, 0.2})};
             scene.lighting = {};
             EXPECT_NEAR(middlePixel(EngineKind::native).r, 0.9 * (0.15 + 0.7 * std::cos(angle)), 1e-5);
             Light light;
@@ -380,7 +390,8 @@ TEST(MeshShadows, FallIntoTheVolume) {
         const glm::dvec3 centre = onFace({0, 0, 0}) + 0.9 * sizeMm() * towards; // outside of the volume
         const double radius = 0.12 * sizeMm();
         scene.meshes = {ballOf(centre, radius, {1, 0, 0}, opacity)};
-        const Image mirror = drawn(scene, EngineKind::mirror).image, native = drawn(scene, EngineKind::native).image;
+        const Image mirror = drawn(scene, EngineKind::mirror).image,
+                    native = drawn(scene, EngineKind::native).image;
         EXPECT_EQ(differing(native, mirror), 0u);
         const Image reference = drawn(scene, EngineKind::reference).image;
         const VolumeInfo& info = sphereInfo();
@@ -426,7 +437,8 @@ TEST(MeshShadows, FallOnMeshes) {
     const VolumeInfo& info = sphereInfo();
     scene.shading.on = true;
     scene.shading.ambient = 0.1, scene.shading.diffuse = 0.6, scene.shading.specular = 0;
-    const glm::dvec3 middle = onFace({0, 0, 0}), below = onFace({0, 0, -1}) - glm::dvec3(0, 0, 0.1 * sizeMm());
+    const glm::dvec3 middle = onFace({0, 0, 0}),
+                     below = onFace({0, 0, -1}) - glm::dvec3(0, 0, 0.1 * sizeMm());
     const double half = 2 * sizeMm();
     Camera& c = std::get<Camera>(scene.camera); // from below: the quad is before the volume
     c.focalPoint = below + glm::dvec3(0, -0.35, 0) * sizeMm();
@@ -437,7 +449,8 @@ TEST(MeshShadows, FallOnMeshes) {
     scene.lighting.lights = {shadowLight(towards)};
     const glm::dvec3 centre = middle + glm::dvec3(0.1, -0.1, 0.9) * sizeMm();
     const double radius = 0.1 * sizeMm();
-    const SceneMesh quad = meshOf(quadMesh(below - glm::dvec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0}), {0.5, 0.9, 0.7});
+    const SceneMesh quad = meshOf(
+        quadMesh(below - glm::dvec3(half, half, 0), {2 * half, 0, 0}, {0, 2 * half, 0}), {0.5, 0.9, 0.7});
     scene.meshes = {quad, ballOf(centre, radius, {1, 0, 0})};
     const Image native = drawn(scene, EngineKind::native).image;
     EXPECT_EQ(differing(native, drawn(scene, EngineKind::mirror).image), 0u);
@@ -450,7 +463,8 @@ TEST(MeshShadows, FallOnMeshes) {
             const double t = (below.z - ray.base.z) / ray.direction.z;
             if (!(t > ray.minT))
                 continue;
-            const auto inBox = [&](const glm::dvec3& from, const glm::dvec3& direction, double least, double most) {
+            const auto inBox = [&](const glm::dvec3& from, const glm::dvec3& direction, double least,
+                                   double most) {
                 const glm::dvec3 o(toVoxels * glm::dvec4(from, 1)), d = glm::dmat3(toVoxels) * direction;
                 double in = least, out = most;
                 for (int axis = 0; axis < 3; ++axis) {
@@ -496,14 +510,18 @@ TEST(MeshEngines, NativeHasTheMirrorsBits) {
             if (variant == 2)
                 scene.quality.integrator = Integrator::preintegrated, scene.quality.pixels.samples = 4;
             if (variant == 3)
-                scene.cuts.boxes.push_back({middleOf(infoOf("torso")) - 55.0, middleOf(infoOf("torso")) + 75.0,
-                                            CropBox::Space::patient, Keep::outside});
+                scene.cuts.boxes.push_back({middleOf(infoOf("torso")) - 55.0,
+                                            middleOf(infoOf("torso")) + 75.0, CropBox::Space::patient,
+                                            Keep::outside});
             const Image native = drawn(scene, EngineKind::native, "torso").image;
-            EXPECT_EQ(differing(native, drawn(scene, EngineKind::mirror, "torso").image), 0u) << camera << variant;
+            EXPECT_EQ(differing(native, drawn(scene, EngineKind::mirror, "torso").image), 0u)
+                << camera << variant;
             RenderOptions one;
             one.threads = 1;
             one.slicing.fixedIterations = 3;
-            EXPECT_EQ(differing(native, drawn(scene, EngineKind::native, "torso", std::size_t{1} << 30, one).image), 0u);
+            EXPECT_EQ(
+                differing(native, drawn(scene, EngineKind::native, "torso", std::size_t{1} << 30, one).image),
+                0u);
             scene.meshes.clear();
             EXPECT_GT(differing(native, drawn(scene, EngineKind::native, "torso").image), 100u);
         }

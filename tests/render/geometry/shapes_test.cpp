@@ -53,8 +53,8 @@ TriangleMesh randomMesh(std::mt19937& random, std::size_t triangles) {
         const glm::dvec3 at = glm::dvec3(place(random), place(random), place(random)) + 700.0;
         const double edge = std::pow(10.0, 2 * size(random));
         for (int corner = 0; corner < 3; ++corner)
-            mesh.points.emplace_back(at + edge * glm::dvec3(size(random), size(random),
-                                                            n % 7 == 0 ? 0 : size(random)));
+            mesh.points.emplace_back(
+                at + edge * glm::dvec3(size(random), size(random), n % 7 == 0 ? 0 : size(random)));
         const auto first = static_cast<std::uint32_t>(3 * n);
         mesh.triangles.push_back({first, first + 1, first + 2});
     }
@@ -69,7 +69,8 @@ TEST(MeshShapes, TheTreeMissesNoHit) {
     std::uniform_real_distribution<double> place(560, 840), slope(-1, 1);
     std::size_t met = 0;
     for (int n = 0; n < 4000; ++n) {
-        ShapeRay ray{{place(random), place(random), place(random)}, {slope(random), slope(random), slope(random)}};
+        ShapeRay ray{{place(random), place(random), place(random)},
+                     {slope(random), slope(random), slope(random)}};
         if (n % 4 == 0) // along an axis, and along a plane of two
             ray.direction = {0, n % 8 ? 1 : slope(random), 1};
         if (n % 5 == 0)
@@ -86,8 +87,8 @@ TEST(MeshShapes, TheTreeMissesNoHit) {
     EXPECT_GT(met, 2000u);
 }
 
-// Of a closed surface, rays from outside meet an even number of triangles, those through its edges and corners
-// too: none slips through, and none counts twice.
+// Of a closed surface, rays from outside meet an even number of triangles, those through its edges and
+// corners too: none slips through, and none counts twice.
 TEST(MeshShapes, ClosedSurfacesHaveNoGaps) {
     Ram ram;
     const TriangleMesh mesh = sphereMesh({3, -2, 5}, 40, 24);
@@ -96,7 +97,8 @@ TEST(MeshShapes, ClosedSurfacesHaveNoGaps) {
     std::uniform_real_distribution<double> weight(0, 1), slope(-1, 1);
     for (int n = 0; n < 20000; ++n) {
         const glm::uvec3& t = mesh.triangles[random() % mesh.triangles.size()];
-        const glm::dvec3 a(mesh.points[t[static_cast<int>(random() % 3)]]), b(mesh.points[t[static_cast<int>(random() % 3)]]);
+        const glm::dvec3 a(mesh.points[t[static_cast<int>(random() % 3)]]),
+            b(mesh.points[t[static_cast<int>(random() % 3)]]);
         const glm::dvec3 through = n % 2 ? a : a + weight(random) * (b - a); // a corner, or on an edge
         const glm::dvec3 direction(slope(random), slope(random), n % 3 ? slope(random) : 0);
         if (!(glm::length(direction) > 0.01))
@@ -202,8 +204,8 @@ double distanceTo(const std::vector<glm::dvec3>& points, const glm::dvec3& p) {
     return least;
 }
 
-// Surfaces lie where the distance to the line is the radius; between the first and the second a ray is inside,
-// between the second and the third outside.
+// Surfaces lie where the distance to the line is the radius; between the first and the second a ray is
+// inside, between the second and the third outside.
 TEST(Tubes, SurfacesAreAtTheRadius) {
     Ram ram;
     std::mt19937 random(4);
@@ -216,7 +218,8 @@ TEST(Tubes, SurfacesAreAtTheRadius) {
         const TubeShape shape(tube, ram.budget);
         EXPECT_EQ(shape.parts(), static_cast<std::size_t>(std::max(1, count - 1)));
         for (int n = 0; n < 3000; ++n) {
-            const ShapeRay ray{{place(random), place(random), -60}, {0.3 * slope(random), 0.3 * slope(random), 1}};
+            const ShapeRay ray{{place(random), place(random), -60},
+                               {0.3 * slope(random), 0.3 * slope(random), 1}};
             const auto hits = allHits(shape, ray);
             ASSERT_EQ(hits.size() % 2, 0u);
             const auto at = [&](double t) { return distanceTo(tube.points, ray.origin + t * ray.direction); };

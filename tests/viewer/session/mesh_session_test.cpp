@@ -1,5 +1,5 @@
-// tests/viewer/session/mesh_session_test.cpp: meshes of a scene that a window opens: drawn at rest as `render`
-// draws them, picked where they contribute most, kept as long as their scene.
+// tests/viewer/session/mesh_session_test.cpp: meshes of a scene that a window opens: drawn at rest as
+// `render` draws them, picked where they contribute most, kept as long as their scene.
 #include "bricking/import/importer.h"
 #include "render/geometry/shape.h"
 #include "tests/support/looker.h"
@@ -34,10 +34,11 @@ class MeshSession : public testing::Test {
     /// @param perMm  opacity of the volume
     fs::path scene(double perMm, const std::string& meshes) const {
         const fs::path file = folder_ / ("scene-" + std::to_string(perMm) + ".json");
-        std::ofstream(file) << R"({"tesseraScene":1,"volumes":[{"path":"even.zarr","transferFunction":{)"
-                            << R"("scalarOpacity":[[0,)" << perMm << R"(],[200,)" << perMm
-                            << R"(]],"scalarOpacityUnitDistance":1}}],"camera":{"view":"anterior","parallelProjection":true,"fit":"volume"},)"
-                            << R"("meshes":)" << meshes << "}";
+        std::ofstream(file)
+            << R"({"tesseraScene":1,"volumes":[{"path":"even.zarr","transferFunction":{)"
+            << R"("scalarOpacity":[[0,)" << perMm << R"(],[200,)" << perMm
+            << R"(]],"scalarOpacityUnitDistance":1}}],"camera":{"view":"anterior","parallelProjection":true,"fit":"volume"},)"
+            << R"("meshes":)" << meshes << "}";
         return file;
     }
     static PickedPlace picked(Looker& looker, const glm::dvec2& place) {
@@ -76,13 +77,17 @@ TEST_F(MeshSession, ScenesOutliveTheVolumeTheyWereOpenedWith) {
         Looker looker(true);
         kept = looker.opened(scene(0.001, R"([{"tube":{"points":[[20,24,18]],"radius":6}}])"));
         const auto still = looker.stillOf(looker.viewing->show(kept, false));
-        const glm::vec4 p = still->image.pixels[static_cast<std::size_t>(kPicture.y / 2 * still->image.size.x + kPicture.x / 2)];
+        const glm::vec4 p =
+            still->image
+                .pixels[static_cast<std::size_t>(kPicture.y / 2 * still->image.size.x + kPicture.x / 2)];
         EXPECT_EQ(p.a, 1);
         Scene other = kept;
         other.meshes[0].opacity = 0.5; // and without its shape, as from a file
         other.meshes[0].shape.reset();
         const auto half = looker.stillOf(looker.viewing->show(other, false));
-        const glm::vec4 q = half->image.pixels[static_cast<std::size_t>(kPicture.y / 2 * half->image.size.x + kPicture.x / 2)];
+        const glm::vec4 q =
+            half->image
+                .pixels[static_cast<std::size_t>(kPicture.y / 2 * half->image.size.x + kPicture.x / 2)];
         EXPECT_NEAR(q.a, 0.75, 0.02);
     }
     ASSERT_EQ(kept.meshes.size(), 1u);

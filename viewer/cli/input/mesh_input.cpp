@@ -76,7 +76,8 @@ void adoptShapes(std::span<const SceneMesh> from, Scene& to) {
 Charge readMeshesApart(Scene& scene, MemoryBudget& ram) {
     if (!drawsMeshes(scene))
         return {};
-    const auto own = std::make_shared<MemoryBudget>(ram.name(), ram.option(), std::max<std::size_t>(1, ram.freeBytes()));
+    const auto own =
+        std::make_shared<MemoryBudget>(ram.name(), ram.option(), std::max<std::size_t>(1, ram.freeBytes()));
     read(scene, *own, own);
     std::vector<const Shape*> counted;
     std::size_t bytes = 0;

@@ -1,6 +1,7 @@
 // viewer/cli/manifest/manifest.cpp: see manifest.h.
 #include "viewer/cli/manifest/manifest.h"
 
+#include "core/base/error.h"
 #include "render/geometry/shape.h"
 
 #include <nlohmann/json.hpp>
@@ -99,18 +100,48 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
 }
 } // namespace
 
-nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
-                            const MemoryBudget& ram, const MemoryBudget& gpu) {
-    const std::string hash = store.contentHash();
-    Scene shown = scene;
-    shown.camera = result.camera;
-    for (SceneVolume& volume : shown.volumes) {
-        volume.path = "content-" + hash + ".zarr";
-        volume.source = {};
+Scene withoutPaths(Scene scene, Stores stores) {
+    TESSERA_CHECK(scene.volumes.size() == stores.size());
+    for (std::size_t n = 0; n < stores.size(); ++n) {
+        scene.volumes[n].path = "content-" + stores[n]->contentHash() + ".zarr";
+        scene.volumes[n].source = {};
     }
-    for (std::size_t n = 0; n < shown.meshes.size(); ++n) // names of files may be those of patients
-        if (std::filesystem::path& path = shown.meshes[n].path; !path.empty())
+    for (std::size_t n = 0; n < scene.meshes.size(); ++n) // names of files may be those of patients
+        if (std::filesystem::path& path = scene.meshes[n].path; !path.empty())
             path = "mesh-" + std::to_string(n) + path.extension().string();
+    return scene;
+}
+
+namespace {
+nlohmann::json furtherJson(const RenderResult& result, Stores stores) {
+    nlohmann::json further = nlohmann::json::array();
+    for (std::size_t n = 1; n < stores.size(); ++n) {
+        const VolumeInfo& info = stores[n]->info();
+        nlohmann::json volume = {
+            {"contentHash", stores[n]->contentHash()},
+            {"extentVoxels", {info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z}},
+            {"type", name(info.type)},
+            {"unit", info.unit}};
+        if (n <= result.further.size()) {
+            const RenderResult::Further& drawn = result.further[n - 1];
+            volume["level"] = drawn.level;
+            volume["bricksOfLevel"] = drawn.bricksOfLevel;
+            volume["shares"] = {
+                {"ram", {{"limitBytes", drawn.ramBytes}, {"peakBytes", drawn.ramPeakBytes}}},
+                {"gpuMemory", {{"limitBytes", drawn.gpuBytes}, {"peakBytes", drawn.gpuPeakBytes}}}};
+        }
+        further.push_back(std::move(volume));
+    }
+    return further;
+}
+} // namespace
+
+nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResult& result,
+                            const MemoryBudget& ram, const MemoryBudget& gpu) {
+    const StoreReader& store = *stores.front();
+    const std::string hash = store.contentHash();
+    Scene shown = withoutPaths(scene, stores);
+    shown.camera = result.camera;
     const VolumeInfo& info = store.info();
     const Work& work = result.work;
     nlohmann::json manifest = {
@@ -156,6 +187,8 @@ nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const 
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
+    if (stores.size() > 1)
+        manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)
         manifest["labels"] = {{"labels", result.labels->all}, {"drawn", result.labels->shown}};
     for (const SceneMesh& mesh : scene.meshes)

@@ -13,9 +13,13 @@
 
 namespace tessera {
 
-/// The scene (with the camera's position), store, device, engine, budgets and their use, resident bricks,
+/// The scene with its volumes named by their content.
+/// @param stores  of its volumes, in order
+Scene withoutPaths(Scene scene, Stores stores);
+
+/// The scene (with the camera's position), stores, device, engine, budgets and their use, resident bricks,
 /// work counters, program version, "not for diagnosis". Include from .cpp files only.
-nlohmann::json makeManifest(const Scene& scene, const StoreReader& store, const RenderResult& result,
+nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResult& result,
                             const MemoryBudget& ram, const MemoryBudget& gpu);
 /// The manifest's "scaleBar": the bar that was drawn into the picture.
 nlohmann::json scaleBarJson(const ScaleBar& bar);

@@ -154,7 +154,7 @@ void renderFilm(const RenderTask& task) {
                                                   : parseFrames(arguments.frames, film.frames());
     job.out = arguments.out;
     job.options = task.options;
-    job.store = &task.store;
+    job.stores = task.stores;
     job.ram = &task.ram;
     job.gpu = &task.gpu;
     const FilmReport report =
@@ -230,7 +230,7 @@ void renderWall(const RenderTask& task) {
     const Charge pictures =
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
     task.common.progress->stage("writing the picture");
-    nlohmann::json report = makeManifest(scene, task.store, result, task.ram, task.gpu);
+    nlohmann::json report = makeManifest(scene, task.stores, result, task.ram, task.gpu);
     report["unfolded"] = {{"route", path.flight->route},
                           {"fromMm", path.flight->fromMm},
                           {"lengthMm", FlightCurve(path.lines, *path.flight).lengthMm()},

@@ -114,7 +114,7 @@ void renderOnePicture(const RenderTask& task) {
         options.onFirstPicture = [&](const Image& image, double secondsLeft) {
             first.write(image, secondsLeft);
         };
-    RenderResult result = renderScene(task.scene, task.store, task.ram, task.gpu, options);
+    RenderResult result = renderScene(task.scene, task.stores, task.ram, task.gpu, options);
     if (arguments.keys.textOf("--fetch") == "hardware" && !traitsOf(result.engine).onContext)
         common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
     if (result.takenAsHu)
@@ -125,7 +125,7 @@ void renderOnePicture(const RenderTask& task) {
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
 
     common.progress->stage("writing the picture");
-    nlohmann::json report = makeManifest(task.scene, task.store, result, task.ram, task.gpu);
+    nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
     const bool blank = isBlank(result.image); // judged before the scale bar is drawn
     if (arguments.scaleBar) {
         const ScaleBar bar = scaleBarOf(result.camera, result.image.size);

@@ -14,8 +14,9 @@ namespace tessera {
 struct RenderTask {
     const RenderArguments& arguments;
     const CommonOptions& common;
-    Scene scene; // with the options applied; for films and walls without the path's cameras
-    const StoreReader& store;
+    Scene scene;              // with the options applied; for films and walls without the path's cameras
+    const StoreReader& store; // of the first volume
+    Stores stores;
     MemoryBudget &ram, &gpu;
     RenderOptions options;
 };

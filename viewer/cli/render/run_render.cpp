@@ -8,6 +8,7 @@
 #include "render/geometry/mesh_caster.h" // meshBytesPerPixel
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
+#include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
@@ -18,6 +19,7 @@
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <memory>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -35,9 +37,9 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
         return;
     MemoryBudget trial(ram.name(), ram.option(), kReaderBytes);
     const VolumeInfo info = StoreReader(path, trial).info();
-    const std::size_t floor = renderFloorBytes(
-        info, scene.imageSize,
-        pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0);
+    const std::size_t floor =
+        renderFloorBytes(info, scene.imageSize,
+                         pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
@@ -47,10 +49,9 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
 void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& ram, Scene& scene,
                 const CommonOptions& common) {
     const auto floor = [&] {
-        return renderFloorBytes(
-            info, scene.imageSize,
-            pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0,
-            scene.quality.integrator);
+        return renderFloorBytes(info, scene.imageSize,
+                                pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene),
+                                0, scene.quality.integrator);
     };
     PixelSampling& pixels = scene.quality.pixels;
     if (ram.limitBytes() >= floor())
@@ -108,11 +109,15 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         showWallWhereNothingIsNamed(arguments, *path, scene, common);
 
     SceneVolume& volume = scene.volumes.front();
+    if (scene.volumes.size() > 1 && arguments.unfold)
+        throw badFile("--unfold", "a scene of one volume", std::to_string(scene.volumes.size()));
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     volume.path = storeFor(volume, arguments.input, ram, common);
     volume.source = {};
     requireFloor(volume.path, scene, engine, ram);
-    const StoreReader store(volume.path, ram);
+    const StoreReader store(volume.path, ram, volume.transform);
+    const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common);
+    const std::vector<const StoreReader*> stores = storesOf(store, further);
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty()) {
@@ -137,7 +142,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.searching = true;
     options.verify = verifyOf(arguments);
     options.checking = options.verify != Verify::none;
-    const RenderTask task{arguments, common, std::move(scene), store, ram, gpu, options};
+    const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options};
     if (arguments.unfold)
         renderWall(task);
     else if (arguments.isFilm())

@@ -9,6 +9,7 @@
 #include "core/scene/preset.h"
 #include "core/scene/scene_presets.h"
 #include "render/plan/frame_plan.h" // summarise
+#include "viewer/cli/input/named_scene.h"
 #include "viewer/presets/preset_library.h"
 
 #include <algorithm>
@@ -132,6 +133,19 @@ void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions
     }
 }
 
+/// A volume of --with.
+/// @param preset  "": by its values
+SceneVolume furtherVolume(const std::string& path, const std::string& preset, const CommonOptions& common) {
+    Scene alone = sceneOf(path);
+    if (isSceneFile(path))
+        throw badFile("--with", "a volume", "a scene");
+    if (!preset.empty() && isOwnOrFile(preset))
+        applyFoundPreset(preset, alone, common);
+    else if (!preset.empty())
+        applyBuiltInPreset(preset, preset, alone);
+    return alone.volumes.front();
+}
+
 } // namespace
 
 EngineKind engineOf(const RenderArguments& arguments) {
@@ -164,6 +178,15 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         indexOfName(arguments.light, lookNames(), "--light");
         applyLook(arguments.light, scene);
     }
+    if (arguments.withPresets.size() > arguments.with.size())
+        throw badFile("--with-preset", "at most one for each --with",
+                      std::to_string(arguments.withPresets.size()));
+    for (std::size_t n = 0; n < arguments.with.size(); ++n)
+        scene.volumes.push_back(furtherVolume(
+            arguments.with[n], n < arguments.withPresets.size() ? arguments.withPresets[n] : "", common));
+    if (scene.volumes.size() > Scene::kMaxVolumes)
+        throw badFile("--with", "at most " + std::to_string(Scene::kMaxVolumes) + " volumes in a picture",
+                      std::to_string(scene.volumes.size()));
     arguments.keys.apply(scene);
     if (!arguments.view.empty()) {
         FittedView view;
