@@ -37,8 +37,8 @@ template <typename Value> Value blended(Value value, float share, double air) {
 
 } // namespace
 
-MaskedSource::MaskedSource(const ChunkSource& source, std::shared_ptr<const Mask> mask, double airStored,
-                           MemoryBudget& ram, int threads)
+MaskedSource::MaskedSource(const ChunkSource& source, std::shared_ptr<const HiddenPart> mask,
+                           double airStored, MemoryBudget& ram, int threads)
     : source_(source), mask_(std::move(mask)), air_(airStored),
       scratch_(ram.charge(static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()) *
                               scratchBytes(source.chunkBytes()),
@@ -50,7 +50,7 @@ void MaskedSource::readChunk(const ChunkKey& key, std::span<std::byte> out) cons
     const glm::ivec3 extent = levelExtent(info().extentVoxels, key.level);
     const glm::ivec3 first = glm::ivec3(key.i, key.j, key.k) * kChunkExtent;
     const glm::ivec3 count = glm::min(extent - first, kChunk);
-    const Mask::Part part =
+    const HiddenPart::Part part =
         mask_->of(first << key.level, glm::min((first + count) << key.level, info().extentVoxels));
     if (part == Mask::Part::all && count == kChunk) { // nothing beyond the edge
         withValueType(info().type, [&](auto example) {

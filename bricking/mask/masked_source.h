@@ -16,7 +16,7 @@ class MaskedSource : public ChunkSource {
     /// @param airStored  the value of what is hidden, as stored, of the source's type
     /// @param threads    that read at once; 0: all processors
     /// source must outlive this. Throws InputError if ram cannot hold what reading takes.
-    MaskedSource(const ChunkSource& source, std::shared_ptr<const Mask> mask, double airStored,
+    MaskedSource(const ChunkSource& source, std::shared_ptr<const HiddenPart> mask, double airStored,
                  MemoryBudget& ram, int threads);
 
     const VolumeInfo& info() const override { return source_.info(); }
@@ -24,12 +24,12 @@ class MaskedSource : public ChunkSource {
     /// that is hidden in part is the mean of those below it, so that no sample leaves the range of its cells.
     void readChunk(const ChunkKey& key, std::span<std::byte> out) const override;
 
-    const Mask& mask() const { return *mask_; }
+    const HiddenPart& mask() const { return *mask_; }
     double airStored() const { return air_; }
 
   private:
     const ChunkSource& source_;
-    std::shared_ptr<const Mask> mask_;
+    std::shared_ptr<const HiddenPart> mask_;
     double air_;
     Charge scratch_;
 };

@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <glm/common.hpp>
+#include <utility>
+#include <variant>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -24,12 +27,11 @@ void placeSlice(SlicePlane& slice, const VolumeInfo& info) {
 
 } // namespace
 
-void layOver(Image& below, const Image& above, double opacity, Fusion rule) {
+void layOver(Image& below, const Image& above, Fusion rule) {
     TESSERA_CHECK(below.size == above.size);
-    const auto share = static_cast<float>(opacity);
     for (std::size_t i = 0; i < below.pixels.size(); ++i) {
         glm::vec4& pixel = below.pixels[i];
-        const glm::vec4 upper = share * above.pixels[i];
+        const glm::vec4& upper = above.pixels[i];
         switch (rule) {
         case Fusion::maximum:
             pixel = glm::max(pixel, upper);
@@ -47,32 +49,52 @@ void layOver(Image& below, const Image& above, double opacity, Fusion rule) {
     }
 }
 
+namespace {
+
+/// The picture of a volume alone, times its opacity. Where its values have the function's colours, and it
+/// lies over others, they have the function's opacity too.
+Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& store, MemoryBudget& ram,
+                 MemoryBudget& gpu, const RenderOptions& options, RenderResult& result) {
+    const Scene alone = sceneInFusion(scene, number);
+    result = renderScene(alone, store, ram, gpu, options);
+    Image picture = std::move(result.image);
+    const auto share = static_cast<float>(scene.volumes[number].opacity);
+    for (glm::vec4& pixel : picture.pixels)
+        pixel *= share;
+    if (number == 0 || alone.valueColour != ValueColour::transferFunction)
+        return picture;
+    // Both are linear between points: opacities are drawn as greys.
+    const auto& function = std::get<TransferFunction>(alone.volumes[0].transferFunction);
+    std::vector<ColourPoint> greys;
+    for (const OpacityPoint& point : function.opacityPoints())
+        greys.push_back({point.value, glm::dvec3(point.opacity)});
+    Scene opacities = alone;
+    opacities.volumes[0].transferFunction =
+        TransferFunction::fromOpacity(function.opacityPoints(), greys, function.referenceLengthMm());
+    const Charge charge = ram.charge(picture.pixels.size() * sizeof(glm::vec4), "the opacities of a volume");
+    const RenderResult more = renderScene(opacities, store, ram, gpu, options);
+    result.work += more.work;
+    for (std::size_t i = 0; i < picture.pixels.size(); ++i)
+        picture.pixels[i] *= more.image.pixels[i].a > 0 ? more.image.pixels[i].r / more.image.pixels[i].a : 0;
+    return picture;
+}
+
+} // namespace
+
 RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
                               const RenderOptions& options) {
     Scene scene = given;
     placeSlice(scene.slice, stores.front()->info());
-    scene.camera = plannedCamera(asDrawn(scene), stores, ram, options.threads, kPictureBytesPerPixel);
+    scene = resolved(scene, stores, ram, options.threads, kPictureBytesPerPixel);
     RenderResult result;
-    Image picture;
-    Charge charge;
-    for (std::size_t n = 0; n < stores.size(); ++n) {
-        RenderOptions alone = options;
-        if (n > 0) { // a first picture and an error are told of one volume
-            alone.onFirstPicture = {};
-            alone.verify = Verify::none;
-        }
-        RenderResult mine = renderScene(sceneInFusion(scene, n), *stores[n], ram, gpu, alone);
-        const double opacity = scene.volumes[n].opacity;
-        if (n == 0) {
-            result = std::move(mine);
-            picture = Image(result.image.size);
-            charge = ram.charge(picture.pixels.size() * sizeof(glm::vec4), "the picture of all volumes");
-            for (std::size_t i = 0; i < picture.pixels.size(); ++i)
-                picture.pixels[i] = static_cast<float>(opacity) * result.image.pixels[i];
-            result.image = {};
-            continue;
-        }
-        layOver(picture, mine.image, opacity, scene.fusion);
+    Image picture = shownAlone(scene, 0, *stores[0], ram, gpu, options, result);
+    const Charge charge = ram.charge(picture.pixels.size() * sizeof(glm::vec4), "the picture of all volumes");
+    RenderOptions others = options; // a first picture and errors are told of one volume
+    others.onFirstPicture = {};
+    others.verify = Verify::none;
+    for (std::size_t n = 1; n < stores.size(); ++n) {
+        RenderResult mine;
+        layOver(picture, shownAlone(scene, n, *stores[n], ram, gpu, others, mine), scene.fusion);
         result.work += mine.work;
         result.secondsPreparing += mine.secondsPreparing;
         result.secondsLoading += mine.secondsLoading;

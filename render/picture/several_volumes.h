@@ -18,7 +18,6 @@ RenderResult drawVolumesAlone(const Scene& scene, Stores stores, MemoryBudget& r
                               const RenderOptions& options);
 
 /// Puts a volume's picture over those of the volumes before, both premultiplied.
-/// @param opacity  of the upper one, [0,1]
-void layOver(Image& below, const Image& above, double opacity, Fusion rule);
+void layOver(Image& below, const Image& above, Fusion rule);
 
 } // namespace tessera

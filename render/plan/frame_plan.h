@@ -153,6 +153,7 @@ std::size_t renderFloorBytes(const VolumeInfo& info, const glm::ivec2& imageSize
 struct Layer {
     const StoreReader* store = nullptr;       // outlives this
     std::unique_ptr<MaskedSource> masked;     // the store without what the scene hides; null: all is shown
+    std::unique_ptr<MaskedSource> unlabelled; // that without hidden labels, where rays keep one value
     std::optional<TableReport> patientTable;  // where the scene may hide it
     std::unique_ptr<DrawnLabels> labels;      // null: the scene has none
     std::unique_ptr<LabelBricks> labelBricks; // of these; in RAM
@@ -179,7 +180,11 @@ struct Layer {
 
     const VolumeInfo& info() const { return store->info(); }
     /// What is drawn.
-    const ChunkSource& voxels() const { return masked ? static_cast<const ChunkSource&>(*masked) : *store; }
+    const ChunkSource& voxels() const {
+        if (unlabelled)
+            return *unlabelled;
+        return masked ? static_cast<const ChunkSource&>(*masked) : *store;
+    }
     bool mixed() const { return !levels.corners.empty(); }
     /// True if rays keep one value instead of compositing.
     bool reduces() const { return optics.reduction != Reduction::composite; }

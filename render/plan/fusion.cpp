@@ -198,12 +198,15 @@ Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits
     return p;
 }
 
-Camera plannedCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int threads,
-                     std::size_t bytesPerPixel) {
+Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel) {
     MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{1} << 40); // nothing is drawn
-    Planner p = planVolumes(scene, stores, {ram, gpu, threads}, bytesPerPixel);
-    takeCameras(scene, p);
-    return p.view.camera;
+    Planner p = planVolumes(asDrawn(scene), stores, {ram, gpu, threads}, bytesPerPixel);
+    takeCameras(asDrawn(scene), p);
+    Scene found = scene;
+    found.camera = p.view.camera;
+    for (std::size_t n = 0; n < found.volumes.size(); ++n)
+        found.volumes[n].transferFunction = (n == 0 ? p : p.further[n - 1].plan).layer().function;
+    return found;
 }
 
 } // namespace tessera

@@ -43,9 +43,9 @@ Scene sceneInFusion(const Scene& scene, std::size_t number);
 Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits, const FrameContext& context,
                   LevelChoice choice, std::size_t bytesPerPixel);
 
-/// The scene's camera; one by side fitted to what is visible of all volumes.
-Camera plannedCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int threads,
-                     std::size_t bytesPerPixel);
+/// The scene with a camera in place of a side, fitted to what is visible of all volumes, and their functions
+/// in place of names.
+Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel);
 
 /// Segments of a stride of several volumes: as long as a sample of the finest level that any of them has.
 int fusedSegments(const FramePlan& plan);

@@ -1,9 +1,13 @@
 // render/plan/layer_labels.cpp: see layer_labels.h.
 #include "render/plan/layer_labels.h"
 
+#include "bricking/mask/masked_source.h"
 #include "core/base/error.h"
 #include "render/labels/label_looks.h"
+#include "render/labels/label_mask.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -22,7 +26,53 @@ void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume) {
                       extentOf(labels.info()) + " in size or place of their own");
 }
 
+struct OpenedLabels {
+    std::unique_ptr<LabelVolume> volume;
+    LabelTable table;
+    LabelMedium medium;
+};
+OpenedLabels openLabels(const Labels& labels, MemoryBudget& ram, const VolumeInfo& info) {
+    OpenedLabels opened;
+    opened.volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
+    requireSameGrid(opened.volume->voxels(), info);
+    opened.table = namedLabels(opened.volume->table(), labels);
+    opened.medium = labelLooks(opened.table, labels, typicalVoxelMm(info), "volumes[0].labels");
+    return opened;
+}
+
 } // namespace
+
+double storedAir(const Statistics& statistics, const VolumeInfo& info, bool isHu) {
+    constexpr double kAirHu = -1000;
+    const double least = info.rescaleSlope > 0 ? static_cast<double>(statistics.lowest)
+                                               : static_cast<double>(statistics.highest);
+    return isHu ? std::clamp(std::round((kAirHu - info.rescaleIntercept) / info.rescaleSlope),
+                             static_cast<double>(statistics.lowest), static_cast<double>(statistics.highest))
+                : least;
+}
+
+void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ram, int threads,
+                Layer& layer) {
+    const Labels& labels = scene.volumes.at(0).labels;
+    const Reduction reduction = reductionOf(scene);
+    if (labels.path.empty() || reduction == Reduction::composite || scene.mode == Mode::slice)
+        return;
+    OpenedLabels opened = openLabels(labels, ram, layer.info());
+    std::vector<LabelFactors> drawn = drawnOrHidden(std::move(opened.medium.bySet));
+    if (std::all_of(drawn.begin(), drawn.end(), [](const LabelFactors& f) { return f.shows(); }))
+        return;
+    auto mask = std::make_shared<LabelMask>(std::make_unique<DrawnLabels>(
+        std::move(opened.volume), std::move(opened.table), std::move(drawn), 0.0f));
+    const bool risesWithStored = layer.info().rescaleSlope > 0;
+    const double greatest = risesWithStored ? static_cast<double>(layer.statistics.highest)
+                                            : static_cast<double>(layer.statistics.lowest);
+    const double air = reduction == Reduction::minimum
+                           ? greatest
+                           : storedAir(layer.statistics, layer.info(), values.isHu || looksLikeHu(values));
+    auto masked = std::make_unique<MaskedSource>(layer.voxels(), std::move(mask), air, ram, threads);
+    hideMasked(layer.statistics, *masked, ram, threads);
+    layer.unlabelled = std::move(masked);
+}
 
 KnownLayer KnownLayer::of(Layer& layer) {
     return {std::move(layer.statistics), std::move(layer.labels), std::move(layer.labelBricks)};
@@ -47,12 +97,9 @@ void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer&
         throw InputError(
             "integrator: expected midpoint with labels, whose shares change within a segment, found " +
             integratorNames()[static_cast<std::size_t>(named)]);
-    auto volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
-    requireSameGrid(volume->voxels(), layer.info());
-    LabelTable table = namedLabels(volume->table(), labels);
-    LabelMedium medium = labelLooks(table, labels, typicalVoxelMm(layer.info()), "volumes[0].labels");
-    layer.labels = std::make_unique<DrawnLabels>(std::move(volume), std::move(table), std::move(medium.bySet),
-                                                 medium.density);
+    OpenedLabels opened = openLabels(labels, ram, layer.info());
+    layer.labels = std::make_unique<DrawnLabels>(std::move(opened.volume), std::move(opened.table),
+                                                 std::move(opened.medium.bySet), opened.medium.density);
     layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);
     layer.labels->showOnly(layer.statistics, ram);
 }

@@ -17,6 +17,13 @@ struct KnownLayer {
     static KnownLayer of(Layer& layer);
 };
 
+/// The stored value of what is hidden: -1000 HU, held to the volume's range; else its least value.
+double storedAir(const Statistics& statistics, const VolumeInfo& info, bool isHu);
+
+/// Hides the scene's hidden labels from rays that keep one value: their voxels read as air, to a least value
+/// as the greatest. Nothing in other modes, and in slices. Throws InputError as takeLabels() does.
+void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ram, int threads, Layer& layer);
+
 /// Gives the layer the labels of the scene, and sets in its statistics what shows; none where the scene's
 /// mode has no labels.
 /// @param known  null: labels are read

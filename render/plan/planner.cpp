@@ -260,8 +260,6 @@ Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statis
 
 namespace {
 
-constexpr double kAirHu = -1000;
-
 /// Hides the table in the layer, where the scene asks for it, values are in HU and memory has room.
 void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor, MemoryBudget& ram,
                int threads, Layer& layer) {
@@ -275,13 +273,8 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
         const Charge rest = ram.charge(floor - std::min(floor, ram.usedBytes()), "the scene");
         found = tableOf(store, ram, threads);
         if (found.mask) {
-            const VolumeInfo& info = store.info();
-            const double stored = std::round((kAirHu - info.rescaleIntercept) / info.rescaleSlope);
-            masked = std::make_unique<MaskedSource>(store, std::move(found.mask),
-                                                    std::clamp(stored,
-                                                               static_cast<double>(layer.statistics.lowest),
-                                                               static_cast<double>(layer.statistics.highest)),
-                                                    ram, threads);
+            masked = std::make_unique<MaskedSource>(
+                store, std::move(found.mask), storedAir(layer.statistics, store.info(), true), ram, threads);
             hideMasked(layer.statistics, *masked, ram, threads);
         }
     } catch (const InputError&) { // what cannot be read is told when it is drawn
@@ -322,6 +315,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     for (const double value : {values.lowest, values.highest})
         checkValue(value, "physical values", store.path().string());
     hideTable(scene, values, floor, ram, threads, p.layer());
+    hideLabels(scene, values, ram, threads, p.layer());
     takeLabels(scene, kept, ram, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))

@@ -78,7 +78,7 @@ class GpuCaster : public RayCaster {
     void begin(const Rays& rays) override;
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work& work) override;
     std::size_t waiting() const override { return march_.waiting(); }
-    std::vector<std::uint32_t> takeWanted(std::size_t) override { return march_.takeWanted(); }
+    std::vector<std::uint32_t> takeWanted(std::size_t = 0) override { return march_.takeWanted(); }
     Image image() const override;
     std::vector<SurfaceHit> hits() const override { return march_.hits(); }
     void refine() override;

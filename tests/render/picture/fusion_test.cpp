@@ -400,13 +400,22 @@ TEST(FusedValues, ArePicturesOverOneAnother) {
             Scene one = sceneOfVolume(scene, n);
             return fusedPicture(one, EngineKind::native).image;
         };
+        // The overlay's own opacities, as greys.
+        Scene greys = sceneOfVolume(scene, 1);
+        const auto& function = std::get<TransferFunction>(greys.volumes[0].transferFunction);
+        std::vector<ColourPoint> points;
+        for (const OpacityPoint& p : function.opacityPoints())
+            points.push_back({p.value, glm::dvec3(p.opacity)});
+        greys.volumes[0].transferFunction =
+            TransferFunction::fromOpacity(function.opacityPoints(), points, 2);
+        const Image opacities = fusedPicture(greys, EngineKind::native).image;
         for (const Fusion rule : {Fusion::mix, Fusion::over, Fusion::maximum}) {
             scene.fusion = rule;
             const Image both = fusedPicture(scene, EngineKind::native).image;
             const Image a = alone(0), b = alone(1);
             double most = 0;
             for (std::size_t i = 0; i < both.pixels.size(); ++i) {
-                const glm::vec4 p = a.pixels[i], q = 0.4f * b.pixels[i];
+                const glm::vec4 p = a.pixels[i], q = 0.4f * opacities.pixels[i].r * b.pixels[i];
                 const float alpha = 1 - (1 - p.a) * (1 - q.a);
                 const glm::vec4 wanted = rule == Fusion::maximum ? glm::max(p, q)
                                          : rule == Fusion::over  ? q + (1 - q.a) * p

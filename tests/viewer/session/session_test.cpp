@@ -397,7 +397,7 @@ TEST(Still, IsCalledOffAtOnce) {
     std::condition_variable changed;
     bool ended = false;
     const auto began = std::chrono::steady_clock::now();
-    Still still(scene, 7, store, ram, gpu, options, [&] {
+    Still still(scene, 7, {&store}, ram, gpu, options, [&] {
         const std::lock_guard lock(mutex);
         ended = true;
         changed.notify_all();

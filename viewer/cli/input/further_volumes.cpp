@@ -1,12 +1,15 @@
 // viewer/cli/input/further_volumes.cpp: see further_volumes.h.
 #include "viewer/cli/input/further_volumes.h"
 
+#include "core/base/volume.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
 
 #include <cstddef>
 #include <filesystem>
+#include <glm/vector_relational.hpp>
+#include <string>
 
 namespace tessera {
 
@@ -22,6 +25,26 @@ std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, Memor
         importLabelsFor(stores.back()->info(), volume.labels, ram, common);
     }
     return stores;
+}
+
+std::string apartText(Stores stores) {
+    const auto text = [](const PatientBox& box) {
+        const auto along = [](const char* axis, double low, double high) {
+            return std::string(axis) + " " + formatNumber(low) + " to " + formatNumber(high);
+        };
+        return along("x", box.low.x, box.high.x) + ", " + along("y", box.low.y, box.high.y) + ", " +
+               along("z", box.low.z, box.high.z) + " mm";
+    };
+    const PatientBox first = patientBoxOf(stores.front()->info());
+    std::string words;
+    for (std::size_t n = 1; n < stores.size(); ++n) {
+        const PatientBox box = patientBoxOf(stores[n]->info());
+        if (glm::any(glm::greaterThan(box.low, first.high)) ||
+            glm::any(glm::greaterThan(first.low, box.high)))
+            words += (words.empty() ? "volume " : "; volume ") + std::to_string(n + 1) +
+                     " lies apart from the first: " + text(box) + ", the first " + text(first);
+    }
+    return words;
 }
 
 std::vector<const StoreReader*> storesOf(const StoreReader& first,

@@ -7,6 +7,7 @@
 #include "viewer/cli/options/options.h"
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace tessera {
@@ -15,6 +16,9 @@ namespace tessera {
 /// imports of labels. Throws InputError as storeFor() and importLabelsFor() do.
 std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, MemoryBudget& ram,
                                                              const CommonOptions& common);
+
+/// Names those whose boxes do not meet the first's; "" if all do.
+std::string apartText(Stores stores);
 
 /// Their stores after the first's.
 std::vector<const StoreReader*> storesOf(const StoreReader& first,

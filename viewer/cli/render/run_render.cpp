@@ -118,6 +118,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const StoreReader store(volume.path, ram, volume.transform);
     const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common);
     const std::vector<const StoreReader*> stores = storesOf(store, further);
+    if (const std::string words = apartText(stores); !words.empty())
+        common.note(words);
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty()) {

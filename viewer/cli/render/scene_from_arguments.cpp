@@ -143,7 +143,12 @@ SceneVolume furtherVolume(const std::string& path, const std::string& preset, co
         applyFoundPreset(preset, alone, common);
     else if (!preset.empty())
         applyBuiltInPreset(preset, preset, alone);
-    return alone.volumes.front();
+    SceneVolume& volume = alone.volumes.front();
+    if (!preset.empty()) {
+        volume.valueColour = alone.valueColour;
+        volume.window = alone.window;
+    }
+    return volume;
 }
 
 } // namespace
