@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace tessera {
 
@@ -62,8 +63,20 @@ Scene asDrawn(const Scene& scene) {
     drawn.shading.on = false;
     drawn.lighting = {};
     drawn.surfaces.clear();
+    drawn.meshes.clear();
     drawn.quality.integrator = Integrator::midpoint;
     return drawn;
+}
+
+std::vector<SceneMesh> drawnMeshes(const Scene& scene) {
+    std::vector<SceneMesh> drawn;
+    std::copy_if(scene.meshes.begin(), scene.meshes.end(), std::back_inserter(drawn),
+                 [](const SceneMesh& mesh) { return mesh.isDrawn(); });
+    return drawn;
+}
+bool drawsMeshes(const Scene& scene) {
+    return std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                       [](const SceneMesh& mesh) { return mesh.isDrawn(); });
 }
 
 template <> const NameTable<View>& namesOf<View>() {

@@ -8,6 +8,7 @@
 #include "core/scene/labels.h"
 #include "core/scene/lighting.h"
 #include "core/scene/measurement.h"
+#include "core/scene/mesh.h"
 #include "core/scene/mode.h"
 #include "core/scene/transfer_function.h"
 
@@ -172,6 +173,7 @@ struct Scene {
     Shading shading;
     Lighting lighting;
     std::vector<Isosurface> surfaces; // at most kMaxSurfaces
+    std::vector<SceneMesh> meshes;    // at most SceneMesh::kMost
     Mode mode = Mode::composite;
     WindowChoice window = std::string("auto"); // of modes that show single values, as is the next member
     ValueColour valueColour = ValueColour::window;
@@ -192,9 +194,14 @@ Scene sceneOfVolume(const Scene& scene, std::size_t number);
 
 /// The reduction of the scene's rays: a plane has one value per ray, as `maximum`.
 Reduction reductionOf(const Scene& scene);
-/// The scene without what its mode does not draw, as engines get it: single values have no light, isosurfaces
-/// or integrator. Throws InputError for a mode that has nothing to draw.
+/// The scene without what its mode does not draw, as engines get it: single values have no light,
+/// isosurfaces, meshes or integrator. Throws InputError for a mode that has nothing to draw.
 Scene asDrawn(const Scene& scene);
+
+/// The meshes that are drawn.
+std::vector<SceneMesh> drawnMeshes(const Scene& scene);
+/// True if there are any.
+bool drawsMeshes(const Scene& scene);
 
 /// True if path is a JSON file with the key "tesseraScene", "volumes" or "camera". True also for invalid
 /// JSON, so that loadScene() reports the fault. False for folders and other files.

@@ -317,6 +317,10 @@ const Fields<Scene>& sceneFields() {
         f.add("isosurfaces", &Scene::surfaces,
               listOf(objectOf(surfaceFields()), Scene::kMaxSurfaces, "isosurfaces"),
               "Surfaces of one value each, drawn in one pass with the volume and lit like it.");
+        f.add("meshes", &Scene::meshes, listOf(objectOf(meshFields()), SceneMesh::kMost, "meshes"),
+              "Surfaces besides the volume, drawn in one picture with it and lit like it; modes that show "
+              "single values leave them out.")
+            .unlessDefault();
         f.add("mode", &Scene::mode, named<Mode>(),
               "Kind of picture: compositing by the transfer function; the maximum, minimum or mean value "
               "along rays; the isosurfaces alone; or the values of a plane.")

@@ -22,6 +22,7 @@ const Fields<Lighting>& lightingFields();
 const Fields<Cuts>& cutsFields();
 const Fields<Labels>& labelsFields();
 const Fields<Measurement>& measurementFields();
+const Fields<SceneMesh>& meshFields();
 /// A camera by position, focal point and so on.
 const Fields<Camera>& freeCameraFields();
 /// By side, or by position.

@@ -90,6 +90,9 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
         for (std::filesystem::path* path : {&volume.path, &volume.labels.path, &volume.labels.names})
             if (!path->empty() && *path != Labels::kTotalSegmentator)
                 *path = std::filesystem::absolute(folder / *path).lexically_normal();
+    for (SceneMesh& mesh : scene.meshes)
+        if (!mesh.path.empty())
+            mesh.path = std::filesystem::absolute(folder / mesh.path).lexically_normal();
     return scene;
 }
 

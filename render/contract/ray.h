@@ -13,6 +13,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <span>
 
 namespace tessera {
 
@@ -24,6 +25,11 @@ template <typename Real> struct RaySlab {
 /// Of a picture's rays: scenes with more are cut by intervals (ray_cuts.h).
 constexpr int kMostSlabs = 8;
 class RayCuts;
+
+/// A part of a ray: of its line, from one parameter to the other.
+struct RayPart {
+    double from = 0, to = 0;
+};
 
 /// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is the number
 /// type of rays.
@@ -43,6 +49,9 @@ template <typename Real> struct RayFrame {
     bool flat = false;
     /// Further cuts; null: none. Outlives the frame.
     const RayCuts* cuts = nullptr;
+    /// The part of each ray of the array behind and before which nothing of the volume is drawn, for example
+    /// because it meets a mesh there; voxels along its line (pixelLine()). Empty: there are none. With cuts.
+    std::span<const RayPart> ends = {};
 };
 
 /// A ray cut into segments, from its entry into the drawn part of the volume. Segment i spans [entry +
@@ -95,6 +104,7 @@ template <typename Real> RayFrame<Real> cast(const RayFrame<double>& f) {
     out.slabCount = f.slabCount;
     out.flat = f.flat;
     out.cuts = f.cuts;
+    out.ends = f.ends;
     return out;
 }
 

@@ -168,11 +168,34 @@ bool RayCuts::mayKeep(const glm::dvec3& low, const glm::dvec3& high) const {
     return true;
 }
 
+bool RayCuts::keeps(const glm::dvec3& point, double tolerance) const {
+    for (const Body& body : bodies_) {
+        bool within = true;
+        for (const RaySlab<double>& slab : body.slabs) {
+            const double at = glm::dot(slab.normal, point);
+            const double reach =
+                (body.keep == Keep::inside ? tolerance : -tolerance) * glm::length(slab.normal);
+            within = within && at >= slab.low - reach && at <= slab.high + reach;
+        }
+        if (within != (body.keep == Keep::inside))
+            return false;
+    }
+    for (const Outline& outline : outlines_) {
+        glm::dvec3 h;
+        for (int n = 0; n < 3; ++n)
+            h[n] = glm::dot(glm::dvec3(outline.rows[n]), point) + outline.rows[n].w;
+        if ((h.z > 0 && holds(outline.points, glm::dvec2(h) / h.z)) != (outline.keep == Keep::inside))
+            return false;
+    }
+    return true;
+}
+
 CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places, int threads) {
     TESSERA_CHECK(frame.cuts);
     const glm::ivec2 size(frame.imageSize);
     const std::size_t width = static_cast<std::size_t>(size.x);
     const std::size_t rays = places.empty() ? width * static_cast<std::size_t>(size.y) : places.size();
+    TESSERA_CHECK(frame.ends.empty() || frame.ends.size() == rays);
     constexpr std::size_t kStrip = 1024;
     struct Strip {
         std::vector<RayInterval> all;
@@ -191,7 +214,14 @@ CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places
             double t0 = 0, t1 = 0;
             const std::size_t before = strip.all.size();
             if (drawnPartOf(frame, line, t0, t1)) {
-                frame.cuts->parts(line.base, line.direction, t0, t1, parts);
+                double from = t0, to = t1;
+                if (!frame.ends.empty()) {
+                    from = std::max(t0, frame.ends[n].from);
+                    to = std::min(t1, frame.ends[n].to);
+                }
+                parts.clear();
+                if (to >= from)
+                    frame.cuts->parts(line.base, line.direction, from, to, parts);
                 for (const RayCuts::Part& part : parts) {
                     const RayInterval interval{static_cast<float>(part.from - t0),
                                                static_cast<float>(part.to - t0)};

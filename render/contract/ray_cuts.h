@@ -22,9 +22,7 @@ struct RayInterval {
 /// Cuts in voxel space. A ray keeps what all of them keep.
 class RayCuts {
   public:
-    struct Part {
-        double from = 0, to = 0;
-    };
+    using Part = RayPart;
     /// The inside of all slabs is kept, or all but that.
     void add(std::vector<RaySlab<double>> slabs, Keep keep) { bodies_.push_back({std::move(slabs), keep}); }
     void add(const Scissors& scissors, const VolumeInfo& info);
@@ -34,6 +32,8 @@ class RayCuts {
     /// one sample (t0 == t1) that, or nothing.
     void parts(const glm::dvec3& base, const glm::dvec3& direction, double t0, double t1,
                std::vector<Part>& out) const;
+    /// True if all cuts keep a point, or it is no further than the tolerance outside; voxels.
+    bool keeps(const glm::dvec3& point, double tolerance) const;
     /// False only if a box certainly holds nothing that is kept. Voxels.
     bool mayKeep(const glm::dvec3& low, const glm::dvec3& high) const;
 
@@ -68,8 +68,8 @@ struct CutRays {
         return first.size() * sizeof(std::size_t) + all.size() * sizeof(RayInterval);
     }
 };
-/// Of rays through the middles of a frame's pixels or, where there are any, through places; the
-/// frame has cuts.
+/// Of rays through the middles of a frame's pixels or, where there are any, through places, between their
+/// ends; the frame has cuts.
 /// @param threads  0: all processors
 CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places, int threads);
 

@@ -3,6 +3,7 @@
 #include "render/interactive/interactive_renderer.h"
 
 #include "core/base/error.h"
+#include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h" // raysOf
 #include "render/plan/framing.h"    // framingBytes
 #include "render/plan/visibility_rays.h"
@@ -40,7 +41,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
       mapsAlways_(engine.about().compiles) {
     scene_.quality.maxError.reset();
     const FrameContext context(ram, gpu, options.threads);
-    p_ = planView(scene_, store, ram, options.threads);
+    p_ = planView(scene_, store, ram, options.threads, kPictureBytesPerPixel + meshBytesPerPixel(scene_));
     Layer& volume = p_.layer();
     const std::size_t bricks = cellCount(brickGrid(p_.info().extentVoxels));
     charge_ = ram.charge(kBytesPerBrick * bricks, "levels that change");
@@ -84,7 +85,7 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
     if (engine_.light() && options.coarseLightFirst)
         engine_.light()->lightCoarselyFirst();
     p_.aim();
-    caster_ = engine_.caster({options.counting, false, false}, gpu);
+    caster_ = casterWithMeshes(engine_, p_, {options.counting, false, false}, gpu, options.threads, false);
     counter_ = engine_.counter(gpu);
     gain_.assign(bricks, 0);
 }
@@ -123,6 +124,26 @@ std::optional<Camera> InteractiveRenderer::fitted(const FittedView& view) {
     scene.camera = view;
     return plannedCamera(scene, p_.layer().voxels(), p_.layer().statistics, p_.layer().table, p_.view.part,
                          ram_, options_.threads, p_.layer().labelBricks.get());
+}
+
+std::vector<InteractiveRenderer::MeshSurface>
+InteractiveRenderer::meshesAlong(const glm::ivec2& imageSize, const glm::dvec2& place) const {
+    std::vector<MeshSurface> found;
+    if (p_.view.meshes.empty())
+        return found;
+    RayFrame<double> frame = rayFrame(p_.view.camera, p_.info(), imageSize, p_.view.quality.stepVoxels);
+    p_.view.part.clip(frame);
+    const MeshRays meshes(p_, frame);
+    const RayLine<double> line = pixelLine(frame, place);
+    MeshRays::Order after;
+    while (const auto surface = meshes.next(line, after)) {
+        after = surface->at;
+        found.push_back(
+            {line.base + after.t * line.direction, &p_.view.meshes[static_cast<std::size_t>(after.mesh)]});
+        if (!(found.back().mesh->opacity < 1))
+            break;
+    }
+    return found;
 }
 
 void InteractiveRenderer::setWindow(const WindowChoice& window) {

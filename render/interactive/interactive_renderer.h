@@ -100,6 +100,15 @@ class InteractiveRenderer {
     const Camera& camera() const { return p_.view.camera; }
     const Layer& volume() const { return p_.layer(); }
     const DrawnPart& part() const { return p_.view.part; }
+    /// Those that are drawn, with their shapes.
+    const std::vector<SceneMesh>& meshes() const { return p_.view.meshes; }
+    /// The surfaces of meshes along a ray, front to back, up to the first opaque one.
+    /// @param imageSize, place  of the ray on a picture of this size; pixels
+    struct MeshSurface {
+        glm::dvec3 voxel{0};
+        const SceneMesh* mesh = nullptr; // of the plan
+    };
+    std::vector<MeshSurface> meshesAlong(const glm::ivec2& imageSize, const glm::dvec2& place) const;
 
     /// For reports and tests.
     const Selection& resident() const { return p_.layer().selection; }

@@ -13,7 +13,8 @@ namespace tessera {
 ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamBytes);
 
 /// Shadow maps, and all other memory for computing light. 0: no light per voxel is needed.
+/// @param meshes  have maps of their own, of the volume without them
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
-                          int threads);
+                          int threads, bool meshes = false);
 
 } // namespace tessera

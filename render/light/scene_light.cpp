@@ -97,17 +97,18 @@ LightParts SceneLight::takeChanges() {
 }
 
 /// Space behind an isosurface takes light, which distance maps do not include.
-LightPath SceneLight::fieldAsDrawn() const {
-    const Layer& volume = scene_.layer();
-    const bool leaps = scene_.view.quality.skipping && volume.optics.surfaces.empty();
+LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays) {
+    const Layer& volume = scene.layer();
+    const bool leaps = scene.view.quality.skipping && volume.optics.surfaces.empty();
     return {volume.cache.get(),
-            &scene_.info(),
+            &scene.info(),
             &volume.selection,
             volume.mixed() ? &volume.levels : nullptr,
             &volume.optics,
             leaps ? &volume.occupancy : nullptr,
-            rays_,
-            volume.labelBricks.get()};
+            rays,
+            volume.labelBricks.get(),
+            scene.view.meshes};
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {
@@ -131,7 +132,7 @@ bool SceneLight::makeMaps() {
     if (mapsAreWhole())
         return false;
     takeMaps({}, Maps::none); // never two at once
-    const LightPath field = fieldAsDrawn();
+    const LightPath field = lightPathOf(scene_, rays_);
     std::vector<ShadowMaps> maps;
     for (const PlacedLight& light : placedLights()) {
         maps.emplace_back(light, field, scene_.view.shadowQuality);
@@ -158,7 +159,7 @@ LightParts SceneLight::shadedBy(std::span<SceneLight* const> others) {
 bool SceneLight::makeMapsUntil(Deadline deadline) {
     if (mapsAreWhole())
         return false;
-    const LightPath field = fieldAsDrawn();
+    const LightPath field = lightPathOf(scene_, rays_);
     if (next_.empty()) {
         takeMaps({}, Maps::none);
         nextBuilt_ = 0;
@@ -181,7 +182,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     next_.clear();
     takeMaps({}, Maps::none);
     const Selection bricks = atOneLevel(scene_.layer().selection, kCoarseLevel);
-    LightPath field = fieldAsDrawn();
+    LightPath field = lightPathOf(scene_, rays_);
     field.selection = &bricks;
     field.levels = nullptr;
     field.occupancy = nullptr; // it is for the drawn bricks

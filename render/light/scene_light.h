@@ -29,6 +29,10 @@ struct LightReport {
     double seconds = 0;     // total computing time so far
 };
 
+/// What light goes through on its way to a plan's bricks as they are drawn.
+/// @param rays  of shadow maps; null: by the cache's samples
+LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays);
+
 class SceneLight {
   public:
     using Deadline = std::chrono::steady_clock::time_point;
@@ -77,7 +81,6 @@ class SceneLight {
 
   private:
     enum class Maps { none, coarse, whole };
-    LightPath fieldAsDrawn() const;
     std::vector<PlacedLight> placedLights() const;
     void takeMaps(std::vector<ShadowMaps> maps, Maps kind);
 

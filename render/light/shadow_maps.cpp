@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
+#include "render/light/mesh_shade.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 namespace tessera {
 namespace {
 
+constexpr double kFarMm = 1e7;      // beyond every mesh
 constexpr double kWidestView = 110; // degrees: above this six maps waste fewer rays
 constexpr double kGoldenAngle = 2.399963229728653;
 
@@ -236,7 +238,21 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
                                                  ? glm::length(entry - view.camera.position)
                                                  : glm::dot(entry - view.plane.centre, view.plane.forward)));
     }
+    std::vector<ShadeStep> steps;
+    std::vector<LightLeft> shaded;
     const auto fit = [&](std::size_t x, std::span<const LightLeft> samples) {
+        if (!field.meshes.empty()) {
+            const PatientRay ray =
+                pixelRay(view.plane, {static_cast<double>(x) + 0.5, y + 0.5}, glm::ivec2(size));
+            const double eye =
+                view.plane.perspective ? ray.minT : 0; // mm count from there, or from the plane
+            steps.clear();
+            shadeSteps(field.meshes, {ray.base, ray.direction}, std::max(ray.minT, -kFarMm), kFarMm, steps);
+            for (ShadeStep& step : steps)
+                step.t -= eye;
+            shadeSamples(samples, steps, shaded);
+            samples = shaded;
+        }
         const float error = maps_[n].fit({static_cast<int>(x), y}, samples, quality_.error);
         largest = std::max(largest, error);
         more += error > quality_.error ? 1 : 0;

@@ -8,6 +8,7 @@
 #include "core/base/progress.h" // ShareDone
 #include "core/scene/camera.h"
 #include "core/scene/lighting.h"
+#include "core/scene/mesh.h"
 #include "render/backends/native/packet.h"
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
@@ -49,9 +50,10 @@ struct LightPath {
     const Selection* selection = nullptr;
     const LevelMap* levels = nullptr; // null: the selection has one level
     const Optics* optics = nullptr;
-    const Occupancy* occupancy = nullptr; // null: no skipping
-    const ShadowRays* rays = nullptr;     // null: by the cache's samples, one by one
-    LabelBricks* labels = nullptr;        // null: the scene has none
+    const Occupancy* occupancy = nullptr;   // null: no skipping
+    const ShadowRays* rays = nullptr;       // null: by the cache's samples, one by one
+    LabelBricks* labels = nullptr;          // null: the scene has none
+    std::span<const SceneMesh> meshes = {}; // that take light besides
 };
 
 /// A light as a camera sees it.

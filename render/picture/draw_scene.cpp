@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
+#include "render/geometry/mesh_caster.h"
 #include "render/picture/measure_picture.h"
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
@@ -157,7 +158,7 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
     const Scene coarse = first ? firstScene(scene) : picture;
     p = planned(coarse, limits, first ? LevelChoice::quick : options.levels,
-                pictureBytesPerPixel(made.kind, scene.quality.pixels) +
+                pictureBytesPerPixel(made.kind, scene.quality.pixels) + meshBytesPerPixel(scene) +
                     (scene.lighting.surfaceOcclusion
                          ? SurfaceLight::bytesPerPixel(scene.quality.pixels.samples != 1)
                          : 0));

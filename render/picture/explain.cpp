@@ -1,5 +1,7 @@
 // render/picture/explain.cpp: the text about the contents of a picture and the parts left out (renderer.h).
+#include "core/base/shown_text.h"
 #include "render/backends/gpu/features.h"
+#include "render/geometry/shape.h"
 #include "render/picture/pixels_again.h" // describe
 #include "render/picture/render_scene.h"
 
@@ -73,6 +75,14 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.labels)
         line("labels: %zu of %zu are drawn, from %d planes beside the values", r.labels->shown, r.labels->all,
              r.labels->channels);
+    for (const SceneMesh& mesh : scene.meshes)
+        if (mesh.shape && reduction == Reduction::composite)
+            line("mesh %s: %zu %s, %s, opacity %g", printable(mesh.name()).c_str(), mesh.shape->parts(),
+                 mesh.tube ? "pieces of a line" : "triangles", formatBytes(mesh.shape->bytes()).c_str(),
+                 mesh.opacity);
+        else
+            line("mesh %s: left out, because %s", printable(mesh.name()).c_str(),
+                 mesh.shape ? "this mode shows single values" : "the scene does not show it");
     if (r.patientTable && r.patientTable->why.empty())
         line("table: left out, %.2g l of it", r.patientTable->litres);
     else if (r.patientTable)

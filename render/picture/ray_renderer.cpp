@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "render/backends/mirror/mirror_surfaces.h"
+#include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h"
 #include "render/plan/fusion.h"
 #include "render/plan/overlooked_pixels.h"
@@ -185,7 +186,8 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     std::unique_ptr<SurfaceLight> light;
     if (p.view.lighting.surfaceOcclusion && !task.reuse.first)
         light = std::make_unique<SurfaceLight>(p, options.threads, exact_);
-    caster_ = engine_->caster({options.counting, light != nullptr, passes}, task.context.gpu);
+    caster_ = casterWithMeshes(*engine_, p, {options.counting, light != nullptr, passes}, task.context.gpu,
+                               options.threads);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     caster_->refine();
@@ -325,7 +327,8 @@ std::string RayPixels::toTruth() {
         for (std::size_t n = 0; n < plan.further.size(); ++n)
             if (Engine* const further = engine_.further(n))
                 further->open(plan.further[n].plan, plan.further[n].plan.chosen.atlasPages);
-        caster_ = engine_.caster({false, false, true}, task_.context.gpu);
+        caster_ =
+            casterWithMeshes(engine_, plan, {false, false, true}, task_.context.gpu, task_.options.threads);
     }
     const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
     phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();

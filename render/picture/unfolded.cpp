@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
+#include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"
 #include "render/renderer.h"
@@ -97,12 +98,13 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     progress.stage("reading statistics");
     // Rays find the bricks that they reach by themselves.
     Planner p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
-                          pictureBytesPerPixel(result.engine));
+                          pictureBytesPerPixel(result.engine) + meshBytesPerPixel(scene));
     result.secondsPreparing = secondsSince(start);
     progress.stage("loading bricks");
     const auto loading = Clock::now();
     const bool passes = loadBricks(*engine, p, gpu, result.work);
-    const std::unique_ptr<RayCaster> caster = engine->caster({options.counting, false, passes}, gpu);
+    const std::unique_ptr<RayCaster> caster =
+        casterWithMeshes(*engine, p, {options.counting, false, passes}, gpu, options.threads);
     result.secondsLoading = secondsSince(loading);
 
     progress.stage("drawing");

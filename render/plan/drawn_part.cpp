@@ -77,6 +77,15 @@ bool DrawnPart::meets(const glm::dvec3& low, const glm::dvec3& high) const {
     return !cuts || cuts->mayKeep(low, high);
 }
 
+bool DrawnPart::keeps(const glm::dvec3& point, double tolerance) const {
+    for (const RaySlab<double>& slab : slabs) {
+        const double at = glm::dot(slab.normal, point), reach = tolerance * glm::length(slab.normal);
+        if (at < slab.low - reach || at > slab.high + reach)
+            return false;
+    }
+    return !cuts || cuts->keeps(point, tolerance);
+}
+
 DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info) {
     DrawnPart part;
     if (scene.mode == Mode::slice) {
@@ -116,7 +125,7 @@ DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info) {
         checkScissors(scissors, "scissors");
         others.add(scissors, info);
     }
-    if (others.any())
+    if (others.any() || drawsMeshes(scene))
         part.cuts = std::make_shared<const RayCuts>(std::move(others));
     return part;
 }

@@ -18,13 +18,15 @@ struct DrawnPart {
     std::vector<RaySlab<double>> slabs; // of a slice first; at most kMostSlabs
     bool slice = false;                 // the first is a slice's
     bool flat = false;                  // that is a plane
-    /// Cuts that are no slabs; null: none.
+    /// Cuts that are no slabs; null: none, and no meshes, which end rays as cuts do.
     std::shared_ptr<const RayCuts> cuts;
 
     bool any() const { return !slabs.empty() || cuts; }
     /// Clips the rays of the frame to it. Positions of a parallel camera are then exact at the first slab,
     /// where its rays start.
     void clip(RayFrame<double>& frame) const;
+    /// True if a point is in it, or no further than the tolerance outside; voxels.
+    bool keeps(const glm::dvec3& point, double tolerance) const;
     /// True if any of a box is in it. Voxels; the box is closed.
     bool meets(const glm::dvec3& low, const glm::dvec3& high) const;
 };

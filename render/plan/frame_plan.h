@@ -50,6 +50,7 @@ struct ViewState {
     Lighting lighting; // the scene's, as are the next two
     Shading shading;
     std::vector<Isosurface> surfaces;
+    std::vector<SceneMesh> meshes; // those that are drawn
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 

@@ -4,6 +4,7 @@
 #include "core/base/brick.h"
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
+#include "render/geometry/shape.h"
 #include "render/plan/shown_rays.h"
 
 #include <algorithm>
@@ -281,6 +282,23 @@ ViewFit fitOfShown(const ViewAxes& axes, Projection projection, BrickCache& cach
     }
 }
 
+/// The meshes' own reach; of what a kept part cuts, the points that are in it.
+void addMeshes(std::span<const SceneMesh> meshes, const VolumeInfo& info, const DrawnPart* kept,
+               ViewFit& fit) {
+    constexpr double kOnCut = 1e-3; // voxels, as rays have it
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const ViewAxes& axes = fit.axes();
+    for (const SceneMesh& mesh : meshes) {
+        TESSERA_CHECK(mesh.shape);
+        mesh.shape->forEachBall([&](const glm::dvec3& p, double radius) {
+            if (kept && mesh.clipped && !kept->keeps(glm::dvec3(voxelFromPatient * glm::dvec4(p, 1)), kOnCut))
+                return;
+            fit.add({glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.towards)},
+                    glm::dvec3(radius));
+        });
+    }
+}
+
 const DrawnPart* partOf(const FittedView& view, const DrawnPart& part) {
     return view.fit == Fit::kept && part.any() ? &part : nullptr;
 }
@@ -294,20 +312,22 @@ std::size_t cacheBytes(const VolumeInfo& info, const MemoryBudget& ram, int thre
 
 ViewFit shownFit(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                  const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                 MemoryBudget& ram, int threads, LabelBricks* labels) {
+                 MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
     const VolumeInfo& info = volume.info();
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
     BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
-    return fitOfShown(axesOf(view), view.projection, cache, info, statistics, table, partOf(view, part),
-                      labels, imageSize, threads);
+    ViewFit fit = fitOfShown(axesOf(view), view.projection, cache, info, statistics, table,
+                             partOf(view, part), labels, imageSize, threads);
+    addMeshes(meshes, info, partOf(view, part), fit);
+    return fit;
 }
 
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    MemoryBudget& ram, int threads, LabelBricks* labels) {
+                    MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
     if (view.fit != Fit::volume)
         if (const ViewFit fit =
-                shownFit(view, volume, statistics, table, part, imageSize, ram, threads, labels);
+                shownFit(view, volume, statistics, table, part, imageSize, ram, threads, labels, meshes);
             !fit.empty())
             return fit.camera();
     return fitCamera(volume.info(), axesOf(view), view.projection, imageSize);
@@ -315,7 +335,7 @@ Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Sta
 
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads, LabelBricks* labels) {
+                     MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
     // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
     constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
     const VolumeInfo& info = volume.info();
@@ -328,6 +348,8 @@ Camera turningCamera(const FittedView& view, const ChunkSource& volume, const St
         if (view.fit != Fit::volume)
             fit = fitOfShown(axes, Projection::parallel, cache, info, statistics, table, partOf(view, part),
                              labels, imageSize, threads);
+        if (view.fit != Fit::volume)
+            addMeshes(meshes, info, partOf(view, part), fit);
         if (fit.empty()) { // the volume's box
             const ViewSpace space(info, axes);
             const glm::dvec3 all(info.extentVoxels);

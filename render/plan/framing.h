@@ -11,6 +11,7 @@
 #include "render/plan/drawn_part.h"
 
 #include <cstddef>
+#include <span>
 
 namespace tessera {
 
@@ -21,21 +22,25 @@ constexpr double kLeastOpacityFramed = 0.015;
 /// nothing is visible. Statistics give the cells that could be outermost, and rays through their voxels
 /// decide. So nearly invisible cells, and cells that are only possibly visible by their range, do not move
 /// the camera. Only voxels near the picture's edges are read. Independent of threads, engine and budgets.
-/// @param labels  of the volume, or null. Throws InputError if ram cannot hold framingBytes().
+/// @param labels  of the volume, or null
+/// @param meshes  that are drawn, and count as visible. Throws InputError if ram cannot hold framingBytes().
 Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                    MemoryBudget& ram, int threads, LabelBricks* labels = nullptr);
+                    MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
+                    std::span<const SceneMesh> meshes = {});
 
 /// The same as a fit, which others may join; empty if nothing is visible.
 ViewFit shownFit(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                  const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                 MemoryBudget& ram, int threads, LabelBricks* labels = nullptr);
+                 MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
+                 std::span<const SceneMesh> meshes = {});
 
 /// The camera of a turntable: fitted for every turn about the patient's axis through its focal point,
 /// starting from the view's side. Some 12 times the work. Throws as fittedCamera() does.
 Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
                      const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads, LabelBricks* labels = nullptr);
+                     MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
+                     std::span<const SceneMesh> meshes = {});
 
 /// Minimum memory for fitting to what is shown.
 /// @param threads  0: all processors

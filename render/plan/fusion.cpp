@@ -159,7 +159,8 @@ void takeCameras(const Scene& scene, Planner& p) {
             const Layer& layer = plan->layer();
             if (view->fit != Fit::volume)
                 fit.add(shownFit(*view, layer.voxels(), layer.statistics, layer.table, plan->view.part,
-                                 scene.imageSize, *plan->ram, plan->threads, layer.labelBricks.get()));
+                                 scene.imageSize, *plan->ram, plan->threads, layer.labelBricks.get(),
+                                 plan->view.meshes));
             const ViewSpace space(plan->info(), fit.axes());
             const glm::dvec3 extent(plan->info().extentVoxels);
             boxes.add(space.at(0.5 * extent), space.halfOf(extent));

@@ -110,7 +110,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
 
 bool Planner::setLight(const Scene& scene) {
     const auto bytes = [&](const Lighting& lighting) {
-        return lightRamBytes(lighting, info(), view.shadowQuality, threads);
+        return lightRamBytes(lighting, info(), view.shadowQuality, threads, !view.meshes.empty());
     };
     const Shading& shading = scene.shading;
     if (layer().reduces() || shading.on != layer().optics.shading ||
@@ -249,10 +249,10 @@ Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statis
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     if (!view)
         return std::get<Camera>(scene.camera);
-    Camera camera =
-        !view->named && scene.mode == Mode::slice
-            ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
-            : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads, labels);
+    Camera camera = !view->named && scene.mode == Mode::slice
+                        ? sliceCamera(scene.slice, volume.info(), scene.imageSize)
+                        : fittedCamera(*view, volume, statistics, table, part, scene.imageSize, ram, threads,
+                                       labels, drawnMeshes(scene));
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return camera;
@@ -299,6 +299,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     p.view.lighting = scene.lighting;
     p.view.shading = scene.shading;
     p.view.surfaces = scene.surfaces;
+    p.view.meshes = drawnMeshes(scene);
     p.layer().store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;
@@ -388,7 +389,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light per voxel while it is computed",
-                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads), 0);
+                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads, !view.meshes.empty()),
+                0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
@@ -415,7 +417,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 }
 
 void Planner::openCache(bool readsOnce) {
-    if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads))
+    if (const std::size_t light =
+            lightRamBytes(view.lighting, info(), view.shadowQuality, threads, !view.meshes.empty()))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
     // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();

@@ -123,9 +123,11 @@ inline std::vector<json> everySceneKey(const json& schema) {
         R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr","labels":{"path":"/a/l.nrrd","names":"/a/l.csv"},
         "transform":[1,0,0,4,0,1,0,5,0,0,1,6]}],"image":{"background":"#336699"},
         "lighting":{"lights":[{"kind":"head"},{"kind":"directional"},{"kind":"point"}]},
+        "meshes":[{"path":"/a/m.ply"}],
         "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]}]})";
     const char* const free =
         R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr","labels":{"path":"/a/l.nrrd","names":"/a/l.csv"}}],
+        "meshes":[{"tube":{"points":[[1,2,3.5]],"radius":2}}],
         "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1]}})";
     return {KeyFiller(json::parse(fitted), schema, false).filled(),
             KeyFiller(json::parse(free), schema, true).filled()};

@@ -110,6 +110,17 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option(
         "--isosurface", a->surfaces,
         "a surface of one value, e.g. 300, 300:ivory or -400:#ffccaa:0.3 (colour, opacity); may be repeated");
+    command.option(
+        "--mesh", a->meshes,
+        "a mesh to draw with the volume, .ply, .stl, .obj, .gltf or .glb, in patient space; may be "
+        "repeated");
+    command.option("--mesh-colour", a->meshColours,
+                   "its colour, e.g. gold or #ddbb44 (default: light grey); of several meshes one each, the "
+                   "last for the rest");
+    command.option("--mesh-opacity", a->meshOpacities, "its opacity, 0 to 1 (default: 1), likewise");
+    command.option("--mesh-space", a->meshSpace,
+                   "axes of meshes' coordinates: " + joinNames(namesOf<MeshSpace>().all()) +
+                       "; ras as 3D Slicer's own (default: lps, as DICOM)");
     a->keys.add(command, {"quality.integrator", "quality.samples", "quality.pixelFilter", "quality.seed",
                           "quality.fetch", "shading.gradient", "shading", "quality"});
     command.option("--verify", a->verify,

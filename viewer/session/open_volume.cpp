@@ -7,6 +7,7 @@
 #include "render/plan/frame_plan.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
+#include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/session/view_geometry.h" // heldBy
@@ -127,6 +128,10 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     renderer.reset();
     engine.reset();
     pictures = {};
+    meshes = {};
+    Scene drawn = wanted;
+    adoptShapes(scene.meshes, drawn);
+    meshes = readMeshesApart(drawn, ram);
     pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
     RenderOptions render;
     render.engine = options.engine;
@@ -135,8 +140,8 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     engine = makeEngine(render, ram, gpu);
     InteractiveOptions interactive;
     interactive.threads = options.threads;
-    renderer = std::make_unique<InteractiveRenderer>(wanted, *store, *engine, ram, gpu, interactive);
-    scene = wanted;
+    renderer = std::make_unique<InteractiveRenderer>(drawn, *store, *engine, ram, gpu, interactive);
+    scene = std::move(drawn);
     scene.camera = renderer->camera();
 }
 

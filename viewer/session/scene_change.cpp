@@ -19,6 +19,7 @@ std::string fixedPart(Scene scene, bool compiles) {
     scene.camera = FittedView{};
     scene.volumes.front().transferFunction = std::string();
     scene.volumes.front().labels = {}; // compared as they are: they may be thousands
+    scene.meshes.clear();              // the same
     return sceneJson(scene);
 }
 
@@ -41,6 +42,7 @@ std::string lightPart(const Scene& scene) {
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles) {
     SceneChange change;
     change.another = !(wished.volumes.front().labels == drawn.volumes.front().labels) ||
+                     wished.meshes != drawn.meshes ||
                      fixedPart(wished, compiles) != fixedPart(drawn, compiles);
     const auto* const asked = std::get_if<Camera>(&wished.camera);
     change.turned = !asked || *asked != camera;

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "viewer/cli/input/further_volumes.h"
+#include "viewer/cli/input/mesh_input.h"
 #include "viewer/session/shown_picture.h"
 
 #include <utility>
@@ -19,8 +20,10 @@ void SessionThread::drawStill(const Scene& scene) {
     render.searching = render.checking = true;
     render.verify = Verify::quick;
     ++stillNumber_;
+    Scene drawn = scene;
+    adoptShapes(o.renderer->meshes(), drawn);
     o.still = std::make_unique<Still>(
-        scene, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render,
+        drawn, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render,
         [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
         });

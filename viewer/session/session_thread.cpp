@@ -147,9 +147,12 @@ void SessionThread::answerAsBefore(std::uint64_t before) {
 }
 
 void SessionThread::answer(const SessionWishes::Question& question) {
+    std::vector<MeshOnRay> meshes;
+    for (const auto& [voxel, mesh] : open_->renderer->meshesAlong(open_->scene.imageSize, question.place))
+        meshes.push_back({voxel, mesh->opacity, mesh->name()});
     PickedPlace picked = pickPlace(open_->renderer->volume(), open_->renderer->part(),
-                                   open_->renderer->camera(), open_->scene.imageSize, question.place);
-    if (picked.hit)
+                                   open_->renderer->camera(), open_->scene.imageSize, question.place, meshes);
+    if (picked.hit && picked.mesh.empty())
         try {
             picked.labels = open_->labelsAt(picked.voxel);
         } catch (const Error&) { // damaged: told when it is drawn

@@ -79,6 +79,8 @@ struct PickedPlace {
     double value = 0;                       // physical units
     int level = 0;                          // of point and value: coarse if not 0
     std::vector<std::uint32_t> labels = {}; // values of the labels of the voxel there, level 0, ascending
+    /// The mesh whose surface it is, which has no value; "": the volume.
+    std::string mesh = {};
 };
 
 /// The values on the disc of a measured circle, physical units.

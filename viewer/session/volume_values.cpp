@@ -87,10 +87,37 @@ Shares sharesAlong(const SegmentedRay<double>& ray, int from, int to, const Laye
     return s;
 }
 
+/// Dims the volume behind meshes, and the meshes' surfaces by all before them. Returns the number of the
+/// surface that contributes most, if that is more than `most`.
+/// @param at  of the surfaces, in segments
+std::optional<std::size_t> dim(Shares& s, std::span<const MeshOnRay> meshes, std::span<const double> at,
+                               double& most) {
+    std::optional<std::size_t> found;
+    double left = 1;
+    std::size_t next = 0;
+    double taken = 0; // by the volume so far, before it is dimmed
+    for (std::size_t n = 0; n <= meshes.size(); ++n) {
+        for (; next < s.at.size() && (n == meshes.size() || s.at[next] < at[n]); ++next) {
+            taken += s.added[next];
+            s.added[next] *= left;
+        }
+        if (n == meshes.size())
+            break;
+        const double share = left * (1 - taken) * meshes[n].opacity;
+        if (share > most * 1.0001) {
+            most = share;
+            found = n;
+        }
+        left *= 1 - meshes[n].opacity;
+    }
+    return found;
+}
+
 /// The place, in segments, whose neighbourhood of one voxel to either side contributes most; negative:
 /// nothing is visible.
-double placeOfMost(const Shares& s) {
-    double most = kLeast, place = -1;
+/// @param most  the contribution to exceed; that of the place, if there is one
+double placeOfMost(const Shares& s, double& most) {
+    double place = -1;
     for (std::size_t i = 0; i < s.added.size(); ++i) {
         double sum = 0, weighted = 0;
         for (std::size_t j = i; j-- > 0 && s.at[i] - s.at[j] <= kReach;)
@@ -135,12 +162,29 @@ int quickLevel(const VolumeInfo& info) {
 } // namespace
 
 PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& camera,
-                      const glm::ivec2& imageSize, const glm::dvec2& place) {
+                      const glm::ivec2& imageSize, const glm::dvec2& place,
+                      std::span<const MeshOnRay> meshes) {
     const VolumeInfo& info = volume.info();
     PickedPlace picked;
-    const SegmentedRay<double> ray = segmentedRay(rayFrame(camera, info, imageSize, kStepVoxels), place);
-    if (ray.count == 0)
+    const auto ofMesh = [&](const MeshOnRay& mesh) {
+        picked.hit = true;
+        picked.mesh = mesh.mesh;
+        picked.voxel = mesh.voxel;
+        picked.mm = glm::dvec3(info.patientFromVoxel * glm::dvec4(mesh.voxel, 1));
         return picked;
+    };
+    const SegmentedRay<double> ray = segmentedRay(rayFrame(camera, info, imageSize, kStepVoxels), place);
+    std::vector<double> meshesAt;
+    for (const MeshOnRay& mesh : meshes)
+        meshesAt.push_back(
+            ray.count == 0 ? 0 : glm::dot(mesh.voxel - ray.entry, ray.step) / glm::dot(ray.step, ray.step));
+    std::optional<std::size_t> mesh;
+    if (ray.count == 0) {
+        Shares none;
+        double most = kLeast;
+        mesh = dim(none, meshes, meshesAt, most);
+        return mesh ? ofMesh(meshes[*mesh]) : picked;
+    }
     const Reduction reduction = volume.optics.reduction;
     const auto position = [&](double segments) { return ray.entry + segments * ray.step; };
     const auto placeAt = [&](int level, int from, int to) {
@@ -171,12 +215,21 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
             const glm::dvec3 p = position(segments);
             return !part.any() || part.meets(p, p);
         };
-        return reduction == Reduction::composite
-                   ? placeOfMost(sharesAlong(ray, from, to, volume, value, factor, labels, drawn))
-                   : placeOfKept(ray, from, to, reduction, value, drawn);
+        if (reduction != Reduction::composite)
+            return placeOfKept(ray, from, to, reduction, value, drawn);
+        Shares shares = sharesAlong(ray, from, to, volume, value, factor, labels, drawn);
+        double most = kLeast;
+        if (from == 0 && to == ray.count)
+            mesh = dim(shares, meshes, meshesAt, most);
+        const double found = placeOfMost(shares, most);
+        if (found >= 0)
+            mesh.reset();
+        return found;
     };
     picked.level = quickLevel(info);
     double at = placeAt(picked.level, 0, ray.count);
+    if (mesh)
+        return ofMesh(meshes[*mesh]);
     if (at < 0)
         return picked;
     try {

@@ -11,11 +11,20 @@
 #include "viewer/session/viewing.h"
 
 #include <glm/vec2.hpp>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace tessera {
 
 // Picks the visible point in the volume at a pixel of the picture.
+
+/// A mesh's surface on a ray.
+struct MeshOnRay {
+    glm::dvec3 voxel{0};
+    double opacity = 1;
+    std::string mesh; // its name
+};
 
 /// Searches the drawn part of the ray, within cuts. In modes of single values it is the point of that value,
 /// for an average the middle of the ray. Otherwise it is the point that contributes most: where opacity rises
@@ -24,9 +33,12 @@ namespace tessera {
 /// a level that is read quickly, then refined at level 0, whatever levels are drawn. If level 0 cannot be
 /// read, the coarse point remains, and is marked.
 /// @param place  of the picture, pixels, x right, y down
+/// @param meshes  the surfaces that the ray meets, in order: one is picked where it contributes more than any
+///     point of the volume
 /// Throws what decoding the coarse level threw.
 PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& camera,
-                      const glm::ivec2& imageSize, const glm::dvec2& place);
+                      const glm::ivec2& imageSize, const glm::dvec2& place,
+                      std::span<const MeshOnRay> meshes = {});
 
 // Statistics of the values in a measured circle.
 

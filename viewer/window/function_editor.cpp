@@ -118,7 +118,7 @@ void FunctionEditor::curve(WindowState& desk) {
     for (std::size_t i = 0; i < points.size(); ++i)
         draw->AddCircleFilled({xOf(points[i].value), yOf(points[i].opacity)}, held_ == i ? 6.0f : 4.0f,
                               IM_COL32(255, 255, 255, 255));
-    if (const auto& picked = desk.picked(); picked && picked->hit)
+    if (const auto& picked = desk.picked(); picked && picked->hit && picked->mesh.empty())
         draw->AddLine({xOf(picked->value), corner.y}, {xOf(picked->value), corner.y + kHeight},
                       IM_COL32(255, 210, 80, 160));
     draw->PopClipRect();

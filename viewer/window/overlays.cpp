@@ -187,7 +187,8 @@ void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) 
                           picked->mm.z, picked->level > 0 ? " (coarse)" : "");
             const std::string labels = labelNames(*volume, *picked);
             text(draw, {left + 12, bottom - 22}, kText,
-                 valueText(picked->value, volume->info.unit) + place + (labels.empty() ? "" : ", ") + labels);
+                 (picked->mesh.empty() ? valueText(picked->value, volume->info.unit) : picked->mesh) + place +
+                     (labels.empty() ? "" : ", ") + labels);
             glm::dvec2 pixel(0);
             if (pictureFromPatient(desk.camera(), area.pixels(), picked->mm, pixel)) {
                 const glm::dvec2 at = area.from + pixel / area.pixelsPerUnit;

@@ -339,7 +339,10 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         question_ = 0;
         const std::string names = desk.volume() ? labelNames(*desk.volume(), *picked) : "";
         const std::string ofLabels = names.empty() ? "" : ", " + names;
-        if (picked->hit)
+        if (picked->hit && !picked->mesh.empty())
+            std::printf("picked %s at %.3f %.3f %.3f mm\n", picked->mesh.c_str(), picked->mm.x, picked->mm.y,
+                        picked->mm.z);
+        else if (picked->hit)
             std::printf("picked %.6g at %.3f %.3f %.3f mm, level %d%s\n", picked->value, picked->mm.x,
                         picked->mm.y, picked->mm.z, picked->level, ofLabels.c_str());
         else

@@ -75,6 +75,8 @@ class FusedIntegral {
         for (const RaySlab<double>& slab : input_.slabs)
             if (!clipToSlab(line, slab, t0, t1))
                 return glm::dvec4(0);
+        if (!((t1 = std::min(t1, ray.tMax)) >= t0))
+            return glm::dvec4(0);
         std::vector<RayCuts::Part> parts{{t0, t1}};
         if (input_.cuts)
             input_.cuts->parts(ray.base, ray.direction, t0, t1, parts);

@@ -5,6 +5,7 @@
 #include "render/backends/reference/light_rays.h"
 
 #include "render/contract/ray.h"
+#include "render/geometry/shape_shade.h"
 
 #include <algorithm>
 #include <cmath>
@@ -132,7 +133,8 @@ void LightRays::shade(const glm::dvec3& place, LightShares& shares) {
 }
 
 double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
-    return walk<false>(place, direction, mm).left;
+    const double past = shadeBetween(sources_.meshes, {place, direction}, 0, mm);
+    return past > 0 ? past * walk<false>(place, direction, mm).left : 0;
 }
 
 GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& direction) {

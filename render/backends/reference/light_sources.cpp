@@ -47,6 +47,7 @@ glm::dvec3 middleOfWhatShows(const ReferenceInput& input) {
 } // namespace
 
 LightSources::LightSources(const ReferenceInput& input) {
+    meshes = input.meshes;
     hasOcclusion = input.lighting.occlusion.has_value();
     ambientChannels = tessera::ambientChannels(input.lighting);
     if (hasOcclusion) {

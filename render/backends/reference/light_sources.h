@@ -28,6 +28,7 @@ class LightSources {
     int ambientChannels = 0;                 // of ambient light
     std::vector<Caster> casters;
     double offsetMm = 0;
+    std::span<const SceneMesh> meshes; // that take their light
 };
 
 } // namespace tessera

@@ -79,7 +79,7 @@ class RayIntegral {
     glm::dvec4 operator()(const ReferenceRay& ray) {
         RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
         double t0 = 0, t1 = 0;
-        if (!drawnPart(line, t0, t1))
+        if (!drawnPart(line, t0, t1) || !((t1 = std::min(t1, ray.tMax)) >= t0))
             return glm::dvec4(0);
         parts_.assign(1, {t0, t1});
         if (input_.cuts)

@@ -19,6 +19,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -46,9 +47,10 @@ struct ReferenceInput {
     ValueLook look = {};
     /// The drawn part is inside of all slabs; in voxels.
     std::vector<RaySlab<double>> slabs = {};
-    bool flat = false;             // one slab is a plane, at which a ray has one value
-    const RayCuts* cuts = nullptr; // other cuts
-    LabelBricks* labels = nullptr; // of the scene; null: it has none
+    bool flat = false;                      // one slab is a plane, at which a ray has one value
+    const RayCuts* cuts = nullptr;          // other cuts
+    LabelBricks* labels = nullptr;          // of the scene; null: it has none
+    std::span<const SceneMesh> meshes = {}; // that take light from the volume
     /// Of rays through several volumes, this and the further ones: their lattice, in whose voxels rays, slabs
     /// and cuts are. Null: the volume is alone.
     const FusedLattice* fused = nullptr;
@@ -56,10 +58,11 @@ struct ReferenceInput {
     std::vector<ReferenceInput> further = {};
 };
 
-/// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, inf).
+/// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, tMax].
 struct ReferenceRay {
     glm::dvec3 base{0}, direction{0}; // voxels; voxels per mm
     double tMin = 0;                  // mm
+    double tMax = std::numeric_limits<double>::max();
 };
 
 /// The camera's rays, row by row from the top left pixel, through pixel centres.

@@ -7,6 +7,7 @@
 #include "render/plan/fusion.h"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 
 namespace tessera {
 namespace {
@@ -26,6 +27,8 @@ class ReferenceCaster : public RayCaster {
         rays_ = rays.places.empty()
                     ? referenceRays(view.camera, scene_.rayVoxels(), view.imageSize)
                     : referenceRays(view.camera, scene_.rayVoxels(), view.imageSize, rays.places);
+        for (std::size_t n = 0; n < rays.frame.ends.size(); ++n)
+            end(rays, n);
         picture_ = Image(rays.size());
         done_ = 0;
     }
@@ -62,6 +65,23 @@ class ReferenceCaster : public RayCaster {
     }
 
   private:
+    /// Ends a ray as the frame has it: in mm from where the reference's own ray begins.
+    void end(const Rays& rays, std::size_t n) {
+        const std::size_t width = static_cast<std::size_t>(rays.frame.imageSize.x);
+        const glm::dvec2 place =
+            rays.places.empty()
+                ? glm::dvec2(static_cast<double>(n % width), static_cast<double>(n / width)) + 0.5
+                : glm::dvec2(rays.places[n]);
+        const RayLine<double> line = pixelLine(rays.frame, place);
+        ReferenceRay& ray = rays_[n];
+        const double squared = glm::dot(ray.direction, ray.direction);
+        const auto along = [&](double t) {
+            return glm::dot(line.base - ray.base + t * line.direction, ray.direction) / squared;
+        };
+        const RayPart& part = rays.frame.ends[n];
+        ray.tMin = std::max(ray.tMin, along(part.from));
+        ray.tMax = along(part.to);
+    }
     static ReferenceInput inputOf(const FramePlan& plan) {
         const Layer& volume = plan.layer();
         ReferenceInput input;
@@ -80,6 +100,7 @@ class ReferenceCaster : public RayCaster {
         input.flat = part.flat;
         input.cuts = part.cuts.get();
         input.labels = volume.labelBricks.get();
+        input.meshes = plan.view.meshes;
         if (plan.fused) {
             input.fused = &*plan.fused;
             input.fromLattice = plan.fused->fromLattice;

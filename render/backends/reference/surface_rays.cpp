@@ -46,6 +46,9 @@ SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& s
     for (const RaySlab<double>& slab : input_.slabs)
         if (!clipToSlab(line, slab, t0, t1) || !(t1 > t0))
             return hit;
+    t1 = std::min(t1, ray.tMax);
+    if (!(t1 > t0))
+        return hit;
     std::vector<RayCuts::Part> parts = {{t0, t1}};
     if (input_.cuts)
         input_.cuts->parts(ray.base, ray.direction, t0, t1, parts);

@@ -2,6 +2,7 @@
 #include "viewer/cli/manifest/manifest.h"
 
 #include "core/base/error.h"
+#include "render/geometry/shape.h"
 
 #include <nlohmann/json.hpp>
 
@@ -105,6 +106,9 @@ Scene withoutPaths(Scene scene, Stores stores) {
         scene.volumes[n].path = "content-" + stores[n]->contentHash() + ".zarr";
         scene.volumes[n].source = {};
     }
+    for (std::size_t n = 0; n < scene.meshes.size(); ++n) // names of files may be those of patients
+        if (std::filesystem::path& path = scene.meshes[n].path; !path.empty())
+            path = "mesh-" + std::to_string(n) + path.extension().string();
     return scene;
 }
 
@@ -187,6 +191,9 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
         manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)
         manifest["labels"] = {{"labels", result.labels->all}, {"drawn", result.labels->shown}};
+    for (const SceneMesh& mesh : scene.meshes)
+        if (mesh.shape)
+            manifest["meshes"].push_back({{"parts", mesh.shape->parts()}, {"bytes", mesh.shape->bytes()}});
     if (result.patientTable && result.patientTable->why.empty())
         manifest["patientTable"] = {{"hiddenLitres", result.patientTable->litres}};
     else if (result.patientTable)

@@ -5,10 +5,12 @@
 #include "core/animation/flight.h"
 #include "core/animation/path.h"
 #include "core/base/error.h"
+#include "render/geometry/mesh_caster.h" // meshBytesPerPixel
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
+#include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/along_path.h"
@@ -36,7 +38,8 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
     MemoryBudget trial(ram.name(), ram.option(), kReaderBytes);
     const VolumeInfo info = StoreReader(path, trial).info();
     const std::size_t floor =
-        renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0);
+        renderFloorBytes(info, scene.imageSize,
+                         pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
@@ -46,8 +49,9 @@ void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, c
 void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& ram, Scene& scene,
                 const CommonOptions& common) {
     const auto floor = [&] {
-        return renderFloorBytes(info, scene.imageSize, pictureBytesPerPixel(engine, scene.quality.pixels), 0,
-                                scene.quality.integrator);
+        return renderFloorBytes(info, scene.imageSize,
+                                pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene),
+                                0, scene.quality.integrator);
     };
     PixelSampling& pixels = scene.quality.pixels;
     if (ram.limitBytes() >= floor())
@@ -96,13 +100,13 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     else
         checkPictureOutput(arguments.out);
     const EngineKind engine = engineOf(arguments);
-    Scene scene = sceneOf(arguments.in);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    MemoryBudget gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
+    Scene scene = sceneOf(arguments.in); // its meshes are charged to the budget
     const bool samplesNamed = scene.quality.pixels.named || arguments.keys.says("quality.samples");
     applyArguments(arguments, scene, common);
     if (path)
         showWallWhereNothingIsNamed(arguments, *path, scene, common);
-    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
-    MemoryBudget gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
 
     SceneVolume& volume = scene.volumes.front();
     if (scene.volumes.size() > 1 && arguments.unfold)
@@ -128,6 +132,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
+    readMeshes(scene, ram);
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
     if (arguments.mode.cropsToBody())

@@ -54,6 +54,40 @@ Isosurface parseSurface(const std::string& text) {
     return surface;
 }
 
+/// The value of an option for the n-th mesh; null: it was not given.
+const std::string* ofMesh(const std::vector<std::string>& values, std::size_t n) {
+    return values.empty() ? nullptr : &values[std::min(n, values.size() - 1)];
+}
+
+/// Adds the files of --mesh.
+void addMeshes(const RenderArguments& arguments, Scene& scene) {
+    const std::size_t count = arguments.meshes.size();
+    for (const auto& [values, option] : {std::pair{&arguments.meshColours, "--mesh-colour"},
+                                         std::pair{&arguments.meshOpacities, "--mesh-opacity"}})
+        if (values->size() > count)
+            throw badFile(option, "at most one for each --mesh", std::to_string(values->size()));
+    if (count == 0 && !arguments.meshSpace.empty())
+        throw badFile("--mesh-space", "a mesh (--mesh)", "none");
+    for (std::size_t n = 0; n < count; ++n) {
+        SceneMesh mesh;
+        mesh.path = std::filesystem::absolute(arguments.meshes[n]).lexically_normal();
+        if (const std::string* colour = ofMesh(arguments.meshColours, n))
+            mesh.colour = glm::dvec3(parseColour(*colour, "--mesh-colour"));
+        if (const std::string* opacity = ofMesh(arguments.meshOpacities, n)) {
+            char* end = nullptr;
+            mesh.opacity = std::strtod(opacity->c_str(), &end);
+            if (opacity->empty() || *end != '\0' || !(mesh.opacity >= 0 && mesh.opacity <= 1))
+                throw badFile("--mesh-opacity", "a number from 0 to 1", "\"" + opacity->substr(0, 40) + "\"");
+        }
+        if (!arguments.meshSpace.empty())
+            mesh.space = parseName<MeshSpace>(arguments.meshSpace, "--mesh-space");
+        scene.meshes.push_back(std::move(mesh));
+    }
+    if (scene.meshes.size() > SceneMesh::kMost)
+        throw badFile("--mesh", "at most " + std::to_string(SceneMesh::kMost) + " meshes",
+                      std::to_string(scene.meshes.size()));
+}
+
 /// A side's name, or degrees: TURN,RISE.
 void parseSide(const std::string& text, FittedView& view) {
     view.angles.reset();
@@ -202,6 +236,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     if (scene.surfaces.size() > Scene::kMaxSurfaces)
         throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
                       std::to_string(scene.surfaces.size()));
+    addMeshes(arguments, scene);
     arguments.keys.applySets(scene);
 }
 

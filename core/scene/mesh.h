@@ -1,0 +1,62 @@
+// core/scene/mesh.h: SceneMesh: a surface besides the volume, a file's triangles or a tube, and how it shows
+// (docs/sampling.md, "Meshes").
+#pragma once
+
+#include "core/base/names.h"
+
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+class Shape; // render/geometry/shape.h
+
+/// Axes of a file's coordinates, mm: those of DICOM, or x to the right and y to the front, as 3D Slicer and
+/// NIfTI have them.
+enum class MeshSpace { lps, ras };
+template <> const NameTable<MeshSpace>& namesOf<MeshSpace>();
+
+/// What a surface makes of light, as Shading has it.
+struct MeshMaterial {
+    double ambient = 0.2, diffuse = 0.8, specular = 0.25;
+    int specularPower = 20;
+    bool operator==(const MeshMaterial&) const = default;
+};
+
+/// All points no further than a radius from a line through points: a needle, a catheter, a path.
+struct Tube {
+    static constexpr std::size_t kMostPoints = 65536;
+    std::vector<glm::dvec3> points; // one at least; patient space (LPS), mm
+    double radiusMm = 1;            // above 0
+    bool operator==(const Tube&) const = default;
+};
+
+struct SceneMesh {
+    static constexpr std::size_t kMost = 64; // of a scene
+
+    std::filesystem::path path = {}; // a file of triangles; "" there is a tube
+    std::optional<Tube> tube = {};
+    glm::dvec3 colour{0.8};                    // linear light, [0,1], not premultiplied
+    double opacity = 1;                        // [0,1], of the surface itself, at any angle
+    std::optional<MeshMaterial> material = {}; // none: the scene's shading
+    MeshSpace space = MeshSpace::lps;          // of the file
+    bool show = true;
+    bool clipped = true; // by the scene's cuts
+    /// What was read or made of it; null until then. Not in files.
+    std::shared_ptr<const Shape> shape = {};
+
+    bool isDrawn() const { return show && opacity > 0; }
+    std::string name() const { return path.empty() ? "tube" : path.filename().string(); }
+    /// As files have them: the shape follows from the rest.
+    bool operator==(const SceneMesh& other) const {
+        return path == other.path && tube == other.tube && colour == other.colour &&
+               opacity == other.opacity && material == other.material && space == other.space &&
+               show == other.show && clipped == other.clipped;
+    }
+};
+
+} // namespace tessera

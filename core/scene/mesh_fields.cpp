@@ -1,0 +1,82 @@
+// core/scene/mesh_fields.cpp: the keys of meshes: see scene_fields.h.
+#include "core/base/error.h"
+#include "core/scene/scene_fields.h"
+
+namespace tessera {
+namespace {
+
+constexpr double kMostMeshMm = 1e6;
+
+Kind<glm::dvec3> placeKind() {
+    return numbersWithin<glm::dvec3>(-kMostMeshMm, kMostMeshMm, "[x, y, z], mm", &glm::dvec3::x,
+                                     &glm::dvec3::y, &glm::dvec3::z);
+}
+
+const Fields<Tube>& tubeFields() {
+    static const Fields<Tube> fields = [] {
+        Fields<Tube> f("tube");
+        f.add("points", &Tube::points,
+              listOf(placeKind(), 1, Tube::kMostPoints, "1 to 65536 points [x, y, z], mm"),
+              "Points of its line, in patient space (LPS), mm.")
+            .required();
+        f.add("radius", &Tube::radiusMm, numberIn(1e-3, 1e4), "Radius, mm.").required();
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<MeshMaterial>& meshMaterialFields() {
+    static const Fields<MeshMaterial> fields = [] {
+        Fields<MeshMaterial> f("meshMaterial");
+        f.add("ambient", &MeshMaterial::ambient, numberIn(0, 1), "Share of ambient light.");
+        f.add("diffuse", &MeshMaterial::diffuse, numberIn(0, 1), "Share of diffuse light.");
+        f.add("specular", &MeshMaterial::specular, numberIn(0, 1), "Share of specular light.");
+        f.add("specularPower", &MeshMaterial::specularPower, wholeIn(1, 1024), "Exponent of the highlights.");
+        return f;
+    }();
+    return fields;
+}
+
+} // namespace
+
+template <> const NameTable<MeshSpace>& namesOf<MeshSpace>() {
+    static const NameTable<MeshSpace> names{{{MeshSpace::lps, "lps"}, {MeshSpace::ras, "ras"}}};
+    return names;
+}
+
+const Fields<SceneMesh>& meshFields() {
+    static const Fields<SceneMesh> fields = [] {
+        Fields<SceneMesh> f("mesh");
+        f.add(
+             "path", &SceneMesh::path,
+             anyText()
+                 .checked([](const std::string& path, const JsonValue& value) {
+                     if (path.empty())
+                         value.refuse("the path of a mesh");
+                 })
+                 .described({{"minLength", 1}}),
+             "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb), relative to the scene's file; its "
+             "coordinates are mm in patient space.")
+            .writtenIf([](const SceneMesh& m) { return !m.path.empty(); })
+            .withoutDefault();
+        f.add("tube", &SceneMesh::tube, objectOf(tubeFields()), "In place of a file: a tube around a line.");
+        f.add("rgb", &SceneMesh::colour, colourKind(), "Colour, linear light.");
+        f.add("opacity", &SceneMesh::opacity, numberIn(0, 1), "Opacity of the surface, at any angle.");
+        f.add("material", &SceneMesh::material, objectOf(meshMaterialFields()),
+              "What it makes of light (default: as shading).");
+        f.add("space", &SceneMesh::space, named<MeshSpace>(),
+              "Axes of the file's coordinates: lps, as DICOM; ras, as 3D Slicer's own.")
+            .unlessDefault();
+        f.add("show", &SceneMesh::show, trueOrFalse(), "It is drawn.").unlessDefault();
+        f.add("clipped", &SceneMesh::clipped, trueOrFalse(), "The scene's cuts cut it, too.").unlessDefault();
+        f.describe({{"anyOf", {{{"required", {"path"}}}, {{"required", {"tube"}}}}}});
+        f.rule([](const JsonValue& whole, const SceneMesh& mesh) {
+            if (mesh.path.empty() == !mesh.tube)
+                throw badFile(whole.place(), "\"path\" or \"tube\"", mesh.tube ? "both" : "neither");
+        });
+        return f;
+    }();
+    return fields;
+}
+
+} // namespace tessera

@@ -1,0 +1,60 @@
+// render/geometry/mesh_light.cpp: see mesh_light.h.
+#include "render/geometry/mesh_light.h"
+
+#include "render/geometry/shape_shade.h"
+#include "render/light/scene_light.h"
+
+#include <glm/geometric.hpp>
+
+namespace tessera {
+namespace {
+
+/// Rays to lights begin so far before a surface, mm, that its own rounding does not shade it.
+constexpr double kAwayMm = 1e-3;
+constexpr double kBeyondMm = 1e7;
+
+bool casts(const Light& light) {
+    return !castingLights({light}).empty();
+}
+
+} // namespace
+
+bool MeshLight::isNeeded(const FramePlan& plan) {
+    return !plan.view.meshes.empty() && plan.layer().optics.shading &&
+           !castingLights(plan.view.lighting.lights).empty();
+}
+
+MeshLight::MeshLight(const FramePlan& plan, int threads) : plan_(plan) {
+    LightPath field = lightPathOf(plan, nullptr);
+    field.meshes = {}; // rays find these
+    for (const Light& light : shiningLights(plan.view.lighting.lights)) {
+        Source source{placedLight(light, plan.view.camera), std::nullopt};
+        if (casts(light)) {
+            source.maps.emplace(source.light, field, plan.view.shadowQuality);
+            source.maps->build(field, threads);
+        }
+        sources_.push_back(std::move(source));
+    }
+}
+
+MeshLight::Shares MeshLight::at(const glm::dvec3& place, const glm::dvec3& normal) const {
+    Shares shares;
+    shares.fill(1);
+    for (std::size_t n = 0; n < sources_.size(); ++n) {
+        const Source& source = sources_[n];
+        if (!source.maps)
+            continue;
+        const glm::dvec3 way = source.light.isPoint ? source.light.position - place : source.light.towards;
+        const double length = glm::length(way);
+        if (!(length > 0) || !(glm::dot(way, normal) > 0)) { // it lights the other side
+            shares[n] = 0;
+            continue;
+        }
+        const double past = shadeBetween(plan_.view.meshes, {place + kAwayMm * normal, way / length}, 0,
+                                         source.light.isPoint ? length : kBeyondMm);
+        shares[n] = past > 0 ? past * static_cast<double>(source.maps->light(place)) : 0;
+    }
+    return shares;
+}
+
+} // namespace tessera

@@ -1,0 +1,72 @@
+// render/geometry/mesh_shape.cpp: see mesh_shape.h.
+#include "render/geometry/mesh_shape.h"
+
+#include "core/base/error.h"
+#include "render/geometry/triangle_hit.h"
+
+#include <glm/geometric.hpp>
+#include <utility>
+
+namespace tessera {
+
+MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& what) : mesh_(std::move(mesh)) {
+    TESSERA_CHECK(mesh_.normals.empty() || mesh_.normals.size() == mesh_.points.size());
+    for (const glm::uvec3& triangle : mesh_.triangles)
+        TESSERA_CHECK(triangle.x < mesh_.points.size() && triangle.y < mesh_.points.size() &&
+                      triangle.z < mesh_.points.size());
+    {
+        const Charge making = ram.charge(bytesFor(mesh_), what);
+        tree_ = BoxTree(mesh_);
+        std::vector<glm::uvec3> inOrder;
+        inOrder.reserve(mesh_.triangles.size());
+        for (const std::uint32_t number : tree_.order())
+            inOrder.push_back(mesh_.triangles[number]);
+        mesh_.triangles = std::move(inOrder);
+    }
+    charge_ = ram.charge(mesh_.bytes() + tree_.bytes(), what);
+}
+
+glm::dvec3 MeshShape::normalOf(std::uint32_t place, double u, double v) const {
+    const glm::uvec3& t = mesh_.triangles[place];
+    const glm::dvec3 a(mesh_.points[t.x]), b(mesh_.points[t.y]), c(mesh_.points[t.z]);
+    const glm::dvec3 flat = glm::cross(b - a, c - a);
+    if (mesh_.normals.empty())
+        return flat;
+    return u * glm::dvec3(mesh_.normals[t.x]) + v * glm::dvec3(mesh_.normals[t.y]) +
+           (1 - u - v) * glm::dvec3(mesh_.normals[t.z]);
+}
+
+void MeshShape::forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const {
+    for (const glm::uvec3& t : mesh_.triangles) // points of no triangle are not drawn
+        for (int corner = 0; corner < 3; ++corner)
+            visit(glm::dvec3(mesh_.points[t[corner]]), 0);
+}
+
+bool MeshShape::next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
+                     ShapeHit& hit) const {
+    const ShearedRay sheared(ray.origin, ray.direction);
+    HitOrder best{most, 0};
+    double bestU = 0, bestV = 0;
+    std::uint32_t bestPlace = 0;
+    bool found = false;
+    tree_.visit(ray, after.t, most, [&](std::uint32_t place) {
+        const glm::uvec3& t = mesh_.triangles[place];
+        TriangleHit met;
+        if (!meetTriangle(sheared, mesh_.points[t.x], mesh_.points[t.y], mesh_.points[t.z], met))
+            return best.t;
+        const HitOrder at{met.t, tree_.order()[place]};
+        if (after < at && at < best && filter(met.t)) {
+            best = at;
+            bestU = met.u;
+            bestV = met.v;
+            bestPlace = place;
+            found = true;
+        }
+        return best.t;
+    });
+    if (found)
+        hit = {best, normalOf(bestPlace, bestU, bestV)};
+    return found;
+}
+
+} // namespace tessera

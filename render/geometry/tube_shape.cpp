@@ -1,0 +1,164 @@
+// render/geometry/tube_shape.cpp: see tube_shape.h.
+#include "render/geometry/tube_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+constexpr std::uint32_t kOfBox = 16; // pieces
+
+/// The part of a ray in a ball.
+bool meetBall(const ShapeRay& ray, const glm::dvec3& centre, double radius, double& from, double& to) {
+    const glm::dvec3 o = ray.origin - centre;
+    const double a = glm::dot(ray.direction, ray.direction);
+    const double middle = -glm::dot(o, ray.direction) / a;
+    const glm::dvec3 nearest = o + middle * ray.direction;
+    const double left = (radius * radius - glm::dot(nearest, nearest)) / a;
+    if (!(left > 0))
+        return false;
+    const double half = std::sqrt(left);
+    from = middle - half;
+    to = middle + half;
+    return true;
+}
+
+/// The part of a ray in a cylinder with flat ends.
+bool meetCylinder(const ShapeRay& ray, const glm::dvec3& start, const glm::dvec3& axis, double radius,
+                  double& from, double& to) {
+    const double length = glm::length(axis);
+    if (!(length > 0))
+        return false;
+    const glm::dvec3 unit = axis / length, o = ray.origin - start;
+    const double along = glm::dot(ray.direction, unit), at = glm::dot(o, unit);
+    const glm::dvec3 across = ray.direction - along * unit, off = o - at * unit;
+    const double a = glm::dot(across, across);
+    from = -std::numeric_limits<double>::max();
+    to = std::numeric_limits<double>::max();
+    if (a > 1e-24 * glm::dot(ray.direction, ray.direction)) {
+        const double middle = -glm::dot(off, across) / a;
+        const glm::dvec3 nearest = off + middle * across;
+        const double left = (radius * radius - glm::dot(nearest, nearest)) / a;
+        if (!(left > 0))
+            return false;
+        const double half = std::sqrt(left);
+        from = middle - half;
+        to = middle + half;
+    } else if (!(glm::dot(off, off) < radius * radius)) {
+        return false;
+    }
+    if (along != 0) {
+        const double a0 = -at / along, a1 = (length - at) / along;
+        from = std::max(from, std::min(a0, a1));
+        to = std::min(to, std::max(a0, a1));
+    } else if (at < 0 || at > length) {
+        return false;
+    }
+    return to > from;
+}
+
+bool meetsBox(const ShapeRay& ray, const ShapeBox& box) {
+    double from = -std::numeric_limits<double>::max(), to = std::numeric_limits<double>::max();
+    for (int axis = 0; axis < 3; ++axis) {
+        const double d = ray.direction[axis], o = ray.origin[axis];
+        if (d == 0) {
+            if (o < box.low[axis] || o > box.high[axis])
+                return false;
+            continue;
+        }
+        const double a = (box.low[axis] - o) / d, b = (box.high[axis] - o) / d;
+        from = std::max(from, std::min(a, b));
+        to = std::min(to, std::max(a, b));
+    }
+    return to >= from;
+}
+
+} // namespace
+
+TubeShape::TubeShape(Tube tube, MemoryBudget& ram) : tube_(std::move(tube)) {
+    const std::size_t boxes = (pieces() + kOfBox - 1) / kOfBox;
+    charge_ = ram.charge(tube_.points.size() * sizeof(glm::dvec3) + boxes * sizeof(ShapeBox), "a tube");
+    boxes_.resize(boxes);
+    const double wide = tube_.radiusMm * (1 + 1e-9);
+    for (std::size_t piece = 0; piece < pieces(); ++piece)
+        for (const std::size_t end : {piece, std::min(piece + 1, tube_.points.size() - 1)})
+            for (const double side : {-wide, wide}) {
+                boxes_[piece / kOfBox].add(tube_.points[end] + side);
+                box_.add(tube_.points[end] + side);
+            }
+}
+
+bool TubeShape::meet(const ShapeRay& ray, std::uint32_t piece, Span& span) const {
+    const glm::dvec3& a = tube_.points[piece];
+    const glm::dvec3& b = tube_.points[std::min<std::size_t>(piece + 1, tube_.points.size() - 1)];
+    double from = 0, to = 0;
+    bool met = false;
+    const auto join = [&] { // convex: parts of one line through it are one
+        span.from = met ? std::min(span.from, from) : from;
+        span.to = met ? std::max(span.to, to) : to;
+        met = true;
+    };
+    if (meetBall(ray, a, tube_.radiusMm, from, to))
+        join();
+    if (tube_.points.size() > 1 && meetBall(ray, b, tube_.radiusMm, from, to))
+        join();
+    if (meetCylinder(ray, a, b - a, tube_.radiusMm, from, to))
+        join();
+    span.first = span.last = piece;
+    return met;
+}
+
+glm::dvec3 TubeShape::normalAt(const glm::dvec3& point, std::uint32_t piece) const {
+    const glm::dvec3& a = tube_.points[piece];
+    const glm::dvec3 axis = tube_.points[std::min<std::size_t>(piece + 1, tube_.points.size() - 1)] - a;
+    const double squared = glm::dot(axis, axis);
+    const double along = squared > 0 ? std::clamp(glm::dot(point - a, axis) / squared, 0.0, 1.0) : 0;
+    return point - (a + along * axis);
+}
+
+void TubeShape::forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const {
+    for (const glm::dvec3& point : tube_.points)
+        visit(point, tube_.radiusMm);
+}
+
+bool TubeShape::next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
+                     ShapeHit& hit) const {
+    if (!meetsBox(ray, box_))
+        return false;
+    thread_local std::vector<Span> spans; // the largest that any ray of the thread has had
+    spans.clear();
+    for (std::size_t box = 0; box < boxes_.size(); ++box) {
+        if (!meetsBox(ray, boxes_[box]))
+            continue;
+        const std::size_t last = std::min<std::size_t>((box + 1) * kOfBox, pieces());
+        for (std::size_t piece = box * kOfBox; piece < last; ++piece)
+            if (Span span{}; meet(ray, static_cast<std::uint32_t>(piece), span))
+                spans.push_back(span);
+    }
+    std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) {
+        return a.from != b.from ? a.from < b.from : a.first < b.first;
+    });
+    const auto tell = [&](double t, std::uint32_t piece) {
+        const HitOrder at{t, piece};
+        if (!(after < at && t < most && filter(t)))
+            return false;
+        hit = {at, normalAt(ray.origin + t * ray.direction, piece)};
+        return true;
+    };
+    for (std::size_t n = 0; n < spans.size();) {
+        Span whole = spans[n];
+        for (++n; n < spans.size() && spans[n].from <= whole.to; ++n)
+            if (spans[n].to > whole.to) {
+                whole.to = spans[n].to;
+                whole.last = spans[n].last;
+            }
+        if (tell(whole.from, whole.first) || tell(whole.to, whole.last))
+            return true;
+    }
+    return false;
+}
+
+} // namespace tessera

@@ -1,0 +1,22 @@
+// viewer/cli/input/mesh_input.h: the meshes of a scene, read and prepared for rays.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
+
+#include <span>
+
+namespace tessera {
+
+/// Sets SceneMesh::shape of every mesh that is drawn and has none: of its file, or of its tube. A file that
+/// several meshes name is read once.
+/// @param ram  is charged for as long as the shapes are kept; outlives them
+/// Throws InputError as readMesh() does.
+void readMeshes(Scene& scene, MemoryBudget& ram);
+/// The same for scenes that may outlive the budget: shapes have one of their own, within what is free of ram.
+/// @return what they take, charged to ram
+Charge readMeshesApart(Scene& scene, MemoryBudget& ram);
+/// Gives meshes without a shape that of an equal file or tube among others, if there is one.
+void adoptShapes(std::span<const SceneMesh> from, Scene& to);
+
+} // namespace tessera
