@@ -3,6 +3,7 @@
 
 #include "render/geometry/shape_shade.h"
 #include "render/light/scene_light.h"
+#include "render/plan/fusion.h"
 
 #include <glm/geometric.hpp>
 
@@ -25,14 +26,18 @@ bool MeshLight::isNeeded(const FramePlan& plan) {
 }
 
 MeshLight::MeshLight(const FramePlan& plan, int threads) : plan_(plan) {
-    LightPath field = lightPathOf(plan, nullptr);
-    field.meshes = {}; // rays find these
+    std::vector<const FramePlan*> volumes = {&plan};
+    for (const auto& volume : plan.further)
+        volumes.push_back(&volume->plan);
     for (const Light& light : shiningLights(plan.view.lighting.lights)) {
-        Source source{placedLight(light, plan.view.camera), std::nullopt};
-        if (casts(light)) {
-            source.maps.emplace(source.light, field, plan.view.shadowQuality);
-            source.maps->build(field, threads);
-        }
+        Source source{placedLight(light, plan.view.camera), {}};
+        for (const FramePlan* volume : volumes)
+            if (casts(light)) {
+                LightPath field = lightPathOf(*volume, nullptr);
+                field.meshes = {}; // rays find these
+                source.maps.emplace_back(source.light, field, volume->view.shadowQuality);
+                source.maps.back().build(field, threads);
+            }
         sources_.push_back(std::move(source));
     }
 }
@@ -42,7 +47,7 @@ MeshLight::Shares MeshLight::at(const glm::dvec3& place, const glm::dvec3& norma
     shares.fill(1);
     for (std::size_t n = 0; n < sources_.size(); ++n) {
         const Source& source = sources_[n];
-        if (!source.maps)
+        if (source.maps.empty())
             continue;
         const glm::dvec3 way = source.light.isPoint ? source.light.position - place : source.light.towards;
         const double length = glm::length(way);
@@ -50,9 +55,11 @@ MeshLight::Shares MeshLight::at(const glm::dvec3& place, const glm::dvec3& norma
             shares[n] = 0;
             continue;
         }
-        const double past = shadeBetween(plan_.view.meshes, {place + kAwayMm * normal, way / length}, 0,
-                                         source.light.isPoint ? length : kBeyondMm);
-        shares[n] = past > 0 ? past * static_cast<double>(source.maps->light(place)) : 0;
+        shares[n] = shadeBetween(plan_.view.meshes, {place + kAwayMm * normal, way / length}, 0,
+                                 source.light.isPoint ? length : kBeyondMm);
+        for (const ShadowMaps& maps : source.maps)
+            if (shares[n] > 0)
+                shares[n] *= static_cast<double>(maps.light(place));
     }
     return shares;
 }

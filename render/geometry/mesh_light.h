@@ -7,7 +7,6 @@
 #include "render/plan/frame_plan.h"
 
 #include <array>
-#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -31,7 +30,7 @@ class MeshLight {
   private:
     struct Source {
         PlacedLight light;
-        std::optional<ShadowMaps> maps; // of the volume; none: the light casts no shadow
+        std::vector<ShadowMaps> maps; // of each volume; none: the light casts no shadow
     };
     const FramePlan& plan_;
     std::vector<Source> sources_; // shining lights, in order

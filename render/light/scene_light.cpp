@@ -108,7 +108,8 @@ LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays) {
             leaps ? &volume.occupancy : nullptr,
             rays,
             volume.labelBricks.get(),
-            scene.view.meshes};
+            scene.view.meshesShade ? std::span<const SceneMesh>(scene.view.meshes)
+                                   : std::span<const SceneMesh>()};
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {

@@ -51,6 +51,7 @@ struct ViewState {
     Shading shading;
     std::vector<Isosurface> surfaces;
     std::vector<SceneMesh> meshes; // those that are drawn
+    bool meshesShade = true;       // the volume's shadow maps hold them
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 

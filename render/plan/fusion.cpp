@@ -135,6 +135,7 @@ Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& conte
     for (std::size_t n = 1; n < stores.size(); ++n) {
         auto volume = std::make_unique<FurtherVolume>(context, ram[n], gpu[n]);
         volume->plan = planVolume(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, 0);
+        volume->plan.view.meshesShade = false; // the first volume's maps hold them
         further.add(std::move(volume));
     }
     Planner p = planVolume(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, bytesPerPixel);
