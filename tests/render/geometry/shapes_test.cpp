@@ -234,8 +234,9 @@ TEST(Tubes, SurfacesAreAtTheRadius) {
             for (double t = 0; t < 120; t += 0.5) { // nothing of it is missed
                 const auto before = std::count_if(hits.begin(), hits.end(),
                                                   [&](const ShapeHit& hit) { return hit.at.t < t; });
-                if (std::abs(at(t) - tube.radiusMm) > 1e-6)
+                if (std::abs(at(t) - tube.radiusMm) > 1e-6) {
                     ASSERT_EQ(at(t) < tube.radiusMm, before % 2 == 1);
+                }
             }
             met += hits.size();
             many += hits.size() > 2;
