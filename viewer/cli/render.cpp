@@ -74,13 +74,13 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                    joinNames(presetNames()) + ", a kept one, or a file that `tessera preset` reads (default: "
                                               "bone-1 for HU, auto for other values)");
     command
-        .option("--with", a->with,
+        .option("--add", a->add,
                 "another volume in the same picture, such as a PET on a CT, at its own place in patient "
                 "space; may be repeated")
         .oneValueEach();
     command
-        .option("--with-preset", a->withPresets,
-                "preset of the volume of --with, in the same order; may be repeated (default: as --preset)")
+        .option("--add-preset", a->addPresets,
+                "preset of the volume of --add, in the same order; may be repeated (default: as --preset)")
         .oneValueEach();
     a->keys.add(command, {"fusion"});
     command.option("--view", a->view,

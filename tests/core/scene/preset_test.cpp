@@ -18,9 +18,9 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(Preset, AllAreReadableAndShowWhatTheyAreNamedAfter) {
-    EXPECT_EQ(presetNames(), (std::vector<std::string>{"airways", "auto", "bone", "bone-1", "lung", "lung-1",
-                                                       "metal", "mr-brain", "muscle", "pet", "skin", "skin-1",
-                                                       "soft-tissue", "vessels", "vessels-1"}));
+    EXPECT_EQ(presetNames(), (std::vector<std::string>{"airways", "auto", "bone", "bone-1", "hot", "lung",
+                                                       "lung-1", "metal", "mr-brain", "muscle", "pet", "skin",
+                                                       "skin-1", "soft-tissue", "vessels", "vessels-1"}));
     const ValueSummary hu{-1024, 3071, true, 1, {}};
     for (const std::string& name : presetNames()) {
         EXPECT_EQ(presetFunction(name, hu).extinction(-1024), 0) << name; // air shows in none

@@ -133,12 +133,12 @@ void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions
     }
 }
 
-/// A volume of --with.
+/// A volume of --add.
 /// @param preset  "": by its values
 SceneVolume furtherVolume(const std::string& path, const std::string& preset, const CommonOptions& common) {
     Scene alone = sceneOf(path);
     if (isSceneFile(path))
-        throw badFile("--with", "a volume", "a scene");
+        throw badFile("--add", "a volume", "a scene");
     if (!preset.empty() && isOwnOrFile(preset))
         applyFoundPreset(preset, alone, common);
     else if (!preset.empty())
@@ -183,14 +183,14 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         indexOfName(arguments.light, lookNames(), "--light");
         applyLook(arguments.light, scene);
     }
-    if (arguments.withPresets.size() > arguments.with.size())
-        throw badFile("--with-preset", "at most one for each --with",
-                      std::to_string(arguments.withPresets.size()));
-    for (std::size_t n = 0; n < arguments.with.size(); ++n)
+    if (arguments.addPresets.size() > arguments.add.size())
+        throw badFile("--add-preset", "at most one for each --add",
+                      std::to_string(arguments.addPresets.size()));
+    for (std::size_t n = 0; n < arguments.add.size(); ++n)
         scene.volumes.push_back(furtherVolume(
-            arguments.with[n], n < arguments.withPresets.size() ? arguments.withPresets[n] : "", common));
+            arguments.add[n], n < arguments.addPresets.size() ? arguments.addPresets[n] : "", common));
     if (scene.volumes.size() > Scene::kMaxVolumes)
-        throw badFile("--with", "at most " + std::to_string(Scene::kMaxVolumes) + " volumes in a picture",
+        throw badFile("--add", "at most " + std::to_string(Scene::kMaxVolumes) + " volumes in a picture",
                       std::to_string(scene.volumes.size()));
     arguments.keys.apply(scene);
     if (!arguments.view.empty()) {

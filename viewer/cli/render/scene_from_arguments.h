@@ -25,7 +25,7 @@ struct RenderArguments {
     std::string in, out, engine = "auto", ram, gpuMemory, preset, view, fit, projection;
     std::string device = "auto";
     double mmPerPixel = 0;                      // 0: as the scene says
-    std::vector<std::string> with, withPresets; // further volumes, and their presets
+    std::vector<std::string> add, addPresets; // further volumes, and their presets
     KeyOptions keys;                            // those that set one key of the scene
     std::string first, light;
     std::vector<std::string> surfaces;
