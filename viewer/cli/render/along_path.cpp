@@ -132,7 +132,7 @@ Path turnOf(const RenderTask& task) {
     const Planner plan = planView(scene, task.store, task.ram, task.options.threads);
     Camera camera = turningCamera(*view, plan.layer().voxels(), plan.layer().statistics, plan.layer().table,
                                   plan.view.part, scene.imageSize, task.ram, task.options.threads,
-                                  plan.layer().labelBricks.get());
+                                  plan.layer().labelBricks.get(), drawnMeshes(scene));
     if (view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
     return turntable(camera, *a.turn, frames, framesPerSecond);

@@ -69,6 +69,9 @@ void addMeshes(const RenderArguments& arguments, Scene& scene) {
     if (count == 0 && !arguments.meshSpace.empty())
         throw badFile("--mesh-space", "a mesh (--mesh)", "none");
     for (std::size_t n = 0; n < count; ++n) {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(arguments.meshes[n], ignored))
+            throw badFile("--mesh", "a file of triangles", "\"" + arguments.meshes[n].substr(0, 200) + "\"");
         SceneMesh mesh;
         mesh.path = std::filesystem::absolute(arguments.meshes[n]).lexically_normal();
         if (const std::string* colour = ofMesh(arguments.meshColours, n))
