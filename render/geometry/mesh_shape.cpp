@@ -4,10 +4,39 @@
 #include "core/base/error.h"
 #include "render/geometry/triangle_hit.h"
 
+#include <cstdint>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <utility>
+#include <vector>
 
 namespace tessera {
+namespace {
+
+/// Points in the order in which triangles use them, without those that none uses: what a ray reads of a leaf
+/// lies side by side.
+void orderPoints(TriangleMesh& mesh) {
+    constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> place(mesh.points.size(), kUnused);
+    std::vector<glm::vec3> points, normals;
+    points.reserve(mesh.points.size());
+    normals.reserve(mesh.normals.size());
+    for (glm::uvec3& triangle : mesh.triangles)
+        for (int corner = 0; corner < 3; ++corner) {
+            std::uint32_t& to = place[triangle[corner]];
+            if (to == kUnused) {
+                to = static_cast<std::uint32_t>(points.size());
+                points.push_back(mesh.points[triangle[corner]]);
+                if (!mesh.normals.empty())
+                    normals.push_back(mesh.normals[triangle[corner]]);
+            }
+            triangle[corner] = to;
+        }
+    mesh.points = std::move(points);
+    mesh.normals = std::move(normals);
+}
+
+} // namespace
 
 MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& what) : mesh_(std::move(mesh)) {
     TESSERA_CHECK(mesh_.normals.empty() || mesh_.normals.size() == mesh_.points.size());
@@ -22,6 +51,7 @@ MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& wh
         for (const std::uint32_t number : tree_.order())
             inOrder.push_back(mesh_.triangles[number]);
         mesh_.triangles = std::move(inOrder);
+        orderPoints(mesh_);
     }
     charge_ = ram.charge(mesh_.bytes() + tree_.bytes(), what);
 }

@@ -427,8 +427,9 @@ TEST(MeshShadows, FallIntoTheVolume) {
         EXPECT_GT(shaded, 8);
         EXPECT_LT(shaded, 0.9 * seen);
         EXPECT_LT(std::sqrt(squares / seen), 0.02) << "rms, by maps and samples of light";
-        if (opacity == 1)
+        if (opacity == 1) {
             EXPECT_LT(std::sqrt(ofReference / seen), 0.005);
+        }
     }
 }
 
