@@ -2,11 +2,11 @@
 #include "render/backends/native/native_caster.h"
 
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
 #include "core/base/threads.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/backends/native/native_scene.h"
 #include "render/backends/native/native_tracer.h"
+#include "render/backends/native/native_volumes.h"
 #include "render/plan/fusion.h"
 
 #include <algorithm>
@@ -19,13 +19,6 @@ namespace {
 constexpr int kTileEdge = 32;       // rays of the array; a packet's edges divide it
 constexpr std::int32_t kEnded = -1; // of a ray, in place of its next segment
 
-/// The state of one thread for the scalar text, which packets leave rare work to.
-struct Context {
-    NativeField& field;
-    RayCaster::Clock::time_point deadline;
-    std::atomic<bool>& late;
-};
-
 SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
     SegmentedRay<float> ray;
     ray.entry = {job.entry[0][lane], job.entry[1][lane], job.entry[2][lane]};
@@ -37,59 +30,11 @@ SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
     return ray;
 }
 
-native::PacketHelp helpOf(const Context& context) {
-    native::PacketHelp help;
-    help.context = &context;
-    help.gradient = [](const void* c, const float* p, float* g, bool* missing) {
-        NativeField& field = static_cast<const Context*>(c)->field;
-        const glm::vec3 gradient = field.gradient({p[0], p[1], p[2]});
-        g[0] = gradient.x, g[1] = gradient.y, g[2] = gradient.z;
-        *missing = field.takeMissing();
-    };
-    help.expired = [](const void* c) {
-        checkInterrupted();
-        const auto& context = *static_cast<const Context*>(c);
-        if (context.late.load(std::memory_order_relaxed))
-            return true;
-        if (context.deadline == RayCaster::Clock::time_point::max() ||
-            RayCaster::Clock::now() < context.deadline)
-            return false;
-        context.late.store(true, std::memory_order_relaxed);
-        return true;
-    };
-    return help;
-}
-
 SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
     const auto three = [lane](const float(&v)[3][native::kMostLanes]) {
         return glm::vec3(v[0][lane], v[1][lane], v[2][lane]);
     };
     return {three(hits.position), hits.depthMm[lane], three(hits.normal), hits.surface[lane]};
-}
-
-/// A place of rays' lattice in a volume's voxels.
-glm::vec3 placeIn(const native::PacketFusion& fusion, int volume, const SegmentedRay<float>& ray, float at) {
-    const float(&m)[9] = fusion.linear[volume];
-    const glm::mat3 linear(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]);
-    const float(&o)[3] = fusion.offset[volume];
-    const glm::vec3 entry = leaf::transformed(linear, ray.entry) + glm::vec3(o[0], o[1], o[2]);
-    return leaf::placeAlong(entry, leaf::transformed(linear, ray.step), at);
-}
-bool isIn(const native::PacketField& field, const glm::vec3& p) {
-    bool in = true;
-    for (int axis = 0; axis < 3; ++axis)
-        in = in && 0 <= p[axis] && p[axis] < static_cast<float>(field.extentVoxels[axis]);
-    return in;
-}
-
-/// Reads all that a sample needs beside values.
-void readBeside(NativeField& field, const Optics& optics, const glm::vec3& middle) {
-    if (optics.takesGradients())
-        field.gradient(middle);
-    if (optics.labels.count > 0)
-        field.labels(middle);
-    if (optics.shading && optics.labels.solid >= 0)
-        field.mediumGradient(middle);
 }
 
 } // namespace
@@ -101,63 +46,18 @@ struct NativeCaster::Counts {
     std::size_t waiting = 0;
 };
 
-/// The scene's volumes as one thread reads them. It stays where it is.
-struct NativeCaster::Volumes {
-    std::vector<NativeField> fields;
-    std::vector<Context> contexts;
-    std::vector<native::PacketScene> scenes;
-    native::PacketFusion fusion; // of several
-
-    Volumes(const NativeCaster& caster, const std::vector<native::PacketScene>& given,
-            Clock::time_point deadline, std::atomic<bool>& late)
-        : scenes(given) {
-        fields.reserve(given.size());
-        contexts.reserve(given.size());
-        for (std::size_t n = 0; n < given.size(); ++n) {
-            fields.push_back(caster.fieldOfVolume(n));
-            contexts.push_back({fields.back(), deadline, late});
-            scenes[n].help = helpOf(contexts.back());
-        }
-        if (caster.scene_.fused) {
-            fusion = packetFusionOf(caster.scene_, caster.rays_.strides);
-            for (std::size_t n = 0; n < given.size(); ++n)
-                fusion.volumes[n] = &scenes[n];
-            scenes.front().fusion = &fusion;
-        }
-    }
-    Volumes(const Volumes&) = delete;
-    Volumes& operator=(const Volumes&) = delete;
-};
-
 NativeCaster::NativeCaster(const FramePlan& scene, NativeEngine& engine, const CasterOptions& options,
                            MemoryBudget& gpu, const native::PacketTarget* target)
     : scene_(scene), engine_(engine), gpu_(gpu), options_(options),
       target_(target ? *target : native::packetTarget()), mapTaken_(scene.revisions.emptySpace) {
     for (std::size_t n = 0; n < volumes(); ++n)
-        wanted_.emplace_back(options.passes ? cellCount(brickGrid(planOfVolume(n).info().extentVoxels)) : 0);
-}
-
-const FramePlan& NativeCaster::planOfVolume(std::size_t number) const {
-    return number == 0 ? scene_ : scene_.further[number - 1].plan;
-}
-
-NativeEngine& NativeCaster::engineOfVolume(std::size_t number) const {
-    return number == 0 ? engine_ : *engine_.further(number - 1);
+        wanted_.emplace_back(
+            options.passes ? cellCount(brickGrid(planOfVolume(scene_, n).info().extentVoxels)) : 0);
 }
 
 const Occupancy* NativeCaster::occupancy(std::size_t number) const {
-    const Occupancy& occupancy = planOfVolume(number).layer().occupancy;
+    const Occupancy& occupancy = planOfVolume(scene_, number).layer().occupancy;
     return scene_.view.quality.skipping && occupancy.exists() ? &occupancy : nullptr;
-}
-
-NativeField NativeCaster::fieldOfVolume(std::size_t number) const {
-    const Layer& volume = planOfVolume(number).layer();
-    NativeEngine& engine = engineOfVolume(number);
-    NativeField field(engine.plane(), volume.mixed() ? &volume.levels : nullptr, volume.selection.finest(),
-                      volume.optics.gradient);
-    field.setLight(engine.lightChannels());
-    field.setLabels(engine.labelChannels(), volume.optics.labels);
-    return field;
 }
 
 bool NativeCaster::mapsSurfaces() const {
@@ -214,8 +114,8 @@ void NativeCaster::colourKeptValues() {
 }
 
 native::PacketScene NativeCaster::packetSceneOfVolume(std::size_t number) const {
-    NativeEngine& engine = engineOfVolume(number);
-    return packetSceneOf({planOfVolume(number), engine.settled(), engine.lightChannels(),
+    NativeEngine& engine = engineOfVolume(engine_, number);
+    return packetSceneOf({planOfVolume(scene_, number), engine.settled(), engine.lightChannels(),
                           engine.labelChannels(), rays_.strides, frame_.flat, cuts_.has_value(),
                           occupancy(number), number == 0 ? blocks_.get() : nullptr,
                           number == 0 ? surfaceBlocks_.get() : nullptr});
@@ -242,10 +142,10 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
     const auto start = Clock::now();
     std::vector<native::PacketScene> packets;
     for (std::size_t n = 0; n < volumes(); ++n)
-        engineOfVolume(n).settled();
+        engineOfVolume(engine_, n).settled();
     engine_.castShadows();
     for (std::size_t n = 0; n < volumes(); ++n) {
-        engineOfVolume(n).settledLight(work);
+        engineOfVolume(engine_, n).settledLight(work);
         packets.push_back(packetSceneOfVolume(n));
     }
     march_ = scene_.fused ? target_.fused : target_.march(packets.front());
@@ -259,7 +159,7 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
     const auto tile = [&](std::size_t number) {
         if (packet_[number] == packetsOfTile || late.load(std::memory_order_relaxed))
             return;
-        Volumes mine(*this, packets, deadline, late);
+        NativeVolumes mine(scene_, engine_, rays_.strides, packets, deadline, late);
         Counts counts;
         const glm::ivec2 first =
             kTileEdge * glm::ivec2(static_cast<int>(number) % tiles_.x, static_cast<int>(number) / tiles_.x);
@@ -270,7 +170,7 @@ bool NativeCaster::drawRound(const Slicing& slicing, Clock::time_point deadline,
             const bool ended =
                 glm::any(glm::greaterThanEqual(origin, size_)) || drawPacket(origin, mine, slicing, counts);
             p = static_cast<std::uint16_t>(p + (ended ? 1 : 0));
-            if (mine.scenes.front().help.expired(&mine.contexts.front()))
+            if (mine.expired())
                 break;
         }
         const std::lock_guard lock(mutex);
@@ -306,35 +206,8 @@ void NativeCaster::nameStride(NativeField& field, const SegmentedRay<float>& ray
     surfaceRay(ray, field, input, unused, options_.hits ? &nowhere : nullptr, state);
 }
 
-/// Reads all that the next sample of a ray needs.
-void NativeCaster::nameSample(Volumes& volumes, const SegmentedRay<float>& ray, int i) {
-    const Optics& optics = scene_.layer().optics;
-    NativeField& field = volumes.fields.front();
-    const int n = strideAt(rays_.strides, ray, i);
-    const float length = strideLength(ray, i, n);
-    if (scene_.fused) {
-        const float at = leaf::strideMiddle(static_cast<float>(i), length);
-        for (std::size_t v = 0; v < volumes.fields.size(); ++v) {
-            const glm::vec3 p = placeIn(volumes.fusion, static_cast<int>(v), ray, at);
-            if (!isIn(volumes.scenes[v].field, p))
-                continue;
-            volumes.fields[v].value(p);
-            readBeside(volumes.fields[v], planOfVolume(v).layer().optics, p);
-        }
-        return;
-    }
-    const glm::vec3 middle = stridePosition(ray, i, length);
-    if (needsEnds(optics.integrator)) {
-        field.value(segmentStart(ray, i));
-        field.value(strideEnd(ray, i, length));
-    } else {
-        field.value(middle);
-    }
-    readBeside(field, optics, middle);
-}
-
 /// True when all rays of it are at their end or wait.
-bool NativeCaster::drawPacket(const glm::ivec2& origin, Volumes& volumes, const Slicing& slicing,
+bool NativeCaster::drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, const Slicing& slicing,
                               Counts& counts) {
     native::PacketJob job;
     native::PacketHits hits;
@@ -386,7 +259,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, Volumes& volumes, const 
         return true;
     job.hits = options_.hits ? &hits : nullptr;
     job.turns = slicing.fixedIterations;
-    march_(volumes.scenes.front(), job);
+    march_(volumes.scene(), job);
     bool ended = true;
     const bool surfaces = !scene_.layer().optics.surfaces.empty();
     for (int lane = 0; lane < target_.lanes(); ++lane) {
@@ -399,16 +272,12 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, Volumes& volumes, const 
             hits_[slot] = hitOf(hits, lane);
         if (job.waiting >> lane & 1u) {
             ++counts.waiting;
-            for (std::size_t n = 0; n < volumes.fields.size(); ++n)
-                volumes.fields[n].name(&wanted_[n], static_cast<std::uint32_t>(slot));
+            volumes.name(&wanted_, static_cast<std::uint32_t>(slot));
             if (surfaces)
-                nameStride(volumes.fields.front(), rayOf(job, lane), job.next[lane], colour_[slot]);
+                nameStride(volumes.field(), rayOf(job, lane), job.next[lane], colour_[slot]);
             else
-                nameSample(volumes, rayOf(job, lane), job.next[lane]);
-            for (NativeField& field : volumes.fields) {
-                field.name(nullptr, 0);
-                field.takeMissing();
-            }
+                volumes.readSample(rayOf(job, lane), job.next[lane]);
+            volumes.name(nullptr, 0);
         } else {
             ended = ended && next_[slot] == kEnded;
         }

@@ -14,6 +14,8 @@
 
 namespace tessera {
 
+class NativeVolumes;
+
 class NativeCaster : public RayCaster {
   public:
     /// Scene and engine outlive it.
@@ -47,19 +49,14 @@ class NativeCaster : public RayCaster {
 
   private:
     struct Counts;
-    struct Volumes;
     native::PacketScene packetSceneOfVolume(std::size_t number) const;
-    NativeField fieldOfVolume(std::size_t number) const;
-    const FramePlan& planOfVolume(std::size_t number) const;
-    NativeEngine& engineOfVolume(std::size_t number) const;
     std::size_t volumes() const { return 1 + scene_.further.size(); }
     glm::vec2 placeOf(const glm::ivec2& at, std::size_t slot) const;
     /// One interval of every ray, the same number of each.
     bool drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work);
     void startRound();
     void colourKeptValues();
-    bool drawPacket(const glm::ivec2& origin, Volumes& volumes, const Slicing& slicing, Counts& counts);
-    void nameSample(Volumes& volumes, const SegmentedRay<float>& ray, int i);
+    bool drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, const Slicing& slicing, Counts& counts);
     void nameStride(NativeField& field, const SegmentedRay<float>& ray, int i, const glm::vec4& sum);
     const Occupancy* occupancy(std::size_t volume = 0) const;
     bool mapsSurfaces() const;

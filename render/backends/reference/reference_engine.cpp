@@ -7,12 +7,16 @@
 #include "render/plan/fusion.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <glm/geometric.hpp>
+#include <optional>
+#include <vector>
 
 namespace tessera {
 namespace {
 
-constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // per call with a deadline
+constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // with a deadline
+constexpr std::size_t kRaysTogether = 4096;                     // else
 
 class ReferenceCaster : public RayCaster {
   public:
@@ -22,40 +26,44 @@ class ReferenceCaster : public RayCaster {
     /// Rays are the view's own, in double; strides are ignored.
     void begin(const Rays& rays) override {
         check(rays);
-        const ViewState& view = scene_.view;
-        TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == view.imageSize);
-        rays_ = rays.places.empty()
-                    ? referenceRays(view.camera, scene_.rayVoxels(), view.imageSize)
-                    : referenceRays(view.camera, scene_.rayVoxels(), view.imageSize, rays.places);
-        for (std::size_t n = 0; n < rays.frame.ends.size(); ++n)
-            end(rays, n);
+        TESSERA_CHECK(glm::ivec2(rays.frame.imageSize) == scene_.view.imageSize);
+        rays_ = rays;
         picture_ = Image(rays.size());
+        hits_.clear();
         done_ = 0;
     }
 
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
         const bool whole = deadline == Clock::time_point::max();
         ReferenceInput input = this->input();
-        input.progress = whole ? slicing.progress : ShareDone{};
-        const std::size_t most = lightChannels(scene_.view.lighting) > 0 ? kLitRaysAtATime : kRaysAtATime;
-        do {
-            const std::size_t left = picture_.pixels.size() - done_;
-            const std::size_t count = whole ? left : std::min(left, most);
-            const auto first = rays_.begin() + static_cast<std::ptrdiff_t>(done_);
-            const auto last = first + static_cast<std::ptrdiff_t>(count);
-            const auto values = whole && done_ == 0 ? renderReference(input, rays_, threads_)
-                                                    : renderReference(input, {first, last}, threads_);
+        const std::size_t all = picture_.pixels.size(), most = whole ? kRaysTogether
+                                                               : lightChannels(scene_.view.lighting) > 0
+                                                                   ? kLitRaysAtATime
+                                                                   : kRaysAtATime;
+        std::optional<ReferenceSurfaces> surfaces;
+        if (tellsHits_)
+            surfaces.emplace(input);
+        while (done_ < all) {
+            const std::size_t count = std::min(all - done_, most);
+            if (whole && slicing.progress)
+                input.progress = [&](double share) {
+                    slicing.progress((static_cast<double>(done_) + share * static_cast<double>(count)) /
+                                     static_cast<double>(all));
+                };
+            const std::vector<ReferenceRay> rays = raysFrom(done_, count);
+            const auto values = renderReference(input, rays, threads_);
             std::transform(values.begin(), values.end(),
                            picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
                            [](const glm::dvec4& v) { return glm::vec4(v); });
+            if (surfaces) {
+                const auto hits = surfaces->firstHits(rays, threads_);
+                hits_.insert(hits_.end(), hits.begin(), hits.end());
+            }
             done_ += count;
-        } while (done_ < picture_.pixels.size() && Clock::now() < deadline);
-        if (done_ < picture_.pixels.size())
-            return false;
-        if (tellsHits_)
-            hits_ = ReferenceSurfaces(input).firstHits(rays_, threads_);
-        rays_ = {};
-        return true;
+            if (Clock::now() >= deadline)
+                break;
+        }
+        return done_ == all;
     }
 
     Image image() const override { return picture_; }
@@ -65,20 +73,31 @@ class ReferenceCaster : public RayCaster {
     }
 
   private:
+    glm::dvec2 placeOf(std::size_t n) const {
+        const std::size_t width = static_cast<std::size_t>(rays_.frame.imageSize.x);
+        return rays_.places.empty()
+                   ? glm::dvec2(static_cast<double>(n % width), static_cast<double>(n / width)) + 0.5
+                   : glm::dvec2(rays_.places[n]);
+    }
+    std::vector<ReferenceRay> raysFrom(std::size_t first, std::size_t count) const {
+        std::vector<glm::vec2> places(count); // exact: whole pixels and a half, or given ones
+        for (std::size_t n = 0; n < count; ++n)
+            places[n] = glm::vec2(placeOf(first + n));
+        const ViewState& view = scene_.view;
+        std::vector<ReferenceRay> rays =
+            referenceRays(view.camera, scene_.rayVoxels(), view.imageSize, places);
+        for (std::size_t n = 0; n < count && !rays_.frame.ends.empty(); ++n)
+            end(first + n, rays[n]);
+        return rays;
+    }
     /// Ends a ray as the frame has it: in mm from where the reference's own ray begins.
-    void end(const Rays& rays, std::size_t n) {
-        const std::size_t width = static_cast<std::size_t>(rays.frame.imageSize.x);
-        const glm::dvec2 place =
-            rays.places.empty()
-                ? glm::dvec2(static_cast<double>(n % width), static_cast<double>(n / width)) + 0.5
-                : glm::dvec2(rays.places[n]);
-        const RayLine<double> line = pixelLine(rays.frame, place);
-        ReferenceRay& ray = rays_[n];
+    void end(std::size_t n, ReferenceRay& ray) const {
+        const RayLine<double> line = pixelLine(rays_.frame, placeOf(n));
         const double squared = glm::dot(ray.direction, ray.direction);
         const auto along = [&](double t) {
             return glm::dot(line.base - ray.base + t * line.direction, ray.direction) / squared;
         };
-        const RayPart& part = rays.frame.ends[n];
+        const RayPart& part = rays_.frame.ends[n];
         ray.tMin = std::max(ray.tMin, along(part.from));
         ray.tMax = along(part.to);
     }
@@ -114,7 +133,7 @@ class ReferenceCaster : public RayCaster {
     const FramePlan& scene_;
     bool tellsHits_;
     int threads_;
-    std::vector<ReferenceRay> rays_;
+    Rays rays_;
     std::vector<SurfaceHit> hits_;
     Image picture_;
     std::size_t done_ = 0; // rays
@@ -135,9 +154,6 @@ EngineTraits referenceTraits() {
     traits.kind = EngineKind::reference;
     traits.name = "reference";
     traits.exact = traits.singleRays = true;
-    // its rays, their colours, and the picture made from them
-    traits.bytesPerPixel =
-        std::max(kPictureBytesPerPixel, sizeof(ReferenceRay) + sizeof(glm::dvec4) + sizeof(glm::vec4));
     traits.fuses = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<ReferenceEngine>(input.threads);

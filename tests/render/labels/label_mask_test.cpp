@@ -25,11 +25,15 @@ std::uint32_t labelAt(const glm::ivec3& p) {
         return 1;
     return p.x > 45 && p.x < 60 && p.y % 9 < 2 ? 2 : p == glm::ivec3(40, 5, 7) ? 3 : 0;
 }
+/// Labels are brighter than all else, but half of the ball, which is darker.
 double valueAt(const glm::ivec3& p) {
+    const std::uint32_t label = labelAt(p);
     return std::round(300 + 250 * std::sin(0.3 * p.x) * std::cos(0.23 * p.y + 1) * std::sin(0.19 * p.z)) +
-           (labelAt(p) != 0 ? 400 : 0);
+           (label == 0               ? 0
+            : label == 1 && p.x > 24 ? -350
+                                     : 400);
 }
-constexpr double kLeast = 20, kGreatest = 990;
+constexpr double kLeast = -400, kGreatest = 990;
 
 VolumeInfo scanInfo(double slope) {
     VolumeInfo info;
