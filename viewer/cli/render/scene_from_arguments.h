@@ -24,9 +24,9 @@ namespace tessera {
 struct RenderArguments {
     std::string in, out, engine = "auto", ram, gpuMemory, preset, view, fit, projection;
     std::string device = "auto";
-    double mmPerPixel = 0;                      // 0: as the scene says
+    double mmPerPixel = 0;                    // 0: as the scene says
     std::vector<std::string> add, addPresets; // further volumes, and their presets
-    KeyOptions keys;                            // those that set one key of the scene
+    KeyOptions keys;                          // those that set one key of the scene
     std::string first, light;
     std::vector<std::string> surfaces;
     std::vector<std::string> meshes, meshColours, meshOpacities; // n-th of the n-th; the last for the rest
