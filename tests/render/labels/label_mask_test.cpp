@@ -82,7 +82,7 @@ struct Scan {
 Scene sceneOf(const Scan& scan, Mode mode) {
     Scene scene = sceneOn(scanInfo(scan.slope), "auto", 0, {40, 36});
     scene.mode = mode;
-    scene.window = GreyWindow{500, 1000};
+    scene.window = GreyWindow{300, 1400};
     return scene;
 }
 
