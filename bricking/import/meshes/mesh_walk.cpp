@@ -165,7 +165,7 @@ MeshCounts walkObj(const InputFile& file) {
                 const std::size_t end = std::min(word.find('/'), word.size());
                 const std::string number(word.substr(0, end));
                 char* rest = nullptr;
-                const long long value = number.empty() ? 0 : std::strtoll(number.c_str(), &rest, 10);
+                const long long value = std::strtoll(number.c_str(), &rest, 10); // 0 of nothing
                 const auto far = static_cast<std::uint64_t>(value < 0 ? -(value + 1) + 1 : value);
                 if (number.empty() ? part == 0 : *rest != '\0' || value == 0 || far > most[part])
                     throw refuse("a face of numbers from 1 to " + std::to_string(most[part]));

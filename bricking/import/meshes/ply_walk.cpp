@@ -141,7 +141,8 @@ class PlyWalk {
                       : !p.countType             ? p.type->bytes
                       : isCorners(p)             ? p.countType->bytes + 3 * p.type->bytes
                                                  : p.countType->bytes;
-        if (element.properties.empty() || element.count > (walk_.left() + 1) / fewest)
+        if (element.properties.empty() ||
+            element.count > (walk_.left() + 1) / std::max<std::uint64_t>(fewest, 1))
             refuse(std::to_string(element.count) + " of element " + element.name + ", as its header tells",
                    std::to_string(walk_.left()) + " bytes behind the header");
     }
@@ -209,6 +210,8 @@ class PlyWalk {
         for (std::size_t n = 0; n < type.bytes; ++n)
             bits |= static_cast<std::uint64_t>(bytes[n])
                     << (8 * (coding_ == PlyCoding::little ? n : type.bytes - 1 - n));
+        if (type.bytes == 0 || type.bytes > bytes.size())
+            return 0; // no type is
         const std::size_t unused = 64 - 8 * type.bytes;
         return type.isSigned ? static_cast<std::int64_t>(bits << unused) >> unused
                              : static_cast<std::int64_t>(bits);

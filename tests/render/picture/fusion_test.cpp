@@ -364,6 +364,66 @@ TEST(FusedBudgets, AreNeverExceeded) {
     EXPECT_GE(drawn, 5);
 }
 
+TEST(FusedBudgets, SharesAreHeldFromTheWhole) {
+    Scene scene = fusedScene({0, 1, 2}, kSize);
+    OpenedVolumes opened(scene);
+    MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20),
+        gpu("GPU memory", "--gpu-memory", std::size_t{512} << 20);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    const RenderResult result = renderScene(scene, opened.stores, ram, gpu, options);
+    ASSERT_EQ(result.further.size(), 2u);
+    std::size_t ofRam = 0, ofGpu = 0;
+    for (const RenderResult::Further& further : result.further) {
+        EXPECT_GT(further.gpuPeakBytes, 0u);
+        EXPECT_LE(further.gpuPeakBytes, further.gpuBytes);
+        EXPECT_LE(further.ramPeakBytes, further.ramBytes);
+        ofRam += further.ramBytes, ofGpu += further.gpuBytes;
+    }
+    EXPECT_GT(ram.peakBytes(), ofRam);
+    EXPECT_GT(gpu.peakBytes(), ofGpu);
+    EXPECT_LT(ofGpu, gpu.limitBytes());
+}
+
+// A small volume at its finest level beside one that memory is short for.
+Scene fineBesideCoarse(const glm::ivec2& size) {
+    Scene scene = fusedScene({1, 2}, size);
+    scene.quality.pixels.samples = 1;
+    return scene;
+}
+constexpr std::size_t kShort = std::size_t{3584} << 10;
+
+TEST(FusedErrors, CoarseLevelsOfFurtherVolumesAreMeasured) {
+    const Scene scene = fineBesideCoarse({64, 52});
+    OpenedVolumes opened(scene);
+    MemoryBudget gpu("GPU memory", "--gpu-memory", kShort);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.verify = Verify::full;
+    const RenderResult result = renderScene(scene, opened.stores, opened.budgets.ram, gpu, options);
+    ASSERT_EQ(result.further.size(), 1u);
+    const auto& levels = result.further[0].bricksOfLevel;
+    ASSERT_GT(levels[1] + levels[2] + levels[3], 15u);
+    ASSERT_TRUE(result.measured && result.measured->whyNot.empty()) << result.measured->whyNot;
+    Scene exact = scene;
+    const Image truth = fusedPicture(exact, EngineKind::reference).image;
+    const double is = errorBetween(result.image, truth).luvP99;
+    ASSERT_TRUE(result.measured->rays.luvP99);
+    EXPECT_GT(result.measured->rays.luvP99->value, 0.5 * is);
+    EXPECT_GT(is, 1);
+}
+
+TEST(FusedErrors, PredictedOnesAreTheSumOfAllVolumes) {
+    const Scene scene = fineBesideCoarse({96, 80});
+    OpenedVolumes opened(scene);
+    MemoryBudget gpu("GPU memory", "--gpu-memory", kShort);
+    const Planner p = planScene(scene, opened.stores, TextureLimits{}, {opened.budgets.ram, gpu, 0},
+                                LevelChoice::perBrick, kPictureBytesPerPixel);
+    const double further = p.further[0].plan.chosen.error.p99;
+    EXPECT_GT(further, 0.5);
+    EXPECT_DOUBLE_EQ(predictedOf(p).p99, p.chosen.error.p99 + further);
+}
+
 TEST(FusedErrors, MeasuredOnesAreTrue) {
     Scene scene = fusedScene({0, 1}, {24, 18});
     scene.quality.maxError = 3;
