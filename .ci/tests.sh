@@ -10,8 +10,9 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
     AreaPicture AutomaticIntegrator AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
-    DistanceMap FirstPicture GradedCulling GradedNothing GradedVisibility HiddenTable IntegratorBound LabelBudgets
-    LabelCells LabelForms LabelLevels LabelRefusals LevelsWithin Scenes/Labelled
+    DistanceMap FirstPicture FusedBudgets FusedErrors FusedForms FusedLight FusedRefusals FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable IntegratorBound LabelBudgets
+    LabelCells LabelForms LabelLevels LabelRefusals LevelsWithin Modes/HiddenLabels Scenes/Fused Scenes/Labelled
+    Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
     RayArray ReferenceThroughStore RenderBudget ShownRanges SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
@@ -56,10 +57,13 @@ tests_of() { # FILE
     bricking/levels/*) echo bricking_selection_test ;;
     bricking/labels/* | bricking/import/labels/* | tests/bricking/labels/*) echo bricking_labels_test bricking_label_formats_test ;;
     bricking/analysis/*) echo bricking_lumen_test bricking_body_test ;;
+    bricking/import/meshes/* | tests/bricking/meshes/*) echo bricking_meshes_test ;;
     bricking/import/* | tests/bricking/import/*) echo import_test damage_corpus ;;
     datasets/* | tests/datasets/*) echo datasets_phantom_test ;;
     tests/bricking/*) echo bricking_store_test bricking_cache_test ;;
     render/backends/native/* | render/contract/*) echo render_native_test ;;
+    render/geometry/* | tests/render/geometry/*) echo render_geometry_test ;;
+    render/plan/fusion* | render/picture/several_volumes*) echo render_fusion_test ;;
     render/* | tests/render/*) echo render_unit_test render_engine_test ;;
     viewer/presets/*) echo viewer_presets_test ;;
     viewer/cli/modules/*) echo modules_test ;;
