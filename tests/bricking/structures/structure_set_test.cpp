@@ -1,6 +1,6 @@
 // tests/bricking/structures/structure_set_test.cpp: contours of DICOM structure sets: what is read, and what
 // is refused. DCMTK writes the files.
-#include "bricking/import/structures/structure_set.h"
+#include "bricking/import/structures/structure_lines.h"
 #include "core/base/error.h"
 
 #include <dcmtk/config/osconfig.h>
@@ -123,6 +123,17 @@ TEST_F(StructureSets, PointsAndColoursComeBack) {
         EXPECT_THAT(set.notes, testing::Contains(HasSubstr("4 \"empty\" has no contours")));
     }
     EXPECT_EQ(ram_.usedBytes(), 0u);
+}
+
+TEST_F(StructureSets, RingsAreClosedAndLinesAreNot) {
+    const StructureSet set = readStructureSet(write(kTwoStructures), ram_);
+    const StructureLines needle = linesOf(set.structures[0], ram_), liver = linesOf(set.structures[1], ram_);
+    EXPECT_THAT(needle.ends, testing::ElementsAre(3u));
+    EXPECT_EQ(needle.points, set.structures[0].contours[0].points);
+    EXPECT_THAT(liver.ends, testing::ElementsAre(5u, 6u)); // a ring of four points, a point
+    ASSERT_EQ(liver.points.size(), 6u);
+    EXPECT_EQ(liver.points[4], liver.points[0]);
+    EXPECT_EQ(liver.points[5], glm::dvec3(1, 2, 3));
 }
 
 TEST_F(StructureSets, ContoursThatAreNone) {

@@ -2,7 +2,7 @@
 #include "viewer/cli/input/structure_input.h"
 
 #if TESSERA_WITH_IMPORT
-#include "bricking/import/structures/structure_set.h"
+#include "bricking/import/structures/structure_lines.h"
 #include "bricking/labels/label_names.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
@@ -38,31 +38,8 @@ std::vector<bool> chosenStructures(const StructureSet& set, const SceneMesh& mes
 }
 
 std::unique_ptr<const Shape> tubesOf(const Structure& structure, double radiusMm, MemoryBudget& ram) {
-    std::size_t count = 0, lines = 0;
-    for (const StructureContour& contour : structure.contours) {
-        count += contour.points.size() + 1;
-        lines += contour.form == ContourForm::points ? contour.points.size() : 1;
-    }
-    // Of the lists here; the shape charges for its own.
-    const Charge charge = ram.charge(count * sizeof(glm::dvec3) + lines * sizeof(std::uint32_t), "contours");
-    Tube tube;
-    tube.radiusMm = radiusMm;
-    tube.points.reserve(count);
-    std::vector<std::uint32_t> ends;
-    ends.reserve(lines);
-    const auto endLine = [&] { ends.push_back(static_cast<std::uint32_t>(tube.points.size())); };
-    for (const StructureContour& contour : structure.contours) {
-        for (const glm::dvec3& point : contour.points) {
-            tube.points.push_back(point);
-            if (contour.form == ContourForm::points)
-                endLine();
-        }
-        if (contour.form == ContourForm::ring && contour.points.size() > 2)
-            tube.points.push_back(contour.points.front());
-        if (contour.form != ContourForm::points)
-            endLine();
-    }
-    return std::make_unique<const TubeShape>(std::move(tube), ends, ram);
+    StructureLines lines = linesOf(structure, ram);
+    return std::make_unique<const TubeShape>(Tube{std::move(lines.points), radiusMm}, lines.ends, ram);
 }
 
 } // namespace
