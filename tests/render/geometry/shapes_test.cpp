@@ -28,7 +28,7 @@ struct Ram {
 std::vector<ShapeHit> allHits(const Shape& shape, const ShapeRay& ray, const HitFilter& filter = {}) {
     std::vector<ShapeHit> hits;
     HitOrder after{-kAll, 0};
-    for (ShapeHit hit; shape.next(ray, after, kAll, filter, hit); after = hit.at)
+    for (ShapeHit hit; hits.size() < 100000 && shape.next(ray, after, kAll, filter, hit); after = hit.at)
         hits.push_back(hit);
     return hits;
 }
