@@ -1,5 +1,5 @@
-// core/scene/mesh.h: SceneMesh: a surface besides the volume, a file's triangles or a tube, and how it shows
-// (docs/sampling.md, "Meshes").
+// core/scene/mesh.h: SceneMesh: a surface besides the volume, a file's triangles or contours, or a tube, and
+// how it shows (docs/sampling.md, "Meshes").
 #pragma once
 
 #include "core/base/names.h"
@@ -35,12 +35,20 @@ struct Tube {
     bool operator==(const Tube&) const = default;
 };
 
+/// Light grey: the colour of surfaces without one.
+constexpr glm::dvec3 kMeshColour{0.8};
+
 struct SceneMesh {
     static constexpr std::size_t kMost = 64; // of a scene
 
-    std::filesystem::path path = {}; // a file of triangles; "" there is a tube
+    static constexpr std::size_t kMostPatterns = 4096;
+
+    std::filesystem::path path = {}; // a file of triangles or a DICOM structure set; "" there is a tube
     std::optional<Tube> tube = {};
-    glm::dvec3 colour{0.8};                    // linear light, [0,1], not premultiplied
+    std::vector<std::string> rois = {}; // of a structure set, as patterns of labels are; none: all
+    double lineRadiusMm = 0.5;          // of a structure set's contours, which are tubes
+    /// Linear light, [0,1], not premultiplied. None: that of the shape, or light grey.
+    std::optional<glm::dvec3> colour = {};
     double opacity = 1;                        // [0,1], of the surface itself, at any angle
     std::optional<MeshMaterial> material = {}; // none: the scene's shading
     MeshSpace space = MeshSpace::lps;          // of the file
@@ -51,11 +59,15 @@ struct SceneMesh {
 
     bool isDrawn() const { return show && opacity > 0; }
     std::string name() const { return path.empty() ? "tube" : path.filename().string(); }
+    /// What the shape follows from.
+    bool isSameShape(const SceneMesh& other) const {
+        return path == other.path && tube == other.tube && space == other.space && rois == other.rois &&
+               lineRadiusMm == other.lineRadiusMm;
+    }
     /// As files have them: the shape follows from the rest.
     bool operator==(const SceneMesh& other) const {
-        return path == other.path && tube == other.tube && colour == other.colour &&
-               opacity == other.opacity && material == other.material && space == other.space &&
-               show == other.show && clipped == other.clipped;
+        return isSameShape(other) && colour == other.colour && opacity == other.opacity &&
+               material == other.material && show == other.show && clipped == other.clipped;
     }
 };
 

@@ -47,20 +47,30 @@ template <> const NameTable<MeshSpace>& namesOf<MeshSpace>() {
 const Fields<SceneMesh>& meshFields() {
     static const Fields<SceneMesh> fields = [] {
         Fields<SceneMesh> f("mesh");
-        f.add(
-             "path", &SceneMesh::path,
-             anyText()
-                 .checked([](const std::string& path, const JsonValue& value) {
-                     if (path.empty())
-                         value.refuse("the path of a mesh");
-                 })
-                 .described({{"minLength", 1}}),
-             "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb), relative to the scene's file; its "
-             "coordinates are mm in patient space.")
+        f.add("path", &SceneMesh::path,
+              anyText()
+                  .checked([](const std::string& path, const JsonValue& value) {
+                      if (path.empty())
+                          value.refuse("the path of a mesh");
+                  })
+                  .described({{"minLength", 1}}),
+              "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb) or of a DICOM structure set, "
+              "relative "
+              "to the scene's file; its coordinates are mm in patient space.")
             .writtenIf([](const SceneMesh& m) { return !m.path.empty(); })
             .withoutDefault();
         f.add("tube", &SceneMesh::tube, objectOf(tubeFields()), "In place of a file: a tube around a line.");
-        f.add("rgb", &SceneMesh::colour, colourKind(), "Colour, linear light.");
+        f.add("rois", &SceneMesh::rois, listOf(anyText(), SceneMesh::kMostPatterns, "patterns"),
+              "Structures of a DICOM structure set that are drawn (default: all): names with * and ?, or "
+              "numbers.")
+            .writtenIf([](const SceneMesh& m) { return !m.rois.empty(); })
+            .withoutDefault();
+        f.add("lineRadius", &SceneMesh::lineRadiusMm, numberIn(1e-3, 1e4),
+              "Radius of the tubes around a structure set's contours, mm.")
+            .unlessDefault();
+        f.add("rgb", &SceneMesh::colour, colourKind(),
+              "Colour, linear light (default: light grey, 0.8; structures have display colours of their "
+              "own).");
         f.add("opacity", &SceneMesh::opacity, numberIn(0, 1), "Opacity of the surface, at any angle.");
         f.add("material", &SceneMesh::material, objectOf(meshMaterialFields()),
               "What it makes of light (default: as shading).");

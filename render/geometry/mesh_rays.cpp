@@ -78,17 +78,18 @@ std::optional<MeshRays::Surface> MeshRays::next(const RayLine<double>& line, con
     if (found < 0)
         return std::nullopt;
     return Surface{{best.at.t, best.at.part, found},
-                   colourOf(meshes[static_cast<std::size_t>(found)], best.normal, ray, best.at.t)};
+                   colourOf(meshes[static_cast<std::size_t>(found)], best, ray)};
 }
 
-glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const glm::dvec3& normal, const ShapeRay& ray,
-                             double t) const {
+glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const ShapeHit& hit, const ShapeRay& ray) const {
+    const glm::dvec3& normal = hit.normal;
+    const glm::dvec3 own = mesh.colour.value_or(hit.colour ? *hit.colour : kMeshColour);
     const Optics& optics = plan_.layer().optics;
     const auto opacity = static_cast<float>(mesh.opacity);
     constexpr double kMost = std::numeric_limits<double>::max();
     const double length = glm::length(normal), far = glm::length(ray.direction);
     if (!optics.shading || !(length > 0) || !std::isfinite(length))
-        return {glm::vec3(mesh.colour), opacity};
+        return {glm::vec3(own), opacity};
     const glm::dvec3 n = normal / length, d = ray.direction / far;
     leaf::Material<double> material{optics.phong.x, optics.phong.y, optics.phong.z, optics.specularPower};
     if (mesh.material)
@@ -97,9 +98,9 @@ glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const glm::dvec3& normal, co
     if (!optics.hasLights) {
         const auto light =
             leaf::headLight(n, d, material.ambient, material.diffuse, material.specular, material.power);
-        return {glm::vec3(mesh.colour * light.scale + light.add), opacity};
+        return {glm::vec3(own * light.scale + light.add), opacity};
     }
-    const glm::dvec3 place = ray.origin + t * ray.direction;
+    const glm::dvec3 place = ray.origin + hit.at.t * ray.direction;
     const auto toPoint = [&](const leaf::LightNumbers& light) { // in voxels of the first volume
         return glm::dvec3(plan_.info().patientFromVoxel *
                           glm::dvec4(light.place[0], light.place[1], light.place[2], 1)) -
@@ -112,7 +113,7 @@ glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const glm::dvec3& normal, co
                : leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint, leaf::AllLight());
     glm::vec3 colour;
     for (int c = 0; c < 3; ++c)
-        colour[c] = static_cast<float>(mesh.colour[c] * lit.scale[c] + lit.add[c]);
+        colour[c] = static_cast<float>(own[c] * lit.scale[c] + lit.add[c]);
     return {colour, opacity};
 }
 

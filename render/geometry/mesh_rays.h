@@ -40,7 +40,7 @@ class MeshRays {
     static constexpr double kFar = 1e30;
 
   private:
-    glm::vec4 colourOf(const SceneMesh& mesh, const glm::dvec3& normal, const ShapeRay& ray, double t) const;
+    glm::vec4 colourOf(const SceneMesh& mesh, const ShapeHit& hit, const ShapeRay& ray) const;
 
     const FramePlan& plan_;
     const MeshLight* light_;

@@ -95,7 +95,7 @@ bool MeshShape::next(const ShapeRay& ray, const HitOrder& after, double most, co
         return best.t;
     });
     if (found)
-        hit = {best, normalOf(bestPlace, bestU, bestV)};
+        hit = {best, normalOf(bestPlace, bestU, bestV), nullptr};
     return found;
 }
 

@@ -19,6 +19,7 @@ class MeshShape : public Shape {
     const ShapeBox& box() const override { return tree_.box(); }
     void forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const override;
     std::size_t parts() const override { return mesh_.triangles.size(); }
+    const char* partName() const override { return "triangles"; }
     std::size_t bytes() const override { return charge_.bytes(); }
 
     /// RAM that making one takes, the mesh itself included.

@@ -26,6 +26,7 @@ struct HitOrder {
 struct ShapeHit {
     HitOrder at;
     glm::dvec3 normal{0}; // of the surface, patient space, any length, to either side; 0: it has none
+    const glm::dvec3* colour = nullptr; // of the shape's own, which outlives it; linear light; null: none
 };
 
 /// Says which hits count: a function without state of its own, and what it works on.
@@ -57,6 +58,8 @@ class Shape {
     forEachBall(const std::function<void(const glm::dvec3& centre, double radius)>& visit) const = 0;
     /// Triangles, or pieces of a line.
     virtual std::size_t parts() const = 0;
+    /// What the parts are, for people: "triangles".
+    virtual const char* partName() const = 0;
     /// RAM, charged.
     virtual std::size_t bytes() const = 0;
 };

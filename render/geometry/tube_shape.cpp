@@ -1,6 +1,8 @@
 // render/geometry/tube_shape.cpp: see tube_shape.h.
 #include "render/geometry/tube_shape.h"
 
+#include "core/base/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -9,7 +11,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kOfBox = 16; // pieces
+constexpr std::uint32_t kOfBox = 16;    // pieces, or boxes
+constexpr std::size_t kMostLevels = 16; // of boxes
 
 /// The part of a ray in a ball.
 bool meetBall(const ShapeRay& ray, const glm::dvec3& centre, double radius, double& from, double& to) {
@@ -78,22 +81,50 @@ bool meetsBox(const ShapeRay& ray, const ShapeBox& box) {
 
 } // namespace
 
-TubeShape::TubeShape(Tube tube, MemoryBudget& ram) : tube_(std::move(tube)) {
-    const std::size_t boxes = (pieces() + kOfBox - 1) / kOfBox;
-    charge_ = ram.charge(tube_.points.size() * sizeof(glm::dvec3) + boxes * sizeof(ShapeBox), "a tube");
-    boxes_.resize(boxes);
+TubeShape::TubeShape(Tube tube, MemoryBudget& ram)
+    : TubeShape(tube, {static_cast<std::uint32_t>(tube.points.size())}, ram) {}
+
+TubeShape::TubeShape(Tube tube, const std::vector<std::uint32_t>& ends, MemoryBudget& ram)
+    : tube_(std::move(tube)) {
+    TESSERA_CHECK(!ends.empty() && ends.back() == tube_.points.size());
+    const std::size_t points = tube_.points.size(); // at least as many as pieces
+    charge_ = ram.charge(points * (sizeof(glm::dvec3) + sizeof(Piece)) +
+                             (points / (kOfBox - 1) + kMostLevels) * sizeof(ShapeBox),
+                         "a tube");
+    pieces_.reserve(points);
+    std::uint32_t begin = 0;
+    for (const std::uint32_t end : ends) {
+        TESSERA_CHECK(begin < end && end <= points);
+        if (end - begin == 1)
+            pieces_.push_back({begin, begin});
+        for (; begin + 1 < end; ++begin)
+            pieces_.push_back({begin, begin + 1});
+        begin = end;
+    }
+    const auto boxesOf = [&](std::size_t parts) -> std::vector<ShapeBox>& {
+        return boxes_.emplace_back((parts + kOfBox - 1) / kOfBox);
+    };
+    std::vector<ShapeBox>& around = boxesOf(pieces_.size());
     const double wide = tube_.radiusMm * (1 + 1e-9);
-    for (std::size_t piece = 0; piece < pieces(); ++piece)
-        for (const std::size_t end : {piece, std::min(piece + 1, tube_.points.size() - 1)})
+    for (std::size_t piece = 0; piece < pieces_.size(); ++piece)
+        for (const std::uint32_t end : {pieces_[piece].from, pieces_[piece].to})
             for (const double side : {-wide, wide}) {
-                boxes_[piece / kOfBox].add(tube_.points[end] + side);
+                around[piece / kOfBox].add(tube_.points[end] + side);
                 box_.add(tube_.points[end] + side);
             }
+    while (boxes_.back().size() > 1) {
+        const std::size_t level = boxes_.size() - 1;
+        std::vector<ShapeBox>& next = boxesOf(boxes_[level].size());
+        for (std::size_t n = 0; n < boxes_[level].size(); ++n) {
+            next[n / kOfBox].add(boxes_[level][n].low);
+            next[n / kOfBox].add(boxes_[level][n].high);
+        }
+    }
 }
 
 bool TubeShape::meet(const ShapeRay& ray, std::uint32_t piece, Span& span) const {
-    const glm::dvec3& a = tube_.points[piece];
-    const glm::dvec3& b = tube_.points[std::min<std::size_t>(piece + 1, tube_.points.size() - 1)];
+    const glm::dvec3& a = tube_.points[pieces_[piece].from];
+    const glm::dvec3& b = tube_.points[pieces_[piece].to];
     double from = 0, to = 0;
     bool met = false;
     const auto join = [&] { // convex: parts of one line through it are one
@@ -103,7 +134,7 @@ bool TubeShape::meet(const ShapeRay& ray, std::uint32_t piece, Span& span) const
     };
     if (meetBall(ray, a, tube_.radiusMm, from, to))
         join();
-    if (tube_.points.size() > 1 && meetBall(ray, b, tube_.radiusMm, from, to))
+    if (pieces_[piece].to != pieces_[piece].from && meetBall(ray, b, tube_.radiusMm, from, to))
         join();
     if (meetCylinder(ray, a, b - a, tube_.radiusMm, from, to))
         join();
@@ -112,8 +143,8 @@ bool TubeShape::meet(const ShapeRay& ray, std::uint32_t piece, Span& span) const
 }
 
 glm::dvec3 TubeShape::normalAt(const glm::dvec3& point, std::uint32_t piece) const {
-    const glm::dvec3& a = tube_.points[piece];
-    const glm::dvec3 axis = tube_.points[std::min<std::size_t>(piece + 1, tube_.points.size() - 1)] - a;
+    const glm::dvec3& a = tube_.points[pieces_[piece].from];
+    const glm::dvec3 axis = tube_.points[pieces_[piece].to] - a;
     const double squared = glm::dot(axis, axis);
     const double along = squared > 0 ? std::clamp(glm::dot(point - a, axis) / squared, 0.0, 1.0) : 0;
     return point - (a + along * axis);
@@ -124,20 +155,24 @@ void TubeShape::forEachBall(const std::function<void(const glm::dvec3&, double)>
         visit(point, tube_.radiusMm);
 }
 
+void TubeShape::collect(const ShapeRay& ray, std::size_t level, std::size_t box,
+                        std::vector<Span>& spans) const {
+    if (!meetsBox(ray, boxes_[level][box]))
+        return;
+    const std::size_t parts = level > 0 ? boxes_[level - 1].size() : pieces_.size();
+    const std::size_t last = std::min<std::size_t>((box + 1) * kOfBox, parts);
+    for (std::size_t part = box * kOfBox; part < last; ++part)
+        if (level > 0)
+            collect(ray, level - 1, part, spans);
+        else if (Span span{}; meet(ray, static_cast<std::uint32_t>(part), span))
+            spans.push_back(span);
+}
+
 bool TubeShape::next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
                      ShapeHit& hit) const {
-    if (!meetsBox(ray, box_))
-        return false;
     thread_local std::vector<Span> spans; // the largest that any ray of the thread has had
     spans.clear();
-    for (std::size_t box = 0; box < boxes_.size(); ++box) {
-        if (!meetsBox(ray, boxes_[box]))
-            continue;
-        const std::size_t last = std::min<std::size_t>((box + 1) * kOfBox, pieces());
-        for (std::size_t piece = box * kOfBox; piece < last; ++piece)
-            if (Span span{}; meet(ray, static_cast<std::uint32_t>(piece), span))
-                spans.push_back(span);
-    }
+    collect(ray, boxes_.size() - 1, 0, spans);
     std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) {
         return a.from != b.from ? a.from < b.from : a.first < b.first;
     });
@@ -145,7 +180,7 @@ bool TubeShape::next(const ShapeRay& ray, const HitOrder& after, double most, co
         const HitOrder at{t, piece};
         if (!(after < at && t < most && filter(t)))
             return false;
-        hit = {at, normalAt(ray.origin + t * ray.direction, piece)};
+        hit = {at, normalAt(ray.origin + t * ray.direction, piece), nullptr};
         return true;
     };
     for (std::size_t n = 0; n < spans.size();) {

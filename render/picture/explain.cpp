@@ -78,8 +78,7 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     for (const SceneMesh& mesh : scene.meshes)
         if (mesh.shape && reduction == Reduction::composite)
             line("mesh %s: %zu %s, %s, opacity %g", printable(mesh.name()).c_str(), mesh.shape->parts(),
-                 mesh.tube ? "pieces of a line" : "triangles", formatBytes(mesh.shape->bytes()).c_str(),
-                 mesh.opacity);
+                 mesh.shape->partName(), formatBytes(mesh.shape->bytes()).c_str(), mesh.opacity);
         else
             line("mesh %s: left out, because %s", printable(mesh.name()).c_str(),
                  mesh.shape ? "this mode shows single values" : "the scene does not show it");

@@ -60,6 +60,7 @@ class Source {
     Source(std::uint64_t size, Read read) : size_(size), read_(std::move(read)) {}
 
     std::uint64_t size() const { return size_; }
+    std::uint64_t heads = 0; // of elements that were read
     const std::byte* at(std::uint64_t offset, std::size_t count) {
         if (offset > size_ || count > size_ - offset)
             throw Irregular{"an element that goes beyond the end of the file", true};
@@ -101,6 +102,7 @@ class Walk {
 
     Element head(std::uint64_t at) {
         Element e;
+        ++source_.heads;
         e.tag = number(at, 2) << 16 | number(at + 2, 2);
         const bool isItem = e.tag >> 16 == 0xFFFE;
         if (implicit_ || isItem) {
@@ -295,6 +297,7 @@ DicomStructure structureOf(const std::filesystem::path& path) {
     DicomStructure out;
     try {
         walkAll(source, out);
+        out.elements = source.heads;
     } catch (const Irregular& irregular) {
         if (out.irregularity.empty() || irregular.breaksOff)
             out.irregularity = irregular.words;

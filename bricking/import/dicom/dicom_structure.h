@@ -16,6 +16,8 @@ struct DicomStructure {
     /// The first irregularity, in words that quote no value; empty: none. Some writers are irregular in every
     /// file, so the caller decides whether it is damage.
     std::string irregularity;
+    /// Elements and items, at least as many as there are; 0: the check stopped before the file's end.
+    std::uint64_t elements = 0;
     bool breaksOff = false; // an element extends beyond the end of the file: no parser may read it
 };
 

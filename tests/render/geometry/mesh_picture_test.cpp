@@ -132,8 +132,8 @@ std::vector<Event> ofBall(const PatientRay& ray, const SceneMesh& mesh) {
     const double root = b * b - a * (glm::dot(o, o) - mesh.tube->radiusMm * mesh.tube->radiusMm);
     if (!(root > 0))
         return {};
-    return {{(-b - std::sqrt(root)) / a, mesh.colour, mesh.opacity},
-            {(-b + std::sqrt(root)) / a, mesh.colour, mesh.opacity}};
+    return {{(-b - std::sqrt(root)) / a, *mesh.colour, mesh.opacity},
+            {(-b + std::sqrt(root)) / a, *mesh.colour, mesh.opacity}};
 }
 Events ofBalls(const Scene& scene) {
     return [&scene](const PatientRay& ray) {
@@ -242,7 +242,7 @@ TEST(MeshInFog, CoplanarWithACut) {
                     beside += std::max(u, v) > half;
                     if (std::max(u, v) > half)
                         return {};
-                    return {{t, scene.meshes[0].colour, 0.8}};
+                    return {{t, *scene.meshes[0].colour, 0.8}};
                 },
                 [&](const PatientRay& ray, double& in, double& out) {
                     (glm::dot(ray.direction, normal) > 0 ? in : out) = glm::dot(ray.direction, normal) > 0

@@ -2,6 +2,7 @@
 // without a tree, across edges and corners, closed forms, order, budgets.
 #include "core/base/error.h"
 #include "render/geometry/mesh_shape.h"
+#include "render/geometry/shape_group.h"
 #include "render/geometry/triangle_hit.h"
 #include "render/geometry/tube_shape.h"
 #include "tests/support/mesh_shapes.h"
@@ -27,7 +28,7 @@ struct Ram {
 std::vector<ShapeHit> allHits(const Shape& shape, const ShapeRay& ray, const HitFilter& filter = {}) {
     std::vector<ShapeHit> hits;
     HitOrder after{-kAll, 0};
-    for (ShapeHit hit; shape.next(ray, after, kAll, filter, hit); after = hit.at)
+    for (ShapeHit hit; hits.size() < 100000 && shape.next(ray, after, kAll, filter, hit); after = hit.at)
         hits.push_back(hit);
     return hits;
 }
@@ -244,6 +245,51 @@ TEST(Tubes, SurfacesAreAtTheRadius) {
     }
     EXPECT_GT(met, 3000u);
     EXPECT_GT(many, 100u);
+}
+
+// A square and a line beside it as one surface, twice in a group: both are where the distance to the nearer
+// one is the radius, in their own colours, each place once for each member.
+TEST(Tubes, ContoursOfAGroup) {
+    Ram ram;
+    const std::vector<glm::dvec3> square{
+        {-20, -20, 1}, {20, -20, 1}, {20, 20, 1}, {-20, 20, 1}, {-20, -20, 1}},
+        line{{-30, 0, 4}, {-5, 3, 0}, {30, 0, 4}}, ball{{3, 4, 20}};
+    Tube tube{square, 2};
+    tube.points.insert(tube.points.end(), line.begin(), line.end());
+    tube.points.insert(tube.points.end(), ball.begin(), ball.end());
+    const std::vector<std::uint32_t> ends{5, 8, 9};
+    std::vector<ShapeGroup::Member> members;
+    members.push_back({std::make_unique<const TubeShape>(tube, ends, ram.budget), glm::dvec3(1, 0, 0)});
+    members.push_back({std::make_unique<const TubeShape>(tube, ends, ram.budget), glm::dvec3(0, 1, 0)});
+    const ShapeGroup group(std::move(members));
+    EXPECT_EQ(group.parts(), 2u * (4 + 2 + 1));
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> place(-35, 35), slope(-0.3, 0.3);
+    std::size_t met = 0;
+    for (int n = 0; n < 5000; ++n) {
+        const ShapeRay ray{{place(random), place(random), -60}, {slope(random), slope(random), 1}};
+        const auto at = [&](double t) {
+            const glm::dvec3 p = ray.origin + t * ray.direction;
+            return std::min({distanceTo(square, p), distanceTo(line, p), distanceTo(ball, p)});
+        };
+        const auto hits = allHits(group, ray);
+        ASSERT_EQ(hits.size() % 4, 0u);
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            EXPECT_NEAR(at(hits[i].at.t), tube.radiusMm, 1e-9);
+            EXPECT_EQ(hits[i].at.t, hits[i / 2 * 2].at.t);
+            ASSERT_TRUE(hits[i].colour);
+            EXPECT_EQ(*hits[i].colour, i % 2 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0));
+        }
+        for (double t = 30; t < 90; t += 0.25) { // nothing of it is missed
+            const auto before =
+                std::count_if(hits.begin(), hits.end(), [&](const ShapeHit& hit) { return hit.at.t < t; });
+            if (std::abs(at(t) - tube.radiusMm) > 1e-6) {
+                ASSERT_EQ(at(t) < tube.radiusMm, before % 4 == 2);
+            }
+        }
+        met += hits.size();
+    }
+    EXPECT_GT(met, 3000u);
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include "render/geometry/tube_shape.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/meshes/mesh_file.h"
+#include "viewer/cli/input/structure_input.h"
 #endif
 
 #include <algorithm>
@@ -13,8 +14,14 @@
 namespace tessera {
 namespace {
 
-std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ram) {
+std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ram,
+                                         std::vector<std::string>& notes) {
 #if TESSERA_WITH_IMPORT
+    if (beginsAsDicom(mesh.path))
+        return shapeOfStructures(mesh, ram, notes);
+    if (!mesh.rois.empty())
+        throw badFile(mesh.path.string(), "a DICOM structure set, of which meshes[].rois chooses",
+                      "another file");
     TriangleMesh triangles = readMesh(mesh.path, ram);
     if (mesh.space == MeshSpace::ras) // x to the left, y to the back
         for (std::vector<glm::vec3>* list : {&triangles.points, &triangles.normals})
@@ -23,6 +30,7 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ra
     return std::make_shared<const MeshShape>(std::move(triangles), ram, mesh.path.filename().string());
 #else
     (void)ram;
+    (void)notes;
     throw InputError(mesh.path.string() + ": this program was built without importers");
 #endif
 }
@@ -30,7 +38,8 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ra
 using KeptBudget = std::shared_ptr<MemoryBudget>;
 
 /// @param kept  of the shapes' memory, or null
-void read(Scene& scene, MemoryBudget& ram, const KeptBudget& kept) {
+std::vector<std::string> read(Scene& scene, MemoryBudget& ram, const KeptBudget& kept) {
+    std::vector<std::string> notes;
     const auto keep = [&](std::shared_ptr<const Shape> shape) {
         struct Both {
             KeptBudget budget; // goes last
@@ -49,25 +58,25 @@ void read(Scene& scene, MemoryBudget& ram, const KeptBudget& kept) {
             continue;
         }
         const auto same = std::find_if(scene.meshes.begin(), scene.meshes.end(), [&](const SceneMesh& other) {
-            return other.shape && other.path == mesh.path && other.space == mesh.space;
+            return other.shape && other.isSameShape(mesh);
         });
-        mesh.shape = same != scene.meshes.end() ? same->shape : keep(shapeOfFile(mesh, ram));
+        mesh.shape = same != scene.meshes.end() ? same->shape : keep(shapeOfFile(mesh, ram, notes));
     }
+    return notes;
 }
 
 } // namespace
 
-void readMeshes(Scene& scene, MemoryBudget& ram) {
-    read(scene, ram, nullptr);
+std::vector<std::string> readMeshes(Scene& scene, MemoryBudget& ram) {
+    return read(scene, ram, nullptr);
 }
 
 void adoptShapes(std::span<const SceneMesh> from, Scene& to) {
     for (SceneMesh& mesh : to.meshes) {
         if (mesh.shape)
             continue;
-        const auto same = std::find_if(from.begin(), from.end(), [&](const SceneMesh& other) {
-            return other.path == mesh.path && other.space == mesh.space && other.tube == mesh.tube;
-        });
+        const auto same = std::find_if(from.begin(), from.end(),
+                                       [&](const SceneMesh& other) { return other.isSameShape(mesh); });
         if (same != from.end())
             mesh.shape = same->shape;
     }

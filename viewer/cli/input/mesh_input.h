@@ -5,14 +5,17 @@
 #include "core/scene/scene.h"
 
 #include <span>
+#include <string>
+#include <vector>
 
 namespace tessera {
 
 /// Sets SceneMesh::shape of every mesh that is drawn and has none: of its file, or of its tube. A file that
 /// several meshes name is read once.
 /// @param ram  is charged for as long as the shapes are kept; outlives them
-/// Throws InputError as readMesh() does.
-void readMeshes(Scene& scene, MemoryBudget& ram);
+/// @return what was left out, in words
+/// Throws InputError as readMesh() and readStructureSet() do.
+std::vector<std::string> readMeshes(Scene& scene, MemoryBudget& ram);
 /// The same for scenes that may outlive the budget: shapes have one of their own, within what is free of ram.
 /// @return what they take, charged to ram
 Charge readMeshesApart(Scene& scene, MemoryBudget& ram);

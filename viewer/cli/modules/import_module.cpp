@@ -5,4 +5,4 @@ extern "C" const tessera::ImportModule tesseraModule;
 const tessera::ImportModule tesseraModule = {
     {TESSERA_VERSION}, tessera::lookThrough,    tessera::chooseRow,           tessera::openRow,
     tessera::tableOf,  tessera::passedOverText, tessera::passesOverSomething, tessera::countPassed,
-    tessera::keyOf,    tessera::openSource,     tessera::openLabels};
+    tessera::keyOf,    tessera::openSource,     tessera::openLabels,          tessera::readStructureSet};

@@ -4,6 +4,7 @@
 #include "bricking/import/catalogue.h"
 #include "bricking/import/labels/open_labels.h"
 #include "bricking/import/open_source.h"
+#include "bricking/import/structures/structure_set.h"
 #include "viewer/cli/modules/load_module.h"
 
 namespace tessera {
@@ -20,6 +21,7 @@ struct ImportModule {
     decltype(&keyOf) key;
     decltype(&openSource) openPath;
     decltype(&openLabels) openLabelled;
+    decltype(&readStructureSet) readStructures;
 };
 
 } // namespace tessera

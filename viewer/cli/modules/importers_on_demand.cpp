@@ -1,5 +1,5 @@
-// viewer/cli/modules/importers_on_demand.cpp: bricking/import/catalogue.h and open_source.h for programs: the
-// first import loads what reads scans.
+// viewer/cli/modules/importers_on_demand.cpp: bricking/import/catalogue.h, open_source.h and others for
+// programs: the first import loads what reads scans.
 #include "viewer/cli/modules/import_module.h"
 
 namespace tessera {
@@ -42,6 +42,9 @@ std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const 
 }
 LabelFile openLabels(const std::filesystem::path& path, const SourceOptions& options) {
     return importModule().openLabelled(path, options);
+}
+StructureSet readStructureSet(const std::filesystem::path& file, MemoryBudget& ram) {
+    return importModule().readStructures(file, ram);
 }
 
 } // namespace tessera

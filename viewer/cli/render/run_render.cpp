@@ -132,7 +132,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
-    readMeshes(scene, ram);
+    for (const std::string& words : readMeshes(scene, ram))
+        common.note(words);
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
     if (arguments.mode.cropsToBody())

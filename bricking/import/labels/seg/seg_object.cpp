@@ -4,8 +4,8 @@
 
 #include "bricking/import/dicom/dicom_deflated.h"
 #include "bricking/import/dicom/dicom_structure.h"
+#include "bricking/import/dicom/items/dicom_items.h"
 #include "bricking/import/labels/seg/seg_colour.h"
-#include "bricking/import/labels/seg/seg_items.h"
 #include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <dcmtk/dcmdata/dcspchrs.h>
 #include <glm/geometric.hpp>
 #include <set>
 #include <string_view>
@@ -85,7 +84,7 @@ class SegReader {
         readSegments(data);
         readFrames(data);
         checkPixels(data, bytes);
-        seg_.frameOfReference = printable(segText(data, DCM_FrameOfReferenceUID));
+        seg_.frameOfReference = printable(itemText(data, DCM_FrameOfReferenceUID));
         return std::move(seg_);
     }
 
@@ -95,12 +94,12 @@ class SegReader {
     }
 
     void requireKind(DcmDataset& data) {
-        const std::string storage = segText(data, DCM_SOPClassUID);
+        const std::string storage = itemText(data, DCM_SOPClassUID);
         if (storage == kSurfaces)
             refuse("a segmentation of pixels", "a segmentation of surfaces");
         if (storage != kSegmentation && storage != kLabelmap)
             refuse("a DICOM Segmentation (SOPClassUID)", "another object");
-        const std::string type = segText(data, DCM_SegmentationType);
+        const std::string type = itemText(data, DCM_SegmentationType);
         if (type == "BINARY")
             seg_.kind = SegKind::binary;
         else if (type == "FRACTIONAL")
@@ -113,7 +112,7 @@ class SegReader {
 
     void readShape(DcmDataset& data) {
         const auto required = [&](const DcmTagKey& tag, const char* name) {
-            const auto value = segNumber(data, tag);
+            const auto value = itemNumber(data, tag);
             if (!value)
                 refuse(std::string(name), "none");
             return static_cast<int>(*value);
@@ -131,8 +130,8 @@ class SegReader {
         if (!fits)
             refuse("BitsAllocated (0028,0100) of 1 (BINARY), 8 (FRACTIONAL), or 8 or 16 (LABELMAP)",
                    std::to_string(seg_.bitsAllocated));
-        if (segNumber(data, DCM_SamplesPerPixel).value_or(1) != 1 ||
-            segNumber(data, DCM_PixelRepresentation).value_or(0) != 0)
+        if (itemNumber(data, DCM_SamplesPerPixel).value_or(1) != 1 ||
+            itemNumber(data, DCM_PixelRepresentation).value_or(0) != 0)
             refuse("one value without a sign a pixel", "SamplesPerPixel or PixelRepresentation of another");
         if (seg_.bitsAllocated == 1 && seg_.coding != SegCoding::plain &&
             seg_.coding != SegCoding::framesPlain)
@@ -140,15 +139,15 @@ class SegReader {
         if (seg_.kind == SegKind::fractional)
             readFraction(data);
         if (seg_.kind == SegKind::labelmap)
-            seg_.padding = segNumber(data, DCM_PixelPaddingValue);
+            seg_.padding = itemNumber(data, DCM_PixelPaddingValue);
     }
 
     void readFraction(DcmDataset& data) {
-        const auto most = segNumber(data, DCM_MaximumFractionalValue);
+        const auto most = itemNumber(data, DCM_MaximumFractionalValue);
         if (!most || *most < 1 || *most > 255)
             refuse("MaximumFractionalValue (0062,000e) from 1 to 255", most ? std::to_string(*most) : "none");
         seg_.halfValue = (*most + 1) / 2;
-        const std::string type = segText(data, DCM_SegmentationFractionalType);
+        const std::string type = itemText(data, DCM_SegmentationFractionalType);
         seg_.notes.push_back(std::string("a fractional segmentation") +
                              (type == "PROBABILITY" ? " (probability)"
                               : type == "OCCUPANCY" ? " (occupancy)"
@@ -160,11 +159,11 @@ class SegReader {
         DcmSequenceOfItems* sequence = nullptr;
         if (data.findAndGetSequence(DCM_SegmentSequence, sequence).bad() || sequence->card() == 0)
             refuse("a SegmentSequence (0062,0002)", "none");
-        const std::string characters = segText(data, DCM_SpecificCharacterSet);
+        const std::string characters = itemText(data, DCM_SpecificCharacterSet);
         std::set<std::uint32_t> numbers;
         for (DcmObject* at = nullptr; (at = sequence->nextInContainer(at)) != nullptr;) {
             DcmItem& item = *static_cast<DcmItem*>(at);
-            const auto number = segNumber(item, DCM_SegmentNumber);
+            const auto number = itemNumber(item, DCM_SegmentNumber);
             const bool isBackground = seg_.kind == SegKind::labelmap && number == 0u;
             if (!number || (*number == 0 && !isBackground))
                 refuse("SegmentNumber (0062,0004) of at least 1 in every segment",
@@ -173,14 +172,14 @@ class SegReader {
                 refuse("segments of different numbers", "several of number " + std::to_string(*number));
             if (isBackground)
                 continue;
-            Label label{*number, textOf(item, DCM_SegmentLabel, characters)};
+            Label label{*number, itemWords(item, DCM_SegmentLabel, characters)};
             if (label.name.empty())
                 label.name = "label " + std::to_string(*number);
-            if (DcmItem* category = segItem(item, DCM_SegmentedPropertyCategoryCodeSequence))
-                label.group = textOf(*category, DCM_CodeMeaning, characters);
-            const auto l = segNumber(item, DCM_RecommendedDisplayCIELabValue, 0),
-                       a = segNumber(item, DCM_RecommendedDisplayCIELabValue, 1),
-                       b = segNumber(item, DCM_RecommendedDisplayCIELabValue, 2);
+            if (DcmItem* category = firstItem(item, DCM_SegmentedPropertyCategoryCodeSequence))
+                label.group = itemWords(*category, DCM_CodeMeaning, characters);
+            const auto l = itemNumber(item, DCM_RecommendedDisplayCIELabValue, 0),
+                       a = itemNumber(item, DCM_RecommendedDisplayCIELabValue, 1),
+                       b = itemNumber(item, DCM_RecommendedDisplayCIELabValue, 2);
             if (l && a && b)
                 label.colour = linearFromDicomLab(*l, *a, *b);
             seg_.segments.push_back(std::move(label));
@@ -189,21 +188,8 @@ class SegReader {
                   [](const Label& a, const Label& b) { return a.value < b.value; });
     }
 
-    /// In UTF-8; characters that cannot be converted as escapes.
-    static std::string textOf(DcmItem& item, const DcmTagKey& tag, const std::string& characters) {
-        const std::string text = segText(item, tag);
-        if (!characters.empty() && characters != "ISO_IR 192") {
-            DcmSpecificCharacterSet converter;
-            OFString converted;
-            if (converter.selectCharacterSet(characters.c_str()).good() &&
-                converter.convertString(text.c_str(), converted).good())
-                return printable(std::string_view(converted.c_str(), converted.size()));
-        }
-        return printable(text);
-    }
-
     void readFrames(DcmDataset& data) {
-        const std::string frames = segText(data, DCM_NumberOfFrames);
+        const std::string frames = itemText(data, DCM_NumberOfFrames);
         DcmSequenceOfItems* sequence = nullptr;
         if (data.findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, sequence).bad() ||
             sequence->card() == 0)
@@ -211,12 +197,12 @@ class SegReader {
         if (!frames.empty() && frames != std::to_string(sequence->card()))
             refuse("NumberOfFrames (0028,0008) items in PerFrameFunctionalGroupsSequence (5200,9230)",
                    std::to_string(sequence->card()) + " items");
-        DcmItem* const shared = segItem(data, DCM_SharedFunctionalGroupsSequence);
+        DcmItem* const shared = firstItem(data, DCM_SharedFunctionalGroupsSequence);
         for (DcmObject* at = nullptr; (at = sequence->nextInContainer(at)) != nullptr;) {
             DcmItem& own = *static_cast<DcmItem*>(at);
             const auto group = [&](const DcmTagKey& tag) {
-                DcmItem* const found = segItem(own, tag);
-                return found || !shared ? found : segItem(*shared, tag);
+                DcmItem* const found = firstItem(own, tag);
+                return found || !shared ? found : firstItem(*shared, tag);
             };
             readFrame(group);
         }
@@ -228,7 +214,7 @@ class SegReader {
         SegFrame frame;
         DcmItem* const plane = group(DCM_PlanePositionSequence);
         const auto position =
-            plane ? segReals(*plane, DCM_ImagePositionPatient, 3, "ImagePositionPatient (0020,0032)", where_)
+            plane ? itemReals(*plane, DCM_ImagePositionPatient, 3, "ImagePositionPatient (0020,0032)", where_)
                   : std::nullopt;
         if (!position)
             refuse("ImagePositionPatient (0020,0032) in the PlanePositionSequence of every frame",
@@ -238,7 +224,7 @@ class SegReader {
         readMeasures(group(DCM_PixelMeasuresSequence));
         if (seg_.kind != SegKind::labelmap) {
             DcmItem* const item = group(DCM_SegmentIdentificationSequence);
-            const auto number = item ? segNumber(*item, DCM_ReferencedSegmentNumber) : std::nullopt;
+            const auto number = item ? itemNumber(*item, DCM_ReferencedSegmentNumber) : std::nullopt;
             const auto isIt = [&](const Label& label) { return number == label.value; };
             if (std::none_of(seg_.segments.begin(), seg_.segments.end(), isIt))
                 refuse("ReferencedSegmentNumber (0062,000b) of a segment in every frame",
@@ -249,8 +235,8 @@ class SegReader {
     }
 
     void readOrientation(DcmItem* item) {
-        const auto six = item ? segReals(*item, DCM_ImageOrientationPatient, 6,
-                                         "ImageOrientationPatient (0020,0037)", where_)
+        const auto six = item ? itemReals(*item, DCM_ImageOrientationPatient, 6,
+                                          "ImageOrientationPatient (0020,0037)", where_)
                               : std::nullopt;
         if (!six)
             refuse("ImageOrientationPatient (0020,0037) for every frame", "none for " + frameName());
@@ -272,7 +258,7 @@ class SegReader {
 
     void readMeasures(DcmItem* item) {
         const auto spacing =
-            item ? segReals(*item, DCM_PixelSpacing, 2, "PixelSpacing (0028,0030)", where_) : std::nullopt;
+            item ? itemReals(*item, DCM_PixelSpacing, 2, "PixelSpacing (0028,0030)", where_) : std::nullopt;
         if (!spacing)
             refuse("PixelSpacing (0028,0030) for every frame", "none for " + frameName());
         const glm::dvec2 xy((*spacing)[1], (*spacing)[0]); // the file has the distance of rows first
@@ -281,7 +267,7 @@ class SegReader {
         if (seg_.frames.empty()) {
             seg_.spacingMm = xy;
             const auto one = [&](const DcmTagKey& tag, const char* name) {
-                const auto value = segReals(*item, tag, 1, name, where_);
+                const auto value = itemReals(*item, tag, 1, name, where_);
                 return value ? std::max(0.0, value->front()) : 0.0;
             };
             seg_.betweenSlicesMm = one(DCM_SpacingBetweenSlices, "SpacingBetweenSlices (0018,0088)");
@@ -319,25 +305,8 @@ class SegReader {
 } // namespace
 
 bool isSegmentation(const std::filesystem::path& file) {
-    try {
-        std::error_code none;
-        if (!std::filesystem::is_regular_file(file, none))
-            return false;
-        constexpr std::size_t kMetaBytes = 2048; // the meta group is short
-        std::string head(kMetaBytes, '\0');
-        head.resize(InputFile(file).readSome(0, std::as_writable_bytes(std::span(head))));
-        const std::string_view meta = std::string_view(head).substr(std::min<std::size_t>(head.size(), 128));
-        if (!meta.starts_with("DICM"))
-            return false;
-        // MediaStorageSOPClassUID (0002,0002)
-        const std::size_t at = meta.find(std::string_view("\x02\x00\x02\x00UI", 6));
-        if (at == std::string_view::npos)
-            return false;
-        const std::string_view value = meta.substr(std::min(at + 8, meta.size()), kSegmentation.size());
-        return value == kSegmentation || value == kSurfaces || value == kLabelmap;
-    } catch (const Error&) {
-        return false;
-    }
+    const std::string storage = storageClassOf(file);
+    return storage == kSegmentation || storage == kSurfaces || storage == kLabelmap;
 }
 
 SegObject readSegObject(const std::filesystem::path& file) {

@@ -1,0 +1,25 @@
+// viewer/cli/input/structure_input.h: the contours of a DICOM structure set as shapes.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/scene/mesh.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// True if a file begins as DICOM does, preamble and mark. Throws nothing.
+bool beginsAsDicom(const std::filesystem::path& file);
+
+/// Tubes around the contours of the structures that the mesh chooses, each structure in its display colour
+/// or, where it has none, in one that follows from its number.
+/// @param ram  is charged for as long as the shape is kept
+/// @param notes  gets what was left out
+/// Throws InputError as readStructureSet() does, for patterns that mean no structure, and for coordinates
+/// that are not LPS.
+std::shared_ptr<const Shape> shapeOfStructures(const SceneMesh& mesh, MemoryBudget& ram,
+                                               std::vector<std::string>& notes);
+
+} // namespace tessera
