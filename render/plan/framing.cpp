@@ -2,6 +2,7 @@
 #include "render/plan/framing.h"
 
 #include "core/base/brick.h"
+#include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/geometry/shape.h"

@@ -2,7 +2,9 @@
 #include "render/plan/fusion.h"
 
 #include "core/base/error.h"
+#include "render/contract/ray_state.h" // placedRaysBytes
 #include "render/plan/framing.h"
+#include "render/plan/shown_rays.h"
 
 #include <algorithm>
 #include <cmath>
