@@ -225,7 +225,7 @@ class Layers {
     const Layer& front() const { return *all_.front(); }
 
   private:
-    std::vector<std::unique_ptr<Layer>> all_; // one so far
+    std::vector<std::unique_ptr<Layer>> all_; // one: further volumes have plans of their own
 };
 
 struct FurtherVolume;

@@ -63,7 +63,7 @@ void checkNumber(const KeyRow& row, Option& option) {
         option.check(numberWithin(lowest, highest, row.option.range));
 }
 
-/// "volumes[].unit": a scene has one volume.
+/// Options are about the first volume: "volumes[].unit" is "volumes[0].unit".
 std::string keyOf(const KeyRow& row) {
     return withWord(row.path, "[]", "[0]");
 }
