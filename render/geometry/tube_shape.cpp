@@ -14,12 +14,11 @@ namespace {
 constexpr std::uint32_t kOfBox = 16;    // pieces, or boxes
 constexpr std::size_t kMostLevels = 16; // of boxes
 
-/// The part of a ray in a ball.
-bool meetBall(const ShapeRay& ray, const glm::dvec3& centre, double radius, double& from, double& to) {
-    const glm::dvec3 o = ray.origin - centre;
-    const double a = glm::dot(ray.direction, ray.direction);
-    const double middle = -glm::dot(o, ray.direction) / a;
-    const glm::dvec3 nearest = o + middle * ray.direction;
+/// The part of a line that is nearer to the origin than a radius.
+/// @param o, d  a point of the line; its direction, not 0
+bool meetRound(const glm::dvec3& o, const glm::dvec3& d, double radius, double& from, double& to) {
+    const double a = glm::dot(d, d), middle = -glm::dot(o, d) / a;
+    const glm::dvec3 nearest = o + middle * d;
     const double left = (radius * radius - glm::dot(nearest, nearest)) / a;
     if (!(left > 0))
         return false;
@@ -38,18 +37,11 @@ bool meetCylinder(const ShapeRay& ray, const glm::dvec3& start, const glm::dvec3
     const glm::dvec3 unit = axis / length, o = ray.origin - start;
     const double along = glm::dot(ray.direction, unit), at = glm::dot(o, unit);
     const glm::dvec3 across = ray.direction - along * unit, off = o - at * unit;
-    const double a = glm::dot(across, across);
     from = -std::numeric_limits<double>::max();
     to = std::numeric_limits<double>::max();
-    if (a > 1e-24 * glm::dot(ray.direction, ray.direction)) {
-        const double middle = -glm::dot(off, across) / a;
-        const glm::dvec3 nearest = off + middle * across;
-        const double left = (radius * radius - glm::dot(nearest, nearest)) / a;
-        if (!(left > 0))
+    if (glm::dot(across, across) > 1e-24 * glm::dot(ray.direction, ray.direction)) {
+        if (!meetRound(off, across, radius, from, to))
             return false;
-        const double half = std::sqrt(left);
-        from = middle - half;
-        to = middle + half;
     } else if (!(glm::dot(off, off) < radius * radius)) {
         return false;
     }
@@ -132,9 +124,10 @@ bool TubeShape::meet(const ShapeRay& ray, std::uint32_t piece, Span& span) const
         span.to = met ? std::max(span.to, to) : to;
         met = true;
     };
-    if (meetBall(ray, a, tube_.radiusMm, from, to))
+    if (meetRound(ray.origin - a, ray.direction, tube_.radiusMm, from, to))
         join();
-    if (pieces_[piece].to != pieces_[piece].from && meetBall(ray, b, tube_.radiusMm, from, to))
+    if (pieces_[piece].to != pieces_[piece].from &&
+        meetRound(ray.origin - b, ray.direction, tube_.radiusMm, from, to))
         join();
     if (meetCylinder(ray, a, b - a, tube_.radiusMm, from, to))
         join();
