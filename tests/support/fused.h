@@ -164,20 +164,6 @@ inline Image nativePicture(PreparedFusion& prepared, const NativeChoices& choice
     return caster.image();
 }
 
-inline Image mirrorPicture(const PreparedFusion& prepared) {
-    const FramePlan& p = prepared.p;
-    Image image(p.view.imageSize);
-    Work work;
-    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
-    std::optional<CutRays> cuts;
-    if (p.view.frame.cuts)
-        input.cuts = &cuts.emplace(cutRays(p.view.frame, {}, 0));
-    input.segmentVoxels = p.view.frame.segmentVoxels;
-    image.pixels =
-        mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
-    return image;
-}
-
 /// By renderScene(), which keeps within its budgets.
 inline RenderResult fusedPicture(const Scene& scene, EngineKind engine,
                                  std::size_t gpuBytes = std::size_t{1} << 30,

@@ -75,8 +75,7 @@ inline VolumeInfo infoOf(const std::string& store) {
     return StoreReader(storePath(store), ram).info();
 }
 
-inline Image mirrorPicture(const Prepared& prepared) {
-    const FramePlan& p = prepared.p;
+inline Image mirrorPicture(const FramePlan& p) {
     Image image(p.view.imageSize);
     Work work;
     MirrorInput input = mirrorInput(p, p.view.quality.skipping);
@@ -87,6 +86,9 @@ inline Image mirrorPicture(const Prepared& prepared) {
     image.pixels =
         mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
     return image;
+}
+inline Image mirrorPicture(const Prepared& prepared) {
+    return mirrorPicture(prepared.p);
 }
 
 /// With every instruction set, with ghost layers and without.

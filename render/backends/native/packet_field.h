@@ -16,6 +16,20 @@ using native::PacketBrick;
 using native::PacketField;
 using native::SampleKind;
 
+/// Calls action(Samples<K>()) with the kind of a field's samples.
+template <SampleKind K> struct Samples { static constexpr SampleKind kind = K; };
+template <typename Action> TESSERA_LANE auto withSamples(const PacketField& f, const Action& action) {
+    switch (f.kind) {
+    case SampleKind::i16:
+        return action(Samples<SampleKind::i16>());
+    case SampleKind::u16:
+        return action(Samples<SampleKind::u16>());
+    case SampleKind::f32:
+        break;
+    }
+    return action(Samples<SampleKind::f32>());
+}
+
 #include "render/backends/native/packet_cell.h"
 
 namespace single {

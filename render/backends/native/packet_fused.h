@@ -73,15 +73,7 @@ template <SampleKind K> FusedSample fusedSampleOf(const PacketScene& s) {
     return s.field.mixed ? fusedSample<K, true> : fusedSample<K, false>;
 }
 inline FusedSample fusedSampleOf(const PacketScene& s) {
-    switch (s.field.kind) {
-    case SampleKind::i16:
-        return fusedSampleOf<SampleKind::i16>(s);
-    case SampleKind::u16:
-        return fusedSampleOf<SampleKind::u16>(s);
-    case SampleKind::f32:
-        break;
-    }
-    return fusedSampleOf<SampleKind::f32>(s);
+    return withSamples(s.field, [&](auto of) { return fusedSampleOf<decltype(of)::kind>(s); });
 }
 
 /// The same rays in one of the volumes.

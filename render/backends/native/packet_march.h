@@ -375,14 +375,7 @@ void bareSamplesOf(const PacketScene& s, const std::int32_t (&brick)[3], int tur
     store(job.colour[0], load(job.colour[0]) + sum);
 }
 inline void bareSamples(const PacketScene& s, const std::int32_t (&brick)[3], int turns, PacketJob& job) {
-    switch (s.field.kind) {
-    case SampleKind::i16:
-        return bareSamplesOf<SampleKind::i16>(s, brick, turns, job);
-    case SampleKind::u16:
-        return bareSamplesOf<SampleKind::u16>(s, brick, turns, job);
-    case SampleKind::f32:
-        return bareSamplesOf<SampleKind::f32>(s, brick, turns, job);
-    }
+    return withSamples(s.field, [&](auto of) { bareSamplesOf<decltype(of)::kind>(s, brick, turns, job); });
 }
 
 template <SampleKind K, bool Mixed> PacketMarch chosen(const PacketScene& s) {
@@ -395,15 +388,7 @@ template <SampleKind K> PacketMarch chosen(const PacketScene& s) {
     return s.field.mixed ? chosen<K, true>(s) : chosen<K, false>(s);
 }
 inline PacketMarch chooseMarch(const PacketScene& s) {
-    switch (s.field.kind) {
-    case SampleKind::i16:
-        return chosen<SampleKind::i16>(s);
-    case SampleKind::u16:
-        return chosen<SampleKind::u16>(s);
-    case SampleKind::f32:
-        break;
-    }
-    return chosen<SampleKind::f32>(s);
+    return withSamples(s.field, [&](auto of) { return chosen<decltype(of)::kind>(s); });
 }
 
 } // namespace tessera::TESSERA_LANES

@@ -119,15 +119,7 @@ template <SampleKind K> PacketShadowMarch shadowsOf(const PacketScene& s) {
     return s.field.mixed ? shadowRays<K, true> : shadowRays<K, false>;
 }
 inline PacketShadowMarch chooseShadows(const PacketScene& s) {
-    switch (s.field.kind) {
-    case SampleKind::i16:
-        return shadowsOf<SampleKind::i16>(s);
-    case SampleKind::u16:
-        return shadowsOf<SampleKind::u16>(s);
-    case SampleKind::f32:
-        break;
-    }
-    return shadowsOf<SampleKind::f32>(s);
+    return withSamples(s.field, [&](auto of) { return shadowsOf<decltype(of)::kind>(s); });
 }
 
 /// Points of a ray that are not beyond a distance.

@@ -396,15 +396,7 @@ inline PacketMarch chooseAnyMarch(const PacketScene& s) {
         return chooseKeep(s);
     if (s.surfaces.count == 0)
         return chooseMarch(s);
-    switch (s.field.kind) {
-    case SampleKind::i16:
-        return chosenForSurfaces<SampleKind::i16>(s);
-    case SampleKind::u16:
-        return chosenForSurfaces<SampleKind::u16>(s);
-    case SampleKind::f32:
-        break;
-    }
-    return chosenForSurfaces<SampleKind::f32>(s);
+    return withSamples(s.field, [&](auto of) { return chosenForSurfaces<decltype(of)::kind>(s); });
 }
 
 } // namespace tessera::TESSERA_LANES

@@ -154,16 +154,10 @@ template <SampleKind K, bool Mixed> void keep(const PacketScene& s, PacketJob& j
 }
 
 inline PacketMarch chooseKeep(const PacketScene& s) {
-    const bool mixed = s.field.mixed;
-    switch (s.field.kind) {
-    case SampleKind::i16:
-        return mixed ? keep<SampleKind::i16, true> : keep<SampleKind::i16, false>;
-    case SampleKind::u16:
-        return mixed ? keep<SampleKind::u16, true> : keep<SampleKind::u16, false>;
-    case SampleKind::f32:
-        break;
-    }
-    return mixed ? keep<SampleKind::f32, true> : keep<SampleKind::f32, false>;
+    return withSamples(s.field, [&](auto of) {
+        constexpr SampleKind kKind = decltype(of)::kind;
+        return s.field.mixed ? keep<kKind, true> : keep<kKind, false>;
+    });
 }
 
 } // namespace tessera::TESSERA_LANES

@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Fused,
 
 TEST_P(Fused, NativeHasTheMirrorsBits) {
     PreparedFusion prepared(GetParam().scene());
-    const Image mirror = mirrorPicture(prepared);
+    const Image mirror = mirrorPicture(prepared.p);
     EXPECT_FALSE(isBlank(mirror));
     for (const native::PacketTarget* target : nativeTargets())
         for (const bool ghostLayers : {true, false}) {
@@ -76,7 +76,7 @@ TEST_P(Fused, NativeHasTheMirrorsBitsAcrossLevels) {
         unsigned next = seed;
         for (Planner* plan : prepared.plans())
             plan->setSelection(randomShownLevels(plan->layer().selection, 7 * next++));
-        EXPECT_EQ(differing(nativePicture(prepared), mirrorPicture(prepared)), 0u);
+        EXPECT_EQ(differing(nativePicture(prepared), mirrorPicture(prepared.p)), 0u);
     }
 }
 
