@@ -70,6 +70,7 @@ class DrawnLabels {
     struct Sum;
     struct Texels;
     Sum sumOf(const glm::ivec3& lowCell, const glm::ivec3& highCell) const;
+    bool hasBorder(const glm::ivec3& cell) const;
     Statistics::LabelledBrick labelledBrick(const glm::ivec3& first, const glm::ivec3& end) const;
     int onlySetOf(const glm::ivec3& brick) const;
     void put(const Sum& sum, int level, std::uint16_t* at) const;

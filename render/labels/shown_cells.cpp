@@ -34,27 +34,50 @@ void spread(std::vector<std::uint8_t>& shows, const glm::ivec3& cells) {
 
 } // namespace
 
-/// Of cells [first, end).
+/// True if something changes in a cell, or from it to the next along an axis.
+bool DrawnLabels::hasBorder(const glm::ivec3& cell) const {
+    const auto sharesOf = [&](const glm::ivec3& at) { return volume_->cells().of(linearIndex(at, cells_)); };
+    const auto own = sharesOf(cell);
+    const LabelFactors& one = bySet_[own.front().set];
+    const auto differs = [&](const LabelCells::Share& share) { return bySet_[share.set] != one; };
+    if (std::any_of(own.begin(), own.end(), differs))
+        return true;
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::ivec3 next = cell;
+        if (++next[axis] < cells_[axis] && differs(sharesOf(next).front()))
+            return true;
+    }
+    return false;
+}
+
+/// Of cells [first, end). Borders in the cells that touch them count a little, too: between a coarse brick
+/// and one that has a border at its face both are blended, deep into the coarse one.
 Statistics::LabelledBrick DrawnLabels::labelledBrick(const glm::ivec3& first, const glm::ivec3& end) const {
+    constexpr double kBeside = 1.0 / 16;
+    const glm::ivec3 from = glm::max(first - 1, glm::ivec3(0)), to = glm::min(end + 1, cells_);
     double voxels = 0, function = 0, medium = 0, borders = 0;
-    for (int z = first.z; z < end.z; ++z)
-        for (int y = first.y; y < end.y; ++y)
-            for (int x = first.x; x < end.x; ++x) {
-                const auto shares = volume_->cells().of(linearIndex(glm::ivec3(x, y, z), cells_));
-                bool isBorder = false;
-                for (const LabelCells::Share& share : shares) {
+    for (int z = from.z; z < to.z; ++z)
+        for (int y = from.y; y < to.y; ++y)
+            for (int x = from.x; x < to.x; ++x) {
+                const glm::ivec3 cell(x, y, z);
+                const bool isOwn =
+                    glm::all(glm::greaterThanEqual(cell, first)) && glm::all(glm::lessThan(cell, end));
+                if (hasBorder(cell))
+                    borders += isOwn ? 1 : kBeside;
+                if (!isOwn)
+                    continue;
+                for (const LabelCells::Share& share : volume_->cells().of(linearIndex(cell, cells_))) {
                     const LabelFactors& f = bySet_[share.set];
                     voxels += share.voxels;
                     function += static_cast<double>(f.plain + f.tinted) * share.voxels;
                     medium += f.solid > 0 ? share.voxels : 0;
-                    isBorder = isBorder || f != bySet_[shares.front().set];
                 }
-                borders += isBorder ? 1 : 0;
             }
     if (!(voxels > 0))
         return {};
+    const double cells = static_cast<double>(cellCount(end - first));
     return {static_cast<float>(function / voxels), static_cast<float>(medium / voxels),
-            static_cast<float>(borders / static_cast<double>(cellCount(end - first)))};
+            static_cast<float>(std::min(1.0, borders / cells))};
 }
 
 void DrawnLabels::showOnly(Statistics& s, MemoryBudget& ram) {
