@@ -51,13 +51,34 @@ double storedAir(const Statistics& statistics, const VolumeInfo& info, bool isHu
                 : least;
 }
 
+namespace {
+
+/// True if labels hide by a mask, and have no looks.
+bool hidesByMask(const Scene& scene) {
+    return scene.mode != Mode::slice &&
+           (reductionOf(scene) != Reduction::composite || !scene.surfaces.empty());
+}
+
+/// Throws InputError for labels that a volume beside isosurfaces would show by looks.
+void requirePlain(const std::vector<LabelFactors>& bySet) {
+    for (const LabelFactors& f : bySet)
+        if (f.shows() && f.plain != 1)
+            throw InputError(
+                "volumes[0].labels: expected labels of look plain and opacity 1 beside isosurfaces "
+                "and a volume, found solid, tinted or translucent ones; mode isosurface takes any");
+}
+
+} // namespace
+
 void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ram, int threads,
                 Layer& layer) {
     const Labels& labels = scene.volumes.at(0).labels;
     const Reduction reduction = reductionOf(scene);
-    if (labels.path.empty() || reduction == Reduction::composite || scene.mode == Mode::slice)
+    if (labels.path.empty() || !hidesByMask(scene))
         return;
     OpenedLabels opened = openLabels(labels, ram, layer.info());
+    if (reduction == Reduction::composite && scene.mode != Mode::isosurface)
+        requirePlain(opened.medium.bySet);
     std::vector<LabelFactors> drawn = drawnOrHidden(std::move(opened.medium.bySet));
     if (std::all_of(drawn.begin(), drawn.end(), [](const LabelFactors& f) { return f.shows(); }))
         return;
@@ -80,7 +101,7 @@ KnownLayer KnownLayer::of(Layer& layer) {
 
 void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer& layer) {
     const Labels& labels = scene.volumes.at(0).labels;
-    if (labels.path.empty() || reductionOf(scene) != Reduction::composite) {
+    if (labels.path.empty() || reductionOf(scene) != Reduction::composite || hidesByMask(scene)) {
         layer.statistics.showFunction();
         return;
     }
@@ -89,9 +110,6 @@ void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer&
         layer.labelBricks = std::move(known->labelBricks);
         return;
     }
-    if (!scene.surfaces.empty())
-        throw InputError("volumes[0].labels: expected no isosurfaces beside labels, found " +
-                         std::to_string(scene.surfaces.size()) + "; leave one of them out");
     if (const Integrator named = scene.quality.integrator;
         named != Integrator::automatic && named != Integrator::midpoint)
         throw InputError(

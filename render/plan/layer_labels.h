@@ -20,8 +20,9 @@ struct KnownLayer {
 /// The stored value of what is hidden: -1000 HU, held to the volume's range; else its least value.
 double storedAir(const Statistics& statistics, const VolumeInfo& info, bool isHu);
 
-/// Hides the scene's hidden labels from rays that keep one value: their voxels read as air, to a least value
-/// as the greatest. Nothing in other modes, and in slices. Throws InputError as takeLabels() does.
+/// Hides the scene's hidden labels from isosurfaces and from rays that keep one value: their voxels read as
+/// air, to a least value as the greatest. Nothing in other modes, and in slices. Throws InputError as
+/// takeLabels() does, and for labels with looks where a volume shows beside isosurfaces.
 void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ram, int threads, Layer& layer);
 
 /// Gives the layer the labels of the scene, and sets in its statistics what shows; none where the scene's

@@ -83,11 +83,14 @@ Scene sceneOf(const Scan& scan, Mode mode) {
     Scene scene = sceneOn(scanInfo(scan.slope), "auto", 0, {40, 36});
     scene.mode = mode;
     scene.window = GreyWindow{300, 1400};
+    if (mode == Mode::isosurface)
+        scene.surfaces = {{450, {1, 0.8, 0.6}, 0.6}, {120, {0.4, 0.7, 1}, 0.5}};
     return scene;
 }
 
 class HiddenLabels : public testing::TestWithParam<Mode> {};
-INSTANTIATE_TEST_SUITE_P(Modes, HiddenLabels, testing::Values(Mode::maximum, Mode::minimum, Mode::average));
+INSTANTIATE_TEST_SUITE_P(Modes, HiddenLabels,
+                         testing::Values(Mode::maximum, Mode::minimum, Mode::average, Mode::isosurface));
 
 TEST_P(HiddenLabels, AreThePictureOfAVolumeWithoutThem) {
     for (const double slope : {1.0, -2.0}) {

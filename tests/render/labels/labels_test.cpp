@@ -512,7 +512,11 @@ TEST(LabelRefusals, NameWhatIsMeant) {
     EXPECT_NE(refusal(scene).find("one"), std::string::npos) << refusal(scene);
     scene.volumes[0].labels.show = {};
     scene.surfaces = {{200, {1, 1, 1}, 1}};
-    EXPECT_NE(refusal(scene).find("isosurfaces"), std::string::npos) << refusal(scene);
+    EXPECT_NE(refusal(scene).find("plain"), std::string::npos) << refusal(scene);
+    scene.volumes[0].labels.look = LabelLook::plain;
+    EXPECT_EQ(refusal(scene), "");
+    scene.volumes[0].labels.opacity = 0.5;
+    EXPECT_NE(refusal(scene).find("plain"), std::string::npos) << refusal(scene);
     scene.surfaces = {};
     scene.quality.integrator = Integrator::linear;
     EXPECT_NE(refusal(scene).find("midpoint"), std::string::npos) << refusal(scene);
