@@ -17,9 +17,14 @@ void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& resul
     result.lowest = values.lowest;
     result.highest = values.highest;
     result.patientTable = layer.patientTable;
-    if (layer.labels)
-        result.labels = {layer.labels->table().labels.size(), layer.labels->shownLabels(),
-                         layer.labels->numbers().count};
+    if (layer.labels) {
+        std::size_t shown = layer.labels->shownLabels();
+        for (const auto& volume : plan.further) // labels with functions of their own
+            if (const Layer& own = volume->plan.layer(); own.store == layer.store && own.labels)
+                shown += own.labels->shownLabels();
+        const std::size_t all = layer.labels->table().labels.size();
+        result.labels = {all, std::min(all, shown), layer.labels->numbers().count};
+    }
     result.tableRelativeError = layer.table.relativeError;
 }
 

@@ -1,4 +1,5 @@
 // core/scene/label_fields.cpp: the keys of labels: see scene_fields.h.
+#include "core/base/error.h"
 #include "core/scene/scene_fields.h"
 
 #include <sstream>
@@ -31,6 +32,15 @@ const Fields<LabelRule>& ruleFields() {
         f.add("look", &LabelRule::look, named<LabelLook>(), "As labels.look.");
         f.add("opacity", &LabelRule::opacity, numberIn(0, 1), "As labels.opacity.");
         f.add("rgb", &LabelRule::colour, colourKind(), "Colour, linear light.");
+        f.add("transferFunction", &LabelRule::transferFunction, transferKind(),
+              "A function of their own: the name of a preset, or the points. Their look is plain where none "
+              "is named.")
+            .allowedBy([](const LabelRule& rule, const JsonValue& whole) {
+                if (rule.look == LabelLook::solid)
+                    throw badFile(whole.place(), "look plain or tint beside a transferFunction", "solid");
+            });
+        f.add("material", &LabelRule::material, objectOf(responseFields()),
+              "What they make of light, in place of materials and shading.");
         return f;
     }();
     return fields;

@@ -3,7 +3,9 @@
 #pragma once
 
 #include "core/base/names.h"
+#include "core/scene/transfer_function.h"
 
+#include <cstddef>
 #include <filesystem>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -23,7 +25,16 @@ struct LabelRule {
     std::optional<LabelLook> look = {};
     std::optional<double> opacity = {};
     std::optional<glm::dvec3> colour = {}; // linear light
+    /// In place of the volume's; its labels are plain where no look is named.
+    std::optional<TransferChoice> transferFunction = {};
+    std::optional<MaterialResponse> material = {}; // in place of the function's and the scene's
     bool operator==(const LabelRule&) const = default;
+    /// True if its labels are not drawn with the volume's function and materials.
+    bool hasOptics() const { return transferFunction || material; }
+    /// The look of its labels, which was another before.
+    LabelLook lookAfter(LabelLook before) const {
+        return look.value_or(transferFunction ? LabelLook::plain : before);
+    }
 };
 
 struct Labels {
@@ -47,7 +58,15 @@ struct Labels {
     bool sameFrame = false;      // taken though the frames of reference differ
     /// Where they were imported to; not in files.
     std::filesystem::path store = {};
+    /// Only labels of these optics (opticsOf()) show; 0: those without, and tissue without a label. None:
+    /// all, as the volume's function shows them. Not in files.
+    std::optional<std::size_t> optics = {};
     bool operator==(const Labels&) const = default;
 };
+
+/// The function and material of a rule: the number, from 1, of the first rule that has the same; 0 where it
+/// has none of its own.
+/// @param rule  of labels.each
+std::size_t opticsOf(const Labels& labels, std::size_t rule);
 
 } // namespace tessera

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/names.h"
+#include "core/scene/transfer_function.h" // MaterialResponse
 
 #include <filesystem>
 #include <glm/vec3.hpp>
@@ -19,13 +20,6 @@ class Shape; // render/geometry/shape.h
 /// NIfTI have them.
 enum class MeshSpace { lps, ras };
 template <> const NameTable<MeshSpace>& namesOf<MeshSpace>();
-
-/// What a surface makes of light, as Shading has it.
-struct MeshMaterial {
-    double ambient = 0.2, diffuse = 0.8, specular = 0.25;
-    int specularPower = 20;
-    bool operator==(const MeshMaterial&) const = default;
-};
 
 /// All points no further than a radius from a line through points: a needle, a catheter, a path.
 struct Tube {
@@ -49,9 +43,9 @@ struct SceneMesh {
     double lineRadiusMm = 0.5;          // of a structure set's contours, which are tubes
     /// Linear light, [0,1], not premultiplied. None: that of the shape, or light grey.
     std::optional<glm::dvec3> colour = {};
-    double opacity = 1;                        // [0,1], of the surface itself, at any angle
-    std::optional<MeshMaterial> material = {}; // none: the scene's shading
-    MeshSpace space = MeshSpace::lps;          // of the file
+    double opacity = 1;                            // [0,1], of the surface itself, at any angle
+    std::optional<MaterialResponse> material = {}; // none: the scene's shading
+    MeshSpace space = MeshSpace::lps;              // of the file
     bool show = true;
     bool clipped = true; // by the scene's cuts
     /// What was read or made of it; null until then. Not in files.

@@ -25,18 +25,6 @@ const Fields<Tube>& tubeFields() {
     return fields;
 }
 
-const Fields<MeshMaterial>& meshMaterialFields() {
-    static const Fields<MeshMaterial> fields = [] {
-        Fields<MeshMaterial> f("meshMaterial");
-        f.add("ambient", &MeshMaterial::ambient, numberIn(0, 1), "Share of ambient light.");
-        f.add("diffuse", &MeshMaterial::diffuse, numberIn(0, 1), "Share of diffuse light.");
-        f.add("specular", &MeshMaterial::specular, numberIn(0, 1), "Share of specular light.");
-        f.add("specularPower", &MeshMaterial::specularPower, wholeIn(1, 1024), "Exponent of the highlights.");
-        return f;
-    }();
-    return fields;
-}
-
 } // namespace
 
 template <> const NameTable<MeshSpace>& namesOf<MeshSpace>() {
@@ -72,7 +60,7 @@ const Fields<SceneMesh>& meshFields() {
               "Colour, linear light (default: light grey, 0.8; structures have display colours of their "
               "own).");
         f.add("opacity", &SceneMesh::opacity, numberIn(0, 1), "Opacity of the surface, at any angle.");
-        f.add("material", &SceneMesh::material, objectOf(meshMaterialFields()),
+        f.add("material", &SceneMesh::material, objectOf(responseFields()),
               "What it makes of light (default: as shading).");
         f.add("space", &SceneMesh::space, named<MeshSpace>(),
               "Axes of the file's coordinates: lps, as DICOM; ras, as 3D Slicer's own.")

@@ -116,9 +116,6 @@ struct Quality {
     PixelSampling pixels;
 };
 
-/// A transfer function by the name of a preset, or spelled out.
-using TransferChoice = std::variant<std::string, TransferFunction>;
-
 /// The table under the patient in a CT: drawn, or left out of pictures but slices where it is found
 /// (bricking/analysis/body/table_mask.h).
 enum class HideTable { no, automatic };

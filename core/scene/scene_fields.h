@@ -61,5 +61,6 @@ TransferFunction parseTransfer(const JsonValue& whole);
 nlohmann::json transferJson(const TransferFunction& function);
 /// A preset's name, or the keys.
 Kind<TransferChoice> transferKind();
+const Fields<MaterialResponse>& responseFields();
 
 } // namespace tessera

@@ -108,6 +108,19 @@ nlohmann::json transferJson(const TransferFunction& function) {
                                    function.gradientOpacity().points(), function.gradientOpacity().per()});
 }
 
+const Fields<MaterialResponse>& responseFields() {
+    static const Fields<MaterialResponse> fields = [] {
+        Fields<MaterialResponse> f("response");
+        f.add("ambient", &MaterialResponse::ambient, numberIn(0, 1), "Share of ambient light.");
+        f.add("diffuse", &MaterialResponse::diffuse, numberIn(0, 1), "Share of diffuse light.");
+        f.add("specular", &MaterialResponse::specular, numberIn(0, 1), "Share of specular light.");
+        f.add("specularPower", &MaterialResponse::specularPower, wholeIn(1, 1024),
+              "Exponent of the highlights.");
+        return f;
+    }();
+    return fields;
+}
+
 Kind<TransferChoice> transferKind() {
     return {[](const JsonValue& value) -> TransferChoice {
                 if (value.isText())

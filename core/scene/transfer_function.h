@@ -8,6 +8,7 @@
 #include <glm/vec4.hpp>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tessera {
@@ -53,10 +54,19 @@ class GradientOpacity {
 struct OpacityPoint {
     double value = 0;   // physical units (HU)
     double opacity = 0; // [0,1] per referenceLengthMm; or extinction per mm, see fromExtinction()
+    bool operator==(const OpacityPoint&) const = default;
 };
 struct ColourPoint {
     double value = 0;       // physical units (HU)
     glm::dvec3 colour{1.0}; // linear light, Rec. 709 primaries, [0,1], not premultiplied
+    bool operator==(const ColourPoint&) const = default;
+};
+
+/// What a surface or a tissue makes of light, as Shading has it.
+struct MaterialResponse {
+    double ambient = 0.2, diffuse = 0.8, specular = 0.25;
+    int specularPower = 20;
+    bool operator==(const MaterialResponse&) const = default;
 };
 
 /// Material response of a range of values, in place of the scene's shading.
@@ -108,6 +118,7 @@ class TransferFunction {
     /// Factor on the extinction by the gradient's length; extinction() is without it.
     void setGradientOpacity(GradientOpacity factor) { gradientOpacity_ = std::move(factor); }
     const GradientOpacity& gradientOpacity() const { return gradientOpacity_; }
+    bool operator==(const TransferFunction&) const = default;
 
   private:
     std::vector<OpacityPoint> opacity_;
@@ -118,6 +129,9 @@ class TransferFunction {
     double referenceLengthMm_ = 1, share_ = 1;
     bool pointsAreExtinction_ = false;
 };
+
+/// A transfer function by the name of a preset, or spelled out.
+using TransferChoice = std::variant<std::string, TransferFunction>;
 
 /// An isosurface, as far as it matters for visibility.
 struct SurfaceValue {

@@ -18,6 +18,7 @@ struct OneLook {
     double opacity = 1;    // a factor on the function's extinction
     double extinction = 0; // solid: per mm
     glm::vec3 colour{1};
+    std::size_t optics = 0; // opticsOf()
 };
 
 double extinctionPerMm(double opacity) {
@@ -49,14 +50,19 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, doub
     for (const std::string& pattern : labels.hide)
         forEachMatch(table, matcher, pattern, where + ".hide",
                      [&](std::size_t n) { looks[n].shows = false; });
-    for (const LabelRule& rule : labels.each)
+    for (std::size_t number = 0; number < labels.each.size(); ++number) {
+        const LabelRule& rule = labels.each[number];
+        const std::size_t optics = opticsOf(labels, number);
         forEachMatch(table, matcher, rule.of, where + ".each", [&](std::size_t n) {
-            looks[n].look = rule.look.value_or(looks[n].look);
+            looks[n].look = rule.lookAfter(looks[n].look);
+            if (optics > 0)
+                looks[n].optics = optics;
             if (rule.opacity)
                 opacity[n] = rule.opacity;
             if (rule.colour)
                 looks[n].colour = glm::vec3(*rule.colour);
         });
+    }
     for (std::size_t n = 0; n < looks.size(); ++n) {
         looks[n].opacity = opacity[n].value_or(1.0);
         looks[n].extinction =
@@ -80,15 +86,18 @@ LabelTable namedLabels(const LabelTable& table, const Labels& labels) {
 LabelMedium labelLooks(const LabelTable& table, const Labels& labels, double voxelMm,
                        const std::string& where) {
     const std::vector<OneLook> looks = looksOf(table, labels, voxelMm, where);
+    const auto isOf = [&](const OneLook& look) { return look.optics == labels.optics.value_or(look.optics); };
+    const bool showsUnlabelled =
+        labels.optics.value_or(0) == 0 && labels.unlabelled.value_or(labels.show.empty());
     double density = 0;
     for (const OneLook& look : looks)
-        if (look.shows && look.look == LabelLook::solid)
+        if (look.shows && look.look == LabelLook::solid && isOf(look))
             density = std::max(density, look.extinction);
     LabelMedium medium;
     medium.density = static_cast<float>(density);
     for (const std::vector<std::uint16_t>& set : table.sets) {
         LabelFactors f;
-        f.plain = set.empty() && labels.unlabelled.value_or(labels.show.empty()) ? 1.0f : 0.0f;
+        f.plain = set.empty() && showsUnlabelled ? 1.0f : 0.0f;
         glm::dvec3 colour(0);
         double shown = 0, coloured = 0, plain = 0, tinted = 0, solid = 0;
         for (const std::uint16_t number : set) {
@@ -96,6 +105,8 @@ LabelMedium labelLooks(const LabelTable& table, const Labels& labels, double vox
             if (!look.shows)
                 continue;
             ++shown;
+            if (!isOf(look))
+                continue; // drawn as another volume
             double share = 0;
             if (look.look == LabelLook::plain)
                 plain += look.opacity;

@@ -18,7 +18,8 @@ struct LabelMedium {
 /// program knows. Throws InputError naming that file.
 LabelTable namedLabels(const LabelTable& table, const Labels& labels);
 
-/// Of overlapping labels those that show count alike.
+/// Of overlapping labels those that show count alike. Labels of other optics than labels.optics, if
+/// it is one, are hidden.
 /// @param voxelMm  the edge of a typical voxel
 /// Throws InputError naming `where` for a pattern that no
 /// label matches, with the nearest names.

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "render/picture/draw_scene.h"
+#include "render/plan/label_optics.h"
 #include "render/plan/planner.h"
 
 #include <array>
@@ -110,7 +111,7 @@ void FrameRenderer::forget() {
 RenderResult FrameRenderer::draw(const Scene& given) {
     State& s = *state_;
     // Measuring errors has another plan opened; of several volumes nothing stays.
-    if (s.options.verify != Verify::none || s.stores.size() > 1) {
+    if (s.options.verify != Verify::none || s.stores.size() > 1 || hasLabelOptics(given)) {
         ++kept_.frames;
         return renderScene(given, s.stores, s.ram, s.gpu, s.options);
     }

@@ -8,6 +8,7 @@
 #include "render/picture/draw_scene.h"
 #include "render/picture/several_volumes.h"
 #include "render/plan/fusion.h"
+#include "render/plan/label_optics.h"
 #include "render/plan/planner.h"
 
 #include <algorithm>
@@ -51,7 +52,7 @@ RenderOptions optionsFor(const Scene& scene, const RenderOptions& asked, std::st
         options.engine = std::find_if(all.begin(), all.end(), [](const EngineTraits& traits) {
                              return traits.fuses && traits.quick;
                          })->kind;
-        reason = "the scene has several volumes";
+        reason = "the scene has several volumes, or functions of labels";
     } else if (!traitsOf(asked.engine).fuses) {
         throw badFile("--engine", joinNames(names) + " for several volumes", name(asked.engine));
     }
@@ -69,9 +70,10 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBud
 RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& asked) {
     TESSERA_CHECK(stores.size() == given.volumes.size());
-    const Scene scene = asDrawn(given);
-    if (stores.size() > 1 && reductionOf(scene) != Reduction::composite)
+    if (stores.size() > 1 && reductionOf(asDrawn(given)) != Reduction::composite)
         return drawVolumesAlone(given, stores, ram, gpu, asked);
+    const DrawnVolumes volumes = withLabelOptics(given, stores);
+    const Scene scene = asDrawn(volumes.scene);
     const auto start = std::chrono::steady_clock::now();
     std::string reason;
     const RenderOptions options = optionsFor(scene, asked, reason);
@@ -82,7 +84,7 @@ RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, M
     RenderResult result = drawScene(
         scene, p, made, context, options, {},
         [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
-            return planScene(first, stores, limits, context, levels, bytesPerPixel);
+            return planScene(first, volumes.stores, limits, context, levels, bytesPerPixel);
         });
     made.renderer->close(); // it reads the plan, which goes first
     if (!reason.empty())

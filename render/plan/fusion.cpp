@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "render/contract/ray_state.h" // placedRaysBytes
 #include "render/plan/framing.h"
+#include "render/plan/label_optics.h"
 #include "render/plan/shown_rays.h"
 
 #include <algorithm>
@@ -203,8 +204,9 @@ Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits
 
 Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel) {
     MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{1} << 40); // nothing is drawn
-    Planner p = planVolumes(asDrawn(scene), stores, {ram, gpu, threads}, bytesPerPixel);
-    takeCameras(asDrawn(scene), p);
+    const DrawnVolumes volumes = withLabelOptics(asDrawn(scene), stores);
+    Planner p = planVolumes(volumes.scene, volumes.stores, {ram, gpu, threads}, bytesPerPixel);
+    takeCameras(volumes.scene, p);
     Scene found = scene;
     found.camera = p.view.camera;
     for (std::size_t n = 0; n < found.volumes.size(); ++n)

@@ -11,6 +11,7 @@
 #include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
 #include "render/plan/fusion.h"
+#include "render/plan/label_optics.h"
 #include "render/plan/layer_labels.h"
 #include "render/plan/visibility_rays.h"
 
@@ -318,10 +319,10 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     hideLabels(scene, values, ram, threads, p.layer());
     takeLabels(scene, kept, ram, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
-    if (const auto* name = std::get_if<std::string>(&function))
-        p.setFunction(presetFunction(*name, values), scene);
-    else
-        p.setFunction(std::get<TransferFunction>(function), scene);
+    const auto* const name = std::get_if<std::string>(&function);
+    p.setFunction(ofLabels(name ? presetFunction(*name, values) : std::get<TransferFunction>(function),
+                           scene.volumes.at(0).labels, values),
+                  scene);
     p.view.part = drawnPart(scene, info);
     p.ramFloorBytes = floor;
     return p;

@@ -83,6 +83,10 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                 "preset of the volume of --add, in the same order; may be repeated (default: as --preset)")
         .oneValueEach();
     a->keys.add(command, {"fusion"});
+    command
+        .option("--label-preset", a->labelPresets,
+                "LABELS=PRESET: a preset of their own for labels, named as for --show; may be repeated")
+        .oneValueEach();
     command.option("--view", a->view,
                    joinNames(viewNames()) +
                        "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "

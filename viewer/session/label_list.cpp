@@ -102,8 +102,9 @@ Labels withPart(const LabelList& list, Labels labels, LabelNumbers numbers,
 }
 
 void dropEmptyRules(Labels& labels) {
-    std::erase_if(labels.each,
-                  [](const LabelRule& rule) { return !rule.look && !rule.opacity && !rule.colour; });
+    std::erase_if(labels.each, [](const LabelRule& rule) {
+        return !rule.look && !rule.opacity && !rule.colour && !rule.hasOptics();
+    });
 }
 
 } // namespace
@@ -117,7 +118,7 @@ std::vector<LabelState> labelStates(const LabelList& list, const Labels& labels)
         states[n] = {shown[n], labels.look, labels.opacity, glm::dvec3(list[n].colour)};
     for (const LabelRule& rule : labels.each)
         matcher.forEach(rule.of, [&](std::size_t n) {
-            states[n].look = rule.look.value_or(states[n].look);
+            states[n].look = rule.lookAfter(states[n].look);
             if (rule.opacity)
                 states[n].opacity = rule.opacity;
             states[n].colour = rule.colour.value_or(states[n].colour);

@@ -360,7 +360,7 @@ TEST(MeshLight, IsThatOfTheScene) {
             const glm::vec4 p = middlePixel(EngineKind::mirror);
             EXPECT_NEAR(p.r, 0.9 * (0.15 + 0.7 * 0.8 * cosine), 1e-5);
             EXPECT_NEAR(p.g, 0.5 * (0.15 + 0.7 * 0.4 * cosine), 1e-5);
-            scene.meshes[0].material = MeshMaterial{0.5, 0.25, 0, 1};
+            scene.meshes[0].material = MaterialResponse{0.5, 0.25, 0, 1};
             EXPECT_NEAR(middlePixel(EngineKind::native).r, 0.9 * (0.5 + 0.25 * 0.8 * cosine), 1e-5);
         }
 }

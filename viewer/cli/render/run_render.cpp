@@ -8,6 +8,7 @@
 #include "render/geometry/mesh_caster.h" // meshBytesPerPixel
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
+#include "render/plan/label_optics.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
@@ -111,6 +112,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     SceneVolume& volume = scene.volumes.front();
     if (scene.volumes.size() > 1 && arguments.unfold)
         throw badFile("--unfold", "a scene of one volume", std::to_string(scene.volumes.size()));
+    if (arguments.unfold && hasLabelOptics(scene))
+        throw badFile("--unfold", "labels without functions or materials of their own", "some with");
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     volume.path = storeFor(volume, arguments.input, ram, common);
     volume.source = {};

@@ -136,6 +136,33 @@ void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions
     }
 }
 
+/// The function of a preset of labels: a name stays a name, so that it suits the volume's values.
+TransferChoice functionOf(const std::string& preset, const CommonOptions& common) {
+    Scene alone = sceneOf("volume");
+    if (isOwnOrFile(preset))
+        applyFoundPreset(preset, alone, common);
+    else
+        applyBuiltInPreset(preset, preset, alone);
+    return alone.volumes.front().transferFunction;
+}
+
+/// "LABELS=PRESET", LABELS as for --show.
+void addLabelPreset(const std::string& text, Labels& labels, const CommonOptions& common) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+        throw badFile("--label-preset", "LABELS=PRESET, such as liver=vessels", "\"" + text + "\"");
+    if (labels.path.empty())
+        throw badFile("--label-preset", "labels beside the volume (--labels)", "none");
+    const TransferChoice function = functionOf(text.substr(equals + 1), common);
+    std::istringstream names(text.substr(0, equals));
+    for (std::string one; std::getline(names, one, ',');)
+        if (!one.empty())
+            labels.each.push_back({.of = one, .transferFunction = function});
+    if (labels.each.size() > Labels::kMostPatterns)
+        throw badFile("--label-preset", "at most " + std::to_string(Labels::kMostPatterns) + " labels",
+                      "more");
+}
+
 /// A volume of --add.
 /// @param preset  "": by its values
 SceneVolume furtherVolume(const std::string& path, const std::string& preset, const CommonOptions& common) {
@@ -196,6 +223,8 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         throw badFile("--add", "at most " + std::to_string(Scene::kMaxVolumes) + " volumes in a picture",
                       std::to_string(scene.volumes.size()));
     arguments.keys.apply(scene);
+    for (const std::string& text : arguments.labelPresets)
+        addLabelPreset(text, scene.volumes.front().labels, common);
     if (!arguments.view.empty()) {
         FittedView view;
         if (const auto* before = std::get_if<FittedView>(&scene.camera))

@@ -26,6 +26,7 @@ struct RenderArguments {
     std::string device = "auto";
     double mmPerPixel = 0;                    // 0: as the scene says
     std::vector<std::string> add, addPresets; // further volumes, and their presets
+    std::vector<std::string> labelPresets;    // "LABELS=PRESET"
     KeyOptions keys;                          // those that set one key of the scene
     std::string first, light;
     std::vector<std::string> surfaces;
