@@ -17,12 +17,18 @@ namespace tessera {
 enum class LabelLook { solid, tint, plain };
 template <> const NameTable<LabelLook>& namesOf<LabelLook>();
 
+/// Between voxels: where the shares of labels are equal; or the voxels' own faces.
+enum class LabelBorders { smooth, nearest };
+template <> const NameTable<LabelBorders>& namesOf<LabelBorders>();
+
 /// The look of the labels that a pattern names; what it leaves out is that of the others.
 struct LabelRule {
     std::string of; // a name with * and ?, a value, or "group:NAME"
     std::optional<LabelLook> look = {};
     std::optional<double> opacity = {};
     std::optional<glm::dvec3> colour = {}; // linear light
+    std::optional<double> fill = {};       // in slices, as Labels::fill
+    std::optional<double> outline = {};    // in slices, as Labels::outline
     bool operator==(const LabelRule&) const = default;
 };
 
@@ -32,6 +38,8 @@ struct Labels {
     static constexpr const char* kTotalSegmentator = "totalsegmentator";
     /// Opacity of a solid label that names none, over the edge of a voxel.
     static constexpr double kSolidOpacity = 0.999;
+    /// In slices: opacity of the fill of a label that names none; the widest outline, pixels.
+    static constexpr double kFill = 0.5, kWidestOutline = 16;
 
     std::filesystem::path path;  // a file or folder; "" none
     std::filesystem::path names; // of a file with names and colours; ""  the labels' own
@@ -39,6 +47,10 @@ struct Labels {
     /// [0,1]. solid: per mm, by default kSolidOpacity over a voxel; else a factor on the function's
     /// extinction, 1.
     std::optional<double> opacity = {};
+    /// In slices: opacity of the fill; none: `opacity`, else kFill. Width of outlines, pixels; 0: none.
+    std::optional<double> fill = {};
+    double outline = 1;
+    LabelBorders borders = LabelBorders::smooth;
     /// Patterns of the labels that show; none: all. Labels of `hide` do not.
     std::vector<std::string> show, hide;
     /// True if tissue without a label shows. None: it does unless `show` names labels.

@@ -316,7 +316,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
         checkValue(value, "physical values", store.path().string());
     hideTable(scene, values, floor, ram, threads, p.layer());
     hideLabels(scene, values, ram, threads, p.layer());
-    takeLabels(scene, kept, ram, p.layer());
+    takeLabels(scene, kept, ram, threads, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     if (const auto* name = std::get_if<std::string>(&function))
         p.setFunction(presetFunction(*name, values), scene);
