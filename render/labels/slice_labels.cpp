@@ -54,7 +54,7 @@ struct SliceLabels::Tile {
     // Work: parts of pixels, with the outlines' width around them.
     std::vector<std::uint16_t> owners = {};
     std::vector<std::uint8_t> inside = {};
-    std::vector<glm::vec4> outlines = {}; // sums of colours, and their number
+    std::vector<glm::vec4> outlines = {}; // sums of colours times shares, and of shares
     OutlineBand band = {};
 };
 
@@ -150,10 +150,9 @@ void SliceLabels::draw(Tile& t) {
             }
             t.inside[i] = isIn;
         }
-        const std::vector<std::uint8_t>& band = t.band.of(t.inside, size, core, parts, width);
+        const std::vector<float>& band = t.band.of(t.inside, size, core, parts, width);
         for (std::size_t i = 0; i < band.size(); ++i)
-            if (band[i])
-                t.outlines[i] += glm::vec4(look.colour, 1);
+            t.outlines[i] += band[i] * glm::vec4(look.colour, 1);
     }
     constexpr float kShare = 1.0f / (kParts * kParts);
     n = 0;
@@ -165,15 +164,13 @@ void SliceLabels::draw(Tile& t) {
                 for (int i = kParts * x; i < kParts * (x + 1); ++i) {
                     const glm::vec4& outline =
                         t.outlines[static_cast<std::size_t>(j) * across + static_cast<std::size_t>(i)];
-                    if (outline.a > 0) {
-                        add += glm::vec3(outline) / outline.a;
-                        cover += 1;
-                        continue;
-                    }
                     const SliceLooks::Set& set = looks_.sets[ownerAt(i, j)];
-                    keep += set.keep;
-                    add += set.add;
-                    cover += set.cover;
+                    const float drawn = std::min(outline.a, 1.0f), left = 1 - drawn;
+                    keep += left * set.keep;
+                    add += left * set.add;
+                    cover += left * set.cover + drawn;
+                    if (drawn > 0)
+                        add += drawn / outline.a * glm::vec3(outline);
                 }
             t.over[n] = {kShare * keep, kShare * add, kShare * cover};
         }

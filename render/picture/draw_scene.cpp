@@ -64,9 +64,11 @@ PixelOver layLabelsOver(const FrameTask& task, RenderResult& result) {
     if (!labels)
         return {};
     task.context.progress.stage("laying labels over the slice");
+    const auto drawing = Clock::now();
     const PlanePlaces places = planePlaces(p.view.camera, task.scene.slice, p.info(), result.image.size);
     const SliceLabels::Drawn drawn = labels->layOver(result.image.pixels, places, 1, task.options.shares);
     result.labels = {labels->table().labels.size(), labels->shownLabels(), 0, drawn.labels, drawn.level};
+    result.secondsDrawing += secondsSince(drawing);
     return [labels, places](const glm::ivec2& pixel) { return labels->overPixel(pixel, places); };
 }
 

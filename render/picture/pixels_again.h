@@ -71,11 +71,11 @@ class PixelsAgain {
 
     glm::ivec2 size_;
     PixelSample sample_;
-    PixelOver over_;
     std::vector<glm::vec4> picture_; // of the chosen pixels
     int replicates_, samples_;
     PixelPlaces places_;
     std::uint32_t firstSet_;
+    PixelOver over_;
     std::vector<std::uint8_t> step_; // of each pixel: how often its samples were made four times as many
 };
 
