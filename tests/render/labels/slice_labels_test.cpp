@@ -1,7 +1,7 @@
 // tests/render/labels/slice_labels_test.cpp: labels over slices (docs/sampling.md, "Labels in slices"): areas
 // by closed forms, the voxels themselves, every engine, and what must change nothing.
 #include "core/image/image_metrics.h"
-#include "render/labels/plane_places.h"
+#include "render/labels/slice_labels.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/labelled.h"
@@ -10,6 +10,8 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <glm/gtc/constants.hpp>
 #include <gtest/gtest.h>
@@ -424,6 +426,25 @@ TEST(SliceLabels, OfAFurtherVolumeLieOverItsOwnValues) {
     EXPECT_NEAR(green, glm::pi<double>() * 144 * 4, 40);
     ASSERT_TRUE(result.labels);
     EXPECT_EQ(*result.labels->onSlice, 2u);
+}
+
+TEST(SliceLabels, ThatCannotBeReadAreNamed) {
+    SlicedScan scan(ballAt(kCentre));
+    const Scene scene = scan.scene(0.5, {100, 100});
+    MemoryBudget small("RAM", "--ram", std::size_t{400} << 10);
+    const std::string refusal =
+        refusalOf([&] { SliceLabels(scene.volumes[0].labels, scan.info, small, 2, "labels"); });
+    EXPECT_NE(refusal.find("--ram"), std::string::npos) << refusal;
+    EXPECT_EQ(small.usedBytes(), 0u);
+    const std::filesystem::path chunks = scan.labels / "0/c/0/0/0";
+    std::fstream file(chunks, std::ios::in | std::ios::out | std::ios::binary);
+    ASSERT_TRUE(file);
+    for (std::uintmax_t at = 0; at + 4096 < std::filesystem::file_size(chunks); at += 64)
+        file.seekp(static_cast<std::streamoff>(at)).put('\x5A');
+    file.seekp(8).write("damaged by a test", 17);
+    file.close();
+    const std::string damage = refusalOf([&] { scan.draw(scene); });
+    EXPECT_NE(damage.find(scan.labels.string()), std::string::npos) << damage;
 }
 
 TEST(SliceLabels, RefuseNearestBordersOfVolumes) {
