@@ -150,7 +150,7 @@ TEST(SliceLabels, HaveOutlinesOfTheirWidth) {
         for (const double width : {1.0, 2.75}) {
             labels.outline = width;
             double expected = 0;
-            constexpr int kFine = 16; // places along a pixel
+            constexpr int kFine = 8; // places along a pixel
             for (int j = 0; j < scene.imageSize.y * kFine; ++j)
                 for (int i = 0; i < scene.imageSize.x * kFine; ++i) {
                     const double at = x((glm::dvec2(i, j) + 0.5) / double{kFine});
