@@ -26,16 +26,27 @@ class SetReader {
 
   private:
     using Place = glm::vec<3, std::int64_t>;
+    using Sets = std::array<std::uint16_t, 8>;
     void read(const glm::ivec3& first);
-    std::uint16_t shownAt(double stored) const;
+    Sets numbersAround(const glm::ivec3& first);
+    const std::byte* chunkOf(const glm::ivec3& sample);
+    std::uint16_t numberAt(const std::byte* chunk, std::size_t at) const;
 
-    LatticeReader samples_;
+    BrickCache& cache_;
+    bool wide_; // numbers of 16 bits, else 8
     int level_;
     bool nearest_;
     glm::dvec3 extent_;
+    glm::ivec3 samples_; // of the level
     std::span<const std::uint16_t> shown_;
+    /// Chunks by the low bits of their places: neighbours never evict each other.
+    struct Pinned {
+        glm::ivec3 place{-1};
+        ChunkPointer chunk;
+    };
+    std::array<Pinned, SampleReader::kPinnedChunks> pinned_;
     glm::ivec3 first_{INT32_MIN}; // of the samples last read
-    std::array<std::uint16_t, 8> sets_{};
+    Sets sets_{};
     bool isOne_ = false; // they have one set
 };
 

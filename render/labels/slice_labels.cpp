@@ -41,6 +41,19 @@ std::vector<std::uint8_t> shownLabelsOf(const SliceLooks& looks) {
     return shown;
 }
 
+/// Some pixel of a rectangle shows a part of the volume.
+bool showsAny(std::span<const glm::vec4> pixels, const glm::ivec2& size, const glm::ivec2& first,
+              const glm::ivec2& count) {
+    for (int y = first.y; y < first.y + count.y; ++y) {
+        const auto row = pixels.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                                            static_cast<std::size_t>(first.x),
+                                        static_cast<std::size_t>(count.x));
+        if (std::any_of(row.begin(), row.end(), [](const glm::vec4& pixel) { return pixel.a > 0; }))
+            return true;
+    }
+    return false;
+}
+
 } // namespace
 
 /// A rectangle of pixels, and what one thread needs for it.
@@ -88,7 +101,8 @@ std::size_t SliceLabels::shownLabels() const {
 int SliceLabels::levelOf(const PlanePlaces& places) {
     const double voxels = std::clamp(places.voxelsPerPixel(), 1.0, std::exp2(kLevelCount - 1));
     constexpr double kRounding = 1e-6;
-    return static_cast<int>(std::floor(std::log2(voxels) + kRounding));
+    // Places are a quarter of a pixel apart: every sample of the level below is met, too.
+    return std::max(static_cast<int>(std::floor(std::log2(voxels) + kRounding)) - 1, 0);
 }
 
 void SliceLabels::draw(Tile& t) {
@@ -193,6 +207,8 @@ SliceLabels::Drawn SliceLabels::layOver(std::span<glm::vec4> pixels, const Plane
             tile.outlineScale = outlineScale;
             tile.first = kTile * glm::ivec2(static_cast<int>(n) % tiles.x, static_cast<int>(n) / tiles.x);
             tile.count = glm::min(glm::ivec2(kTile), size - tile.first);
+            if (!showsAny(pixels, size, tile.first, tile.count))
+                return;
             draw(tile);
             for (std::size_t i = 0; i < tile.over.size(); ++i) {
                 const glm::ivec2 at = tile.first + glm::ivec2(static_cast<int>(i) % tile.count.x,

@@ -52,7 +52,7 @@ class SliceLabels {
     const Labels& labels() const { return labels_; }
     /// Labels that some set has, and that show.
     std::size_t shownLabels() const;
-    /// Of the voxels that such pixels show.
+    /// Of the voxels that such pixels show: the finest of which their places meet every one.
     static int levelOf(const PlanePlaces& places);
 
     struct Drawn {
