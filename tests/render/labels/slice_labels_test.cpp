@@ -362,12 +362,19 @@ TEST(SliceLabels, ThatAreHiddenChangeNothing) {
 
 // Labels that hide all values leave no error, however wrong those are; others some.
 TEST(SliceLabels, AreInTheTruthThatErrorsAreMeasuredAgainst) {
-    SlicedScan scan([](const glm::dvec3&) { return 1u; },
-                    [](const glm::dvec3& p) { return std::fmod(p.x, 2) < 1 ? 0.0 : 900.0; });
-    Scene scene = scan.scene(2.3, {32, 32});
+    SlicedScan scan(
+        [](const glm::dvec3& mm) {
+            return 1 +
+                   (static_cast<std::uint32_t>(mm.x + 100) / 7 + static_cast<std::uint32_t>(mm.y) / 9) % 2;
+        },
+        [](const glm::dvec3& p) { return std::fmod(p.x, 2) < 1 ? 0.0 : 900.0; });
+    Scene scene = scan.scene(1.1, {70, 70}); // a pixel alone has the labels that it has in a tile
     scene.quality.pixels.samples = 1;
-    const auto errorOf = [&](double fill) {
+    scene.volumes[0].labels.each = {{"1", {}, {}, glm::dvec3(0.5, 0.1, 0)},
+                                    {"2", LabelLook::solid, {}, glm::dvec3(0, 0.2, 0.9)}};
+    const auto errorOf = [&](double fill, double outline = 0) {
         scene.volumes[0].labels.fill = fill;
+        scene.volumes[0].labels.outline = outline;
         const RenderResult result =
             scan.draw(scene, EngineKind::native, [](RenderOptions& o) { o.verify = Verify::full; });
         EXPECT_TRUE(result.measured && result.measured->whyNot.empty() && result.measured->all.rms);
@@ -375,6 +382,9 @@ TEST(SliceLabels, AreInTheTruthThatErrorsAreMeasuredAgainst) {
     };
     const double bare = errorOf(0), half = errorOf(0.5);
     EXPECT_LE(errorOf(1), 1e-6);
+    EXPECT_LE(errorOf(1, 1.5), 1e-6);
+    const double outlined = errorOf(0, 1.5);
+    EXPECT_TRUE(outlined > 0 && outlined < bare);
     EXPECT_GT(bare, 0.02);
     EXPECT_NEAR(half, 0.5 * bare, 0.15 * bare);
 }
