@@ -54,6 +54,9 @@ struct RenderOptions {
     /// seconds.
     std::function<void(const Image&, double)> onFirstPicture;
     Progress* progress = nullptr; // none: silent
+    /// Of a slice with labels: shares by which pixels are multiplied before labels are laid over them;
+    /// null: 1. Of the scene's size, and alive as long as the picture is drawn.
+    const std::vector<float>* shares = nullptr;
 };
 
 struct RenderResult {
@@ -93,6 +96,9 @@ struct RenderResult {
     struct Labels {
         std::size_t all = 0, shown = 0; // labels of the file; of them those that are drawn
         int channels = 0;               // planes of 16 bits a sample beside the values
+        /// Over a slice: how many labels lie on it, and the level of their voxels.
+        std::optional<std::size_t> onSlice = {};
+        int level = 0;
     };
     std::optional<Labels> labels; // where the scene has them
     /// A volume besides the first. Bricks above are those of all volumes.

@@ -411,34 +411,48 @@ std::string imageLabelOf(const LabelTable& table) {
     return shown.dump();
 }
 
-LabelFiles readLabelFiles(const StoreReader& store, MemoryBudget& ram) {
-    const FileHandle folder = openFolder(store.path());
+namespace {
+
+/// The table, and what it says about the arrays.
+LabelTable readTable(const FileHandle& folder, const StoreReader& store, MemoryBudget& ram,
+                     ArraysOf& arrays) {
     const std::string where = (store.path() / kSets / "zarr.json").string();
     const std::string root = "/attributes/tessera";
-    const glm::ivec3 extent = store.info().extentVoxels;
-    LabelFiles files;
-    ArraysOf arrays;
-    {
-        Charge charge;
-        const Json document = readGroup(folder, store.path(), where, ram, charge);
-        integerAt(document, root + "/version", kLabelsVersion, kLabelsVersion, where);
-        if (textAt(document, root + "/store", where) != store.contentHash())
-            throw badFile(where, "the table of this store's labels", "that of another");
-        files.table = TableReader(where).read(jsonAt(document, root, where));
-        arrays.cells = cellCount(cellGrid(extent));
-        arrays.shares = static_cast<std::uint64_t>(
-            integerAt(document, root + "/shares", 1, static_cast<std::int64_t>(kMostValues), where));
-        for (std::size_t i = 0; i < 3; ++i)
-            arrays.crcs[i] = static_cast<std::uint32_t>(
-                integerAt(document, root + "/crc/" + std::to_string(i), 0, UINT32_MAX, where));
-    }
-    const ValueType type = store.info().type, expected = labelTypeOf(files.table);
+    Charge charge;
+    const Json document = readGroup(folder, store.path(), where, ram, charge);
+    integerAt(document, root + "/version", kLabelsVersion, kLabelsVersion, where);
+    if (textAt(document, root + "/store", where) != store.contentHash())
+        throw badFile(where, "the table of this store's labels", "that of another");
+    LabelTable table = TableReader(where).read(jsonAt(document, root, where));
+    arrays.cells = cellCount(cellGrid(store.info().extentVoxels));
+    arrays.shares = static_cast<std::uint64_t>(
+        integerAt(document, root + "/shares", 1, static_cast<std::int64_t>(kMostValues), where));
+    for (std::size_t i = 0; i < 3; ++i)
+        arrays.crcs[i] = static_cast<std::uint32_t>(
+            integerAt(document, root + "/crc/" + std::to_string(i), 0, UINT32_MAX, where));
+    const ValueType type = store.info().type, expected = labelTypeOf(table);
     if (type != expected)
         throw badFile(where, std::string("sets that ") + name(type) + " holds",
-                      std::to_string(files.table.sets.size()));
+                      std::to_string(table.sets.size()));
     if (arrays.cells > kMostValues || arrays.cells > arrays.shares)
         throw badFile(where, "a share of every one of " + std::to_string(arrays.cells) + " cells",
                       std::to_string(arrays.shares));
+    return table;
+}
+
+} // namespace
+
+LabelTable readLabelTable(const StoreReader& store, MemoryBudget& ram) {
+    ArraysOf arrays;
+    return readTable(openFolder(store.path()), store, ram, arrays);
+}
+
+LabelFiles readLabelFiles(const StoreReader& store, MemoryBudget& ram) {
+    const FileHandle folder = openFolder(store.path());
+    const glm::ivec3 extent = store.info().extentVoxels;
+    LabelFiles files;
+    ArraysOf arrays;
+    files.table = readTable(folder, store, ram, arrays);
     const Charge scratch =
         ram.charge(3 * kArrayChunk * sizeof(std::uint16_t) + arraySpec(1).scratchBytes(), "reading labels");
     // Once for the checks; only then is what they take known to be there.

@@ -60,5 +60,7 @@ struct LabelFiles {
 /// Throws InputError naming the file that is missing, damaged, of another store or version, or whose numbers
 /// contradict others. What the files hold is checked before memory for it is taken.
 LabelFiles readLabelFiles(const StoreReader& store, MemoryBudget& ram);
+/// The table alone, which is not charged. Throws InputError likewise.
+LabelTable readLabelTable(const StoreReader& store, MemoryBudget& ram);
 
 } // namespace tessera

@@ -2,10 +2,12 @@
 #include "bricking/labels/label_volume.h"
 
 #include "bricking/labels/label_files.h"
+#include "core/base/error.h"
 
 #include <algorithm>
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
+#include <string>
 #include <utility>
 
 namespace tessera {
@@ -21,6 +23,21 @@ bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b) {
             return false;
     }
     return true;
+}
+
+namespace {
+
+std::string extentOf(const VolumeInfo& info) {
+    const glm::ivec3& e = info.extentVoxels;
+    return std::to_string(e.x) + " x " + std::to_string(e.y) + " x " + std::to_string(e.z) + " voxels";
+}
+
+} // namespace
+
+void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume) {
+    if (!isSameGrid(labels.info(), volume))
+        throw badFile(labels.path().string(), "labels on the volume's grid of " + extentOf(volume),
+                      extentOf(labels.info()) + " in size or place of their own");
 }
 
 LabelVolume::LabelVolume(const std::filesystem::path& store, MemoryBudget& ram) : voxels_(store, ram) {

@@ -13,6 +13,8 @@ namespace tessera {
 /// Grids are the same if their corners agree to so much of a voxel.
 constexpr double kSameVoxels = 1e-3;
 bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b);
+/// Throws InputError naming the labels where their voxels are not those of the volume.
+void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume);
 
 class LabelVolume {
   public:

@@ -41,6 +41,8 @@ const Fields<LabelRule>& ruleFields() {
             });
         f.add("material", &LabelRule::material, objectOf(responseFields()),
               "What they make of light, in place of materials and shading.");
+        f.add("fill", &LabelRule::fill, numberIn(0, 1), "As labels.fill.");
+        f.add("outline", &LabelRule::outline, numberIn(0, Labels::kWidestOutline), "As labels.outline.");
         return f;
     }();
     return fields;
@@ -51,6 +53,12 @@ const Fields<LabelRule>& ruleFields() {
 template <> const NameTable<LabelLook>& namesOf<LabelLook>() {
     static const NameTable<LabelLook> names{
         {{LabelLook::solid, "solid"}, {LabelLook::tint, "tint"}, {LabelLook::plain, "plain"}}};
+    return names;
+}
+
+template <> const NameTable<LabelBorders>& namesOf<LabelBorders>() {
+    static const NameTable<LabelBorders> names{
+        {{LabelBorders::smooth, "smooth"}, {LabelBorders::nearest, "nearest"}}};
     return names;
 }
 
@@ -87,6 +95,21 @@ const Fields<Labels>& labelsFields() {
                    "opacity of labels: solid ones per mm (default: opaque), else a factor on "
                    "the preset's (default: 1)",
                    "a number from 0 to 1");
+        f.add("fill", &Labels::fill, numberIn(0, 1),
+              "Opacity of labels over the values of slices (default: labels.opacity, else 0.5).")
+            .setBy("--label-fill", "opacity of labels in slices (default: --label-opacity, else 0.5)",
+                   "a number from 0 to 1");
+        f.add("outline", &Labels::outline, numberIn(0, Labels::kWidestOutline),
+              "Width of the outlines of labels in slices, pixels; 0: none.")
+            .unlessDefault()
+            .setBy("--label-outline", "width of labels' outlines in slices, pixels; 0: none (default: 1)",
+                   "a number from 0 to 16");
+        f.add("borders", &Labels::borders, named<LabelBorders>(),
+              "Borders of labels between voxels. smooth: where their shares are equal; nearest: the voxels' "
+              "faces, in slices alone.")
+            .unlessDefault()
+            .setBy("--label-borders", "borders of labels between voxels: {names} (default: {default}); "
+                                      "nearest: in slices alone");
         f.add("show", &Labels::show, patternsKind(),
               "The labels that show, by names with * and ?, values or group:NAME; empty: all.")
             .unlessDefault()

@@ -19,6 +19,10 @@ namespace tessera {
 enum class LabelLook { solid, tint, plain };
 template <> const NameTable<LabelLook>& namesOf<LabelLook>();
 
+/// Between voxels: where the shares of labels are equal; or the voxels' own faces.
+enum class LabelBorders { smooth, nearest };
+template <> const NameTable<LabelBorders>& namesOf<LabelBorders>();
+
 /// The look of the labels that a pattern names; what it leaves out is that of the others.
 struct LabelRule {
     std::string of; // a name with * and ?, a value, or "group:NAME"
@@ -28,6 +32,8 @@ struct LabelRule {
     /// In place of the volume's; its labels are plain where no look is named.
     std::optional<TransferChoice> transferFunction = {};
     std::optional<MaterialResponse> material = {}; // in place of the function's and the scene's
+    std::optional<double> fill = {};               // in slices, as Labels::fill
+    std::optional<double> outline = {};            // in slices, as Labels::outline
     bool operator==(const LabelRule&) const = default;
     /// True if its labels are not drawn with the volume's function and materials.
     bool hasOptics() const { return transferFunction || material; }
@@ -43,6 +49,8 @@ struct Labels {
     static constexpr const char* kTotalSegmentator = "totalsegmentator";
     /// Opacity of a solid label that names none, over the edge of a voxel.
     static constexpr double kSolidOpacity = 0.999;
+    /// In slices: opacity of the fill of a label that names none; the widest outline, pixels.
+    static constexpr double kFill = 0.5, kWidestOutline = 16;
 
     std::filesystem::path path;  // a file or folder; "" none
     std::filesystem::path names; // of a file with names and colours; ""  the labels' own
@@ -50,6 +58,10 @@ struct Labels {
     /// [0,1]. solid: per mm, by default kSolidOpacity over a voxel; else a factor on the function's
     /// extinction, 1.
     std::optional<double> opacity = {};
+    /// In slices: opacity of the fill; none: `opacity`, else kFill. Width of outlines, pixels; 0: none.
+    std::optional<double> fill = {};
+    double outline = 1;
+    LabelBorders borders = LabelBorders::smooth;
     /// Patterns of the labels that show; none: all. Labels of `hide` do not.
     std::vector<std::string> show, hide;
     /// True if tissue without a label shows. None: it does unless `show` names labels.

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "render/geometry/mesh_caster.h"
+#include "render/labels/slice_labels.h"
 #include "render/picture/picture.h" // raysOf
 #include "render/plan/framing.h"    // framingBytes
 #include "render/plan/visibility_rays.h"
@@ -371,6 +372,7 @@ void InteractiveRenderer::beginPicture() {
         p_.view.part.clip(rays.frame);
     }
     caster_->begin(rays);
+    pictureCamera_ = p_.view.camera;
     forPicture_ = Changes();
     drawing_ = true;
     pictureBegan_ = Clock::now();
@@ -420,7 +422,22 @@ void InteractiveRenderer::refineLight(Clock::time_point deadline) {
         forPicture_.add(kLightChanged);
 }
 
+/// Of a slice. What cannot be read is told by the next call; the values are shown.
+void InteractiveRenderer::layLabelsOver() {
+    SliceLabels* const labels = p_.layer().sliceLabels.get();
+    if (!labels)
+        return;
+    try {
+        labels->layOver(picture_.pixels, planePlaces(pictureCamera_, scene_.slice, p_.info(), picture_.size),
+                        static_cast<double>(picture_.size.x) / scene_.imageSize.x);
+    } catch (const Error&) {
+        labelFault_ = std::current_exception();
+    }
+}
+
 InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point deadline) {
+    if (labelFault_)
+        std::rethrow_exception(std::exchange(labelFault_, nullptr));
     Progress progress;
     do {
         if (!drawing_) {
@@ -440,6 +457,7 @@ InteractiveRenderer::Progress InteractiveRenderer::advance(Clock::time_point dea
                 break;
             picture_ = caster_->image();
             drawing_ = false;
+            layLabelsOver();
             progress.newPicture = true;
             lastPicture_ = Clock::now();
             pictureTook_ = lastPicture_ - pictureBegan_;

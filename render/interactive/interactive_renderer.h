@@ -14,6 +14,7 @@
 #include "render/residency/transition.h"
 
 #include <chrono>
+#include <exception>
 #include <future>
 #include <memory>
 #include <optional>
@@ -153,6 +154,7 @@ class InteractiveRenderer {
     bool settled() const;
     bool lightIsWhole() const;
     void refineLight(Clock::time_point deadline);
+    void layLabelsOver();
 
     Scene scene_;
     Engine& engine_;
@@ -194,6 +196,8 @@ class InteractiveRenderer {
     Clock::time_point lastPicture_ = Clock::now(), pictureBegan_;
     Clock::duration pictureTook_{};
     Image picture_;
+    Camera pictureCamera_;          // of the picture that is drawn
+    std::exception_ptr labelFault_; // labels of the last picture that could not be read
     Work work_;
     std::size_t repacks_ = 0;
 };

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 
 namespace tessera {
 namespace {
@@ -18,7 +20,8 @@ struct OneLook {
     double opacity = 1;    // a factor on the function's extinction
     double extinction = 0; // solid: per mm
     glm::vec3 colour{1};
-    std::size_t optics = 0; // opticsOf()
+    std::size_t optics = 0;                   // opticsOf()
+    double fill = Labels::kFill, outline = 0; // in slices: opacity, pixels
 };
 
 double extinctionPerMm(double opacity) {
@@ -38,10 +41,11 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, doub
                              const std::string& where) {
     const LabelMatcher matcher(table.labels);
     std::vector<OneLook> looks(table.labels.size());
-    std::vector<std::optional<double>> opacity(looks.size(), labels.opacity);
+    std::vector<std::optional<double>> opacity(looks.size(), labels.opacity), fill(looks.size(), labels.fill);
     for (std::size_t n = 0; n < looks.size(); ++n) {
         looks[n].shows = labels.show.empty();
         looks[n].look = labels.look;
+        looks[n].outline = labels.outline;
         const Label& label = table.labels[n];
         looks[n].colour = label.colour ? *label.colour : labelColour(label.value);
     }
@@ -61,10 +65,14 @@ std::vector<OneLook> looksOf(const LabelTable& table, const Labels& labels, doub
                 opacity[n] = rule.opacity;
             if (rule.colour)
                 looks[n].colour = glm::vec3(*rule.colour);
+            if (rule.fill)
+                fill[n] = rule.fill;
+            looks[n].outline = rule.outline.value_or(looks[n].outline);
         });
     }
     for (std::size_t n = 0; n < looks.size(); ++n) {
         looks[n].opacity = opacity[n].value_or(1.0);
+        looks[n].fill = fill[n].value_or(opacity[n].value_or(Labels::kFill));
         looks[n].extinction =
             opacity[n] ? extinctionPerMm(*opacity[n]) : extinctionPerMm(Labels::kSolidOpacity) / voxelMm;
     }
@@ -127,6 +135,59 @@ LabelMedium labelLooks(const LabelTable& table, const Labels& labels, double vox
         medium.bySet.push_back(f);
     }
     return medium;
+}
+
+namespace {
+
+/// What the fill of labels that lie at one place keeps of a colour and adds to it: the mean of what each
+/// does.
+void setFill(const std::vector<OneLook>& looks, SliceLooks::Set& set) {
+    glm::dvec3 keep(0), add(0);
+    double cover = 0;
+    for (const std::uint16_t number : set.labels) {
+        const OneLook& look = looks[number];
+        const glm::dvec3 filled = look.fill * glm::dvec3(look.colour);
+        keep += look.look == LabelLook::plain ? 1.0 : 1 - look.fill;
+        if (look.look == LabelLook::solid) {
+            add += filled;
+            cover += look.fill;
+        }
+        if (look.look == LabelLook::tint)
+            keep += filled;
+    }
+    const auto count = static_cast<double>(set.labels.size());
+    set.keep = glm::vec3(keep / count);
+    set.add = glm::vec3(add / count);
+    set.cover = static_cast<float>(cover / count);
+}
+
+} // namespace
+
+SliceLooks sliceLooks(const LabelTable& table, const Labels& labels, const std::string& where) {
+    const std::vector<OneLook> looks = looksOf(table, labels, 1, where);
+    SliceLooks slice;
+    for (const OneLook& look : looks) {
+        slice.labels.push_back({look.colour, static_cast<float>(look.outline)});
+        slice.widest = std::max(slice.widest, look.shows ? look.outline : 0);
+    }
+    const auto comesFirst = [](const auto& a, const auto& b) { return comesBefore(a, b); };
+    std::map<std::vector<std::uint16_t>, std::uint16_t, decltype(comesFirst)> numbers(comesFirst);
+    std::vector<std::vector<std::uint16_t>> shown(table.sets.size());
+    numbers[{}] = 0;
+    for (std::size_t n = 0; n < table.sets.size(); ++n) {
+        std::copy_if(table.sets[n].begin(), table.sets[n].end(), std::back_inserter(shown[n]),
+                     [&](std::uint16_t number) { return looks[number].shows; });
+        numbers[shown[n]] = 0;
+    }
+    for (auto& [set, number] : numbers) {
+        number = static_cast<std::uint16_t>(slice.sets.size());
+        slice.sets.push_back({set});
+        if (!set.empty())
+            setFill(looks, slice.sets.back());
+    }
+    for (const auto& set : shown)
+        slice.ofSet.push_back(numbers[set]);
+    return slice;
 }
 
 } // namespace tessera

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "render/geometry/mesh_caster.h"
+#include "render/labels/slice_labels.h"
 #include "render/picture/measure_picture.h"
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
@@ -56,11 +57,27 @@ bool decides(const Scene& scene, const RenderOptions& options) {
     return scene.quality.maxError.value_or(0) > 0 && options.verify != Verify::none;
 }
 
+/// Lays the labels over a slice. Returns what they do to a pixel; empty: nothing.
+PixelOver layLabelsOver(const FrameTask& task, RenderResult& result) {
+    const FramePlan& p = task.plan;
+    SliceLabels* const labels = p.layer().sliceLabels.get();
+    if (!labels)
+        return {};
+    task.context.progress.stage("laying labels over the slice");
+    const auto drawing = Clock::now();
+    const PlanePlaces places = planePlaces(p.view.camera, task.scene.slice, p.info(), result.image.size);
+    const SliceLabels::Drawn drawn = labels->layOver(result.image.pixels, places, 1, task.options.shares);
+    result.labels = {labels->table().labels.size(), labels->shownLabels(), 0, drawn.labels, drawn.level};
+    result.secondsDrawing += secondsSince(drawing);
+    return [labels, places](const glm::ivec2& pixel) { return labels->overPixel(pixel, places); };
+}
+
 /// Draws a plan, and measures how wrong that is. Returns whether it went on from the round before.
 bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) {
     const Scene& scene = task.scene;
     Image added; // to the picture, once its errors are known: they are those without it
     const bool wentOn = renderer.draw(task, result, added);
+    const PixelOver over = layLabelsOver(task, result);
     const auto checking = Clock::now();
     if (renderer.about().measures && task.options.verify != Verify::none) {
         task.context.progress.stage("measuring the picture's errors");
@@ -72,7 +89,8 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
                                  full ? Verify::full : task.options.verify,
                                  task.round.number,
                                  full ? ErrorGoal::kMostRounds : 1,
-                                 task.options.slicing};
+                                 task.options.slicing,
+                                 over};
         if (const auto pixels = renderer.pixels(task))
             result.measured = measurePicture(drawn, *pixels, task.context.ram);
     }

@@ -129,7 +129,7 @@ RenderResult FrameRenderer::draw(const Scene& given) {
     if (std::exchange(s.last, std::nullopt))
         s.known = KnownLayer::of(s.p.layer());
     if (s.known && !isSame) // other looks, perhaps
-        s.known->labelBricks.reset(), s.known->labels.reset();
+        s.known->labelBricks.reset(), s.known->labels.reset(), s.known->sliceLabels.reset();
     s.heldRam = {};
     s.p = Planner(); // gives back the memory of the last picture, as if it had never been
     try {

@@ -80,7 +80,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
     std::vector<PixelsAgain> again;
     std::size_t bytes = 0;
     for (const VerifyPlan& design : designs) {
-        again.emplace_back(picture.image, design, picture.scene.quality.pixels, picture.round);
+        again.emplace_back(picture.image, design, picture.scene.quality.pixels, picture.round, picture.over);
         bytes += again.back().bytes();
     }
     if (again[0].pixels() == 0) {

@@ -15,6 +15,7 @@ struct DrawnPicture {
     Verify mode = Verify::quick;
     int round = 0, rounds = 1; // of measurements of this picture, and how many there may be
     Slicing slicing;
+    PixelOver over = {}; // what lies over the pixels, and has been laid over the image
 };
 
 /// @param source  gives the picture's pixels, and then the truth

@@ -106,7 +106,7 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
 }
 
 PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling,
-                         int round)
+                         int round, PixelOver over)
     : size_(picture.size),
       sample_(
           choosePixels(picture.size, plan.design,
@@ -114,7 +114,7 @@ PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const Pix
       replicates_(plan.replicates),
       samples_(static_cast<int>(std::bit_ceil(static_cast<unsigned>(plan.samples)))),
       places_(sampling.seed, sampling.filter),
-      firstSet_(kFirstSet + static_cast<std::uint32_t>(round) * kSetsOfRound) {
+      firstSet_(kFirstSet + static_cast<std::uint32_t>(round) * kSetsOfRound), over_(std::move(over)) {
     TESSERA_CHECK(replicates_ > 0 && plan.samples > 0 && samples_ <= kMostInSet);
     step_.assign(pixels(), 0);
     picture_.reserve(pixels());
@@ -171,6 +171,13 @@ bool PixelsAgain::drawStep(int step, PixelSource& source, const Limits& limits, 
             const std::size_t run = first + n, replicate = run % runsOfPixel / runsOfReplicate;
             out[chosen[run / runsOfPixel] * static_cast<std::size_t>(replicates_) + replicate] +=
                 sum / static_cast<float>(samples);
+        }
+    }
+    for (std::size_t n = 0; over_ && n < chosen.size(); ++n) {
+        const LabelsOver over = over_(sample_.pixels[chosen[n]].at);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(replicates_); ++k) {
+            glm::vec4& colour = out[chosen[n] * static_cast<std::size_t>(replicates_) + k];
+            colour = over(colour);
         }
     }
     return true;

@@ -4,12 +4,14 @@
 
 #include "core/base/work.h"
 #include "core/image/image.h"
+#include "render/labels/slice_labels.h" // LabelsOver
 #include "render/pixels/pixel_places.h"
 #include "render/renderer.h"
 #include "render/verify/verify_plan.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/vec4.hpp>
 #include <optional>
 #include <string>
@@ -22,11 +24,16 @@ std::vector<std::string> describe(const PictureMeasurement& measurement);
 
 /// The chosen pixels' own samples: places that no sample of the picture uses, and the colours that rays
 /// through them come to.
+/// What lies over a pixel of a picture, whatever its rays come to; empty: nothing.
+using PixelOver = std::function<LabelsOver(const glm::ivec2& pixel)>;
+
 class PixelsAgain {
   public:
     /// @param picture  linear, premultiplied
     /// @param round    of choices: none has a pixel of an earlier one, unless all pixels are taken
-    PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling, int round);
+    /// @param over     lies over all pixels, those drawn again too
+    PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling, int round,
+                PixelOver over);
 
     std::size_t pixels() const { return sample_.pixels.size(); }
     /// RAM that it and its arrays of rays take beside that of a picture of this size.
@@ -68,6 +75,7 @@ class PixelsAgain {
     int replicates_, samples_;
     PixelPlaces places_;
     std::uint32_t firstSet_;
+    PixelOver over_;
     std::vector<std::uint8_t> step_; // of each pixel: how often its samples were made four times as many
 };
 

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/mode.h"
+#include "render/contract/ray_state.h" // rayCount
 #include "render/picture/render_scene.h"
 #include "render/plan/fusion.h"
 
@@ -52,30 +53,40 @@ void layOver(Image& below, const Image& above, Fusion rule) {
 namespace {
 
 /// The picture of a volume alone, times its opacity. Where its values have the function's colours, and it
-/// lies over others, they have the function's opacity too.
+/// lies over others, they have the function's opacity too; labels over them do not.
 Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& store, MemoryBudget& ram,
                  MemoryBudget& gpu, const RenderOptions& options, RenderResult& result) {
     const Scene alone = sceneInFusion(scene, number);
-    result = renderScene(alone, store, ram, gpu, options);
+    RenderOptions mine = options;
+    std::vector<float> shares;
+    Charge charge;
+    Work more;
+    if (number > 0 && alone.valueColour == ValueColour::transferFunction) {
+        // Both are linear between points: opacities are drawn as greys.
+        const auto& function = std::get<TransferFunction>(alone.volumes[0].transferFunction);
+        std::vector<ColourPoint> greys;
+        for (const OpacityPoint& point : function.opacityPoints())
+            greys.push_back({point.value, glm::dvec3(point.opacity)});
+        Scene opacities = alone;
+        opacities.volumes[0].labels = {};
+        opacities.volumes[0].transferFunction =
+            TransferFunction::fromOpacity(function.opacityPoints(), greys, function.referenceLengthMm());
+        charge = ram.charge(rayCount(scene.imageSize) * sizeof(float), "the opacities of a volume");
+        const RenderResult drawn = renderScene(opacities, store, ram, gpu, options);
+        more = drawn.work;
+        for (const glm::vec4& pixel : drawn.image.pixels)
+            shares.push_back(pixel.a > 0 ? pixel.r / pixel.a : 0);
+        if (!alone.volumes[0].labels.path.empty())
+            mine.shares = &shares;
+    }
+    result = renderScene(alone, store, ram, gpu, mine);
+    result.work += more;
     Image picture = std::move(result.image);
     const auto share = static_cast<float>(scene.volumes[number].opacity);
     for (glm::vec4& pixel : picture.pixels)
         pixel *= share;
-    if (number == 0 || alone.valueColour != ValueColour::transferFunction)
-        return picture;
-    // Both are linear between points: opacities are drawn as greys.
-    const auto& function = std::get<TransferFunction>(alone.volumes[0].transferFunction);
-    std::vector<ColourPoint> greys;
-    for (const OpacityPoint& point : function.opacityPoints())
-        greys.push_back({point.value, glm::dvec3(point.opacity)});
-    Scene opacities = alone;
-    opacities.volumes[0].transferFunction =
-        TransferFunction::fromOpacity(function.opacityPoints(), greys, function.referenceLengthMm());
-    const Charge charge = ram.charge(picture.pixels.size() * sizeof(glm::vec4), "the opacities of a volume");
-    const RenderResult more = renderScene(opacities, store, ram, gpu, options);
-    result.work += more.work;
-    for (std::size_t i = 0; i < picture.pixels.size(); ++i)
-        picture.pixels[i] *= more.image.pixels[i].a > 0 ? more.image.pixels[i].r / more.image.pixels[i].a : 0;
+    for (std::size_t i = 0; !mine.shares && i < shares.size(); ++i)
+        picture.pixels[i] *= shares[i];
     return picture;
 }
 
@@ -99,6 +110,13 @@ RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& r
         result.secondsPreparing += mine.secondsPreparing;
         result.secondsLoading += mine.secondsLoading;
         result.secondsDrawing += mine.secondsDrawing;
+        if (mine.labels && result.labels) {
+            result.labels->all += mine.labels->all;
+            result.labels->shown += mine.labels->shown;
+            *result.labels->onSlice += mine.labels->onSlice.value_or(0);
+        } else if (mine.labels) {
+            result.labels = mine.labels;
+        }
     }
     result.image = std::move(picture);
     return result;

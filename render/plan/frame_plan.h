@@ -39,6 +39,8 @@
 
 namespace tessera {
 
+class SliceLabels;
+
 // The state of the view: camera, picture, step, and revisions for data derived from it.
 
 struct ViewState {
@@ -158,6 +160,7 @@ struct Layer {
     std::optional<TableReport> patientTable;  // where the scene may hide it
     std::unique_ptr<DrawnLabels> labels;      // null: the scene has none
     std::unique_ptr<LabelBricks> labelBricks; // of these; in RAM
+    std::shared_ptr<SliceLabels> sliceLabels; // over the values of a slice; null: not drawn
     Statistics statistics;
     TransferFunction function;
     TransferTable table;

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "render/labels/label_looks.h"
 #include "render/labels/label_mask.h"
+#include "render/labels/slice_labels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,17 +15,7 @@
 namespace tessera {
 namespace {
 
-std::string extentOf(const VolumeInfo& info) {
-    const glm::ivec3& e = info.extentVoxels;
-    return std::to_string(e.x) + " x " + std::to_string(e.y) + " x " + std::to_string(e.z) + " voxels";
-}
-
-/// Throws InputError naming the labels where their voxels are not those of the volume.
-void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume) {
-    if (!isSameGrid(labels.info(), volume))
-        throw badFile(labels.path().string(), "labels on the volume's grid of " + extentOf(volume),
-                      extentOf(labels.info()) + " in size or place of their own");
-}
+constexpr const char* kWhere = "volumes[0].labels";
 
 struct OpenedLabels {
     std::unique_ptr<LabelVolume> volume;
@@ -35,8 +26,12 @@ OpenedLabels openLabels(const Labels& labels, MemoryBudget& ram, const VolumeInf
     OpenedLabels opened;
     opened.volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
     requireSameGrid(opened.volume->voxels(), info);
+    if (labels.borders == LabelBorders::nearest)
+        throw InputError(
+            "labels.borders: expected smooth, because nearest borders are drawn in slices alone, found " +
+            nameOf(labels.borders));
     opened.table = namedLabels(opened.volume->table(), labels);
-    opened.medium = labelLooks(opened.table, labels, typicalVoxelMm(info), "volumes[0].labels");
+    opened.medium = labelLooks(opened.table, labels, typicalVoxelMm(info), kWhere);
     return opened;
 }
 
@@ -96,13 +91,19 @@ void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ra
 }
 
 KnownLayer KnownLayer::of(Layer& layer) {
-    return {std::move(layer.statistics), std::move(layer.labels), std::move(layer.labelBricks)};
+    return {std::move(layer.statistics), std::move(layer.labels), std::move(layer.labelBricks),
+            std::move(layer.sliceLabels)};
 }
 
-void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer& layer) {
+void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, int threads, Layer& layer) {
     const Labels& labels = scene.volumes.at(0).labels;
     if (labels.path.empty() || reductionOf(scene) != Reduction::composite || hidesByMask(scene)) {
         layer.statistics.showFunction();
+        if (!labels.path.empty() && scene.mode == Mode::slice)
+            layer.sliceLabels =
+                known && known->sliceLabels
+                    ? std::move(known->sliceLabels)
+                    : std::make_shared<SliceLabels>(labels, layer.info(), ram, threads, kWhere);
         return;
     }
     if (known && known->labels) {

@@ -13,6 +13,7 @@ struct KnownLayer {
     Statistics statistics;
     std::unique_ptr<DrawnLabels> labels; // null where the scene has none
     std::unique_ptr<LabelBricks> labelBricks;
+    std::shared_ptr<SliceLabels> sliceLabels;
     /// Of a layer that is not used any more.
     static KnownLayer of(Layer& layer);
 };
@@ -25,11 +26,11 @@ double storedAir(const Statistics& statistics, const VolumeInfo& info, bool isHu
 /// takeLabels() does, and for labels with looks where a volume shows beside isosurfaces.
 void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ram, int threads, Layer& layer);
 
-/// Gives the layer the labels of the scene, and sets in its statistics what shows; none where the scene's
-/// mode has no labels.
+/// Gives the layer the labels of the scene, and sets in its statistics what shows; in slices those that lie
+/// over the values; none where the scene's mode has no labels.
 /// @param known  null: labels are read
 /// Throws InputError for a scene that labels do not go with, labels on other voxels than the volume's,
 /// patterns that match nothing, and where ram has no room.
-void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, Layer& layer);
+void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, int threads, Layer& layer);
 
 } // namespace tessera

@@ -317,7 +317,7 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
         checkValue(value, "physical values", store.path().string());
     hideTable(scene, values, floor, ram, threads, p.layer());
     hideLabels(scene, values, ram, threads, p.layer());
-    takeLabels(scene, kept, ram, p.layer());
+    takeLabels(scene, kept, ram, threads, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
     const auto* const name = std::get_if<std::string>(&function);
     p.setFunction(ofLabels(name ? presetFunction(*name, values) : std::get<TransferFunction>(function),

@@ -35,8 +35,8 @@ void checkLabels(const ViewArguments& arguments, const Labels& labels) {
         throw badFile("--labels", "a volume or a scene that they lie beside", "none");
     if (!file.empty() && !std::filesystem::exists(file, ignored))
         throw badFile("--labels " + file, "a file or folder of labels", "nothing there");
-    for (const char* const option :
-         {"--label-colours", "--label-look", "--label-opacity", "--show", "--hide"})
+    for (const char* const option : {"--label-colours", "--label-look", "--label-opacity", "--label-fill",
+                                     "--label-outline", "--label-borders", "--show", "--hide"})
         if (!arguments.labels.textOf(option).empty() && labels.path.empty())
             throw badFile(option, "labels beside the volume (--labels)", "none");
 }

@@ -103,7 +103,8 @@ Labels withPart(const LabelList& list, Labels labels, LabelNumbers numbers,
 
 void dropEmptyRules(Labels& labels) {
     std::erase_if(labels.each, [](const LabelRule& rule) {
-        return !rule.look && !rule.opacity && !rule.colour && !rule.hasOptics();
+        return !rule.look && !rule.opacity && !rule.colour && !rule.fill && !rule.outline &&
+               !rule.hasOptics();
     });
 }
 

@@ -1,6 +1,7 @@
 // viewer/session/scene_change.cpp: see scene_change.h. Parts of scenes are compared as they are written.
 #include "viewer/session/scene_change.h"
 
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -23,6 +24,18 @@ std::string fixedPart(Scene scene, bool compiles) {
     return sceneJson(scene);
 }
 
+/// They look alike in pictures of a volume: all but how they lie over planes is the same.
+bool lookAlike(const Labels& a, const Labels& b) {
+    const auto inVolumes = [](Labels labels) {
+        labels.fill.reset();
+        labels.outline = Labels().outline;
+        for (LabelRule& rule : labels.each)
+            rule.fill = rule.outline = std::nullopt;
+        return labels;
+    };
+    return a == b || inVolumes(a) == inVolumes(b);
+}
+
 std::string functionPart(const Scene& scene) {
     Scene alone;
     alone.volumes = {{"v", scene.volumes.front().transferFunction}};
@@ -41,9 +54,10 @@ std::string lightPart(const Scene& scene) {
 
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles) {
     SceneChange change;
-    change.another = !(wished.volumes.front().labels == drawn.volumes.front().labels) ||
-                     wished.meshes != drawn.meshes ||
-                     fixedPart(wished, compiles) != fixedPart(drawn, compiles);
+    const Labels &wishedLabels = wished.volumes.front().labels, &drawnLabels = drawn.volumes.front().labels;
+    change.another =
+        !(wished.mode == Mode::slice ? wishedLabels == drawnLabels : lookAlike(wishedLabels, drawnLabels)) ||
+        wished.meshes != drawn.meshes || fixedPart(wished, compiles) != fixedPart(drawn, compiles);
     const auto* const asked = std::get_if<Camera>(&wished.camera);
     change.turned = !asked || *asked != camera;
     change.recoloured = functionPart(wished) != functionPart(drawn);

@@ -1,9 +1,13 @@
 // viewer/session/slice_thread.cpp: see slice_thread.h.
 #include "viewer/session/slice_thread.h"
 
+#include "core/base/error.h"
 #include "core/base/threads.h"
+#include "core/image/colour.h"
+#include "core/image/image.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
+#include "viewer/session/shown_picture.h" // displayPixels
 
 #include <algorithm>
 #include <chrono>
@@ -84,6 +88,20 @@ std::vector<std::uint32_t> greyPixels(const std::vector<float>& values, const Gr
     return pixels;
 }
 
+std::vector<std::uint32_t> labelledPixels(const std::vector<float>& values, const GreyWindow& window,
+                                          SliceLabels& labels, const VolumeInfo& info,
+                                          const SliceFrame& frame, int threads) {
+    Image image(frame.size);
+    std::transform(values.begin(), values.end(), image.pixels.begin(), [&](float value) {
+        if (std::isnan(value))
+            return glm::vec4(0);
+        const double part = std::clamp((static_cast<double>(value) - window.low()) / window.width, 0.0, 1.0);
+        return glm::vec4(glm::vec3(static_cast<float>(linearFromSrgb(part))), 1);
+    });
+    labels.layOver(image.pixels, planePlaces(frame.pose, frame.mmPerPixel, info, frame.size));
+    return displayPixels(image, glm::vec3(0), frame.size, threads);
+}
+
 namespace {
 
 constexpr double kSoonMs = 40;    // a coarse picture before a fine one that takes longer
@@ -107,7 +125,7 @@ std::size_t SliceThread::floorBytes(const VolumeInfo& info, int threads) {
 }
 
 SliceThread::SliceThread(const StoreReader& store, MemoryBudget& ram, int threads, std::function<void()> news)
-    : store_(store), threads_(threads), news_(std::move(news)),
+    : store_(store), ram_(ram), threads_(threads), news_(std::move(news)),
       cache_(store, ram,
              std::max(floorBytes(store.info(), threads), ram.freeBytes() - ram.freeBytes() / kParts),
              threads),
@@ -147,7 +165,28 @@ bool SliceThread::hasNewWish() const {
     return stop_ || wish_.has_value();
 }
 
+/// Null: there are none, or they cannot be opened, which is told once.
+SliceLabels* SliceThread::labelsOf(const SliceWish& wish) {
+    if (!wish.labels || wish.labels == refused_)
+        return nullptr;
+    try {
+        if (labels_ && labels_->labels().store != wish.labels->store)
+            labels_.reset();
+        if (!labels_)
+            labels_ = std::make_unique<SliceLabels>(*wish.labels, store_.info(), ram_, threads_, "labels");
+        else if (!(labels_->labels() == *wish.labels))
+            labels_->setLooks(*wish.labels, "labels");
+        return labels_.get();
+    } catch (const Error& e) {
+        refused_ = wish.labels;
+        const std::lock_guard lock(mutex_);
+        problem_ = std::string("the planes show no labels: ") + e.what();
+        return nullptr;
+    }
+}
+
 void SliceThread::draw(const SliceWish& wish, int coarser) {
+    SliceLabels* const labels = labelsOf(wish);
     auto shown = std::make_shared<ShownSlices>();
     shown->wish = wish;
     shown->fine = coarser == 0;
@@ -159,8 +198,9 @@ void SliceThread::draw(const SliceWish& wish, int coarser) {
         plane.frame = sliceFrame(info, static_cast<Orientation>(n), wish.placeMm, wish.sizes[n], wish.zoom);
         plane.level =
             std::min(sliceLevel(info, plane.frame, cache_.pinnableChunks()) + coarser, kLevelCount - 1);
-        plane.display =
-            greyPixels(sliceValues(cache_, info, plane.frame, plane.level, threads_), wish.window);
+        const std::vector<float> values = sliceValues(cache_, info, plane.frame, plane.level, threads_);
+        plane.display = labels ? labelledPixels(values, wish.window, *labels, info, plane.frame, threads_)
+                               : greyPixels(values, wish.window);
     }
     shown->value = valueAt(cache_, info, wish.placeMm);
     {

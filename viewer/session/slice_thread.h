@@ -5,6 +5,7 @@
 #include "bricking/cache/brick_cache.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
+#include "render/labels/slice_labels.h"
 #include "viewer/session/view_geometry.h"
 
 #include <condition_variable>
@@ -33,10 +34,15 @@ std::vector<float> sliceValues(BrickCache& cache, const VolumeInfo& info, const 
 /// Greys of a window as display values, in the layout of displayPixels(); black outside the volume.
 std::vector<std::uint32_t> greyPixels(const std::vector<float>& values, const GreyWindow& window);
 
+/// The same with labels over them.
+std::vector<std::uint32_t> labelledPixels(const std::vector<float>& values, const GreyWindow& window,
+                                          SliceLabels& labels, const VolumeInfo& info,
+                                          const SliceFrame& frame, int threads);
+
 class SliceThread {
   public:
-    /// @param ram  its free bytes, less a part for pictures, are for the cache of chunks; like store, it
-    /// outlives this
+    /// @param ram  its free bytes, less a part for pictures and labels, are for the cache of chunks; like
+    /// store, it outlives this
     /// @param news  called from the thread when shown() has changed, or after an error
     SliceThread(const StoreReader& store, MemoryBudget& ram, int threads, std::function<void()> news);
     ~SliceThread();
@@ -52,11 +58,15 @@ class SliceThread {
     void run();
     void draw(const SliceWish& wish, int coarser);
     bool hasNewWish() const;
+    SliceLabels* labelsOf(const SliceWish& wish);
 
     const StoreReader& store_;
+    MemoryBudget& ram_;
     const int threads_;
     const std::function<void()> news_;
     BrickCache cache_;
+    std::unique_ptr<SliceLabels> labels_;   // of the last request with labels
+    std::shared_ptr<const Labels> refused_; // that could not be opened
     mutable std::mutex mutex_;
     std::condition_variable wake_;
     bool stop_ = false;

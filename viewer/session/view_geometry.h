@@ -5,12 +5,14 @@
 
 #include "core/base/volume.h"
 #include "core/scene/camera.h"
+#include "core/scene/labels.h"
 #include "core/scene/mode.h"
 
 #include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <vector>
 
 namespace tessera {
@@ -73,7 +75,8 @@ struct SliceWish {
     GreyWindow window;
     std::array<glm::ivec2, 3> sizes{}; // axial, coronal, sagittal, pixels; 0: not requested
     double zoom = 1;
-    bool operator==(const SliceWish&) const = default;
+    std::shared_ptr<const Labels> labels = {};         // over the planes, imported; null: none
+    bool operator==(const SliceWish&) const = default; // labels: the same object
 };
 
 struct ShownSlice {

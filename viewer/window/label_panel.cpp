@@ -156,7 +156,7 @@ void LabelPanel::draw(WindowState& desk) {
 
 /// What holds for all of them.
 void LabelPanel::all(WindowState& desk) {
-    if (reductionOf(desk.scene()) != Reduction::composite)
+    if (desk.scene().mode != Mode::slice && reductionOf(desk.scene()) != Reduction::composite)
         wrapped("mode %s draws no labels", nameOf(desk.scene().mode).c_str());
     ImGui::SetNextItemWidth(-78);
     if (ImGui::InputTextWithHint("##search", "search", search_, sizeof search_))
@@ -179,10 +179,32 @@ void LabelPanel::all(WindowState& desk) {
         labels.opacity = std::clamp(static_cast<double>(opacity), 0.0, 1.0);
         desk.setLabels(labels, true);
     }
+    inSlices(desk);
     bool unlabelled = showsUnlabelled(desk.labels());
     if (ImGui::Checkbox("tissue without a label", &unlabelled))
         editLabels(desk,
                    [&](const LabelList&, const Labels& now) { return withUnlabelled(now, unlabelled); });
+}
+
+/// How they lie over the values of planes.
+void LabelPanel::inSlices(WindowState& desk) {
+    constexpr float kWidest = 5; // pixels; more can be typed
+    Labels labels = desk.labels();
+    auto fill = static_cast<float>(labels.fill.value_or(labels.opacity.value_or(Labels::kFill)));
+    bool moved = ImGui::SliderFloat("in slices", &fill, 0, 1, "%.2f");
+    if (ImGui::IsItemActivated())
+        desk.beginEdit();
+    if (moved)
+        labels.fill = std::clamp(static_cast<double>(fill), 0.0, 1.0);
+    auto outline = static_cast<float>(labels.outline);
+    const bool widened = ImGui::SliderFloat("outline", &outline, 0, kWidest, "%.1f pixels");
+    if (ImGui::IsItemActivated())
+        desk.beginEdit();
+    if (widened)
+        labels.outline = std::clamp(static_cast<double>(outline), 0.0, Labels::kWidestOutline);
+    moved = moved || widened;
+    if (moved)
+        desk.setLabels(labels, true);
 }
 
 void LabelPanel::list(WindowState& desk) {

@@ -38,6 +38,7 @@ class LabelPanel {
     void take(const WindowState& desk);
     void findRows();
     void all(WindowState& desk);
+    void inSlices(WindowState& desk);
     void list(WindowState& desk);
     void header(WindowState& desk, Group& group);
     void label(WindowState& desk, std::size_t number);

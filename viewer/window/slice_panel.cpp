@@ -136,6 +136,10 @@ void SlicePanel::draw(WindowState& desk, Tools& tools, Endoscopy& endoscopy, con
         }
         wish.sizes[n] = isShown(n) ? views[n].pixels() : glm::ivec2(0);
     }
+    if (const Labels& labels = desk.labels(); labels.path.empty())
+        wish.labels.reset();
+    else if (!wish.labels || !(*wish.labels == labels))
+        wish.labels = std::make_shared<const Labels>(labels);
     if (!(wish == desk.slices()))
         desk.setSlices(wish);
     if (const auto shown = desk.viewing().slices(); shown != shown_) {

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <memory>
 
 namespace tessera::test {
 namespace {
@@ -60,6 +61,56 @@ class OnLabels {
     Scene scene;
     LabelList list;
 };
+
+// The three planes, and a slice in place of the volume: labels in their colours, as the scene has them.
+TEST(LabelSession, PlanesAndSlicesShowLabels) {
+    OnLabels on;
+    const auto mmOf = [&](int column) {
+        glm::dvec3 voxel = on.scan.column(column);
+        voxel.y = 20.5;
+        return glm::dvec3(on.scan.info.patientFromVoxel * glm::dvec4(voxel, 1));
+    };
+    const auto planesOf = [&](const Labels* labels) {
+        SliceWish wish;
+        wish.window = {400, 800};
+        wish.placeMm = mmOf(1);
+        wish.sizes = {glm::ivec2(120, 80), glm::ivec2(120, 80), glm::ivec2(80, 80)};
+        if (labels)
+            wish.labels = std::make_shared<const Labels>(*labels);
+        on.looker.viewing->showSlices(wish);
+        EXPECT_TRUE(on.looker.comesTo([&] {
+            const auto shown = on.looker.viewing->slices();
+            return shown && shown->wish == wish && shown->fine;
+        }));
+        return on.looker.viewing->slices();
+    };
+    const auto colourAt = [](const ShownSlice& plane, const glm::dvec3& mm) {
+        const glm::ivec2 at(glm::floor(plane.frame.pictureFromPatient(mm)));
+        const std::uint32_t code = plane.display[static_cast<std::size_t>(at.y * plane.frame.size.x + at.x)];
+        return glm::ivec3(code & 255, code >> 8 & 255, code >> 16 & 255);
+    };
+    const auto isGrey = [](const glm::ivec3& c) { return c.r == c.g && c.g == c.b; };
+    on.labels().each = {{"12", {}, {}, glm::dvec3(0, 1, 0), 0.5, {}}};
+    const auto bare = planesOf(nullptr), labelled = planesOf(&on.labels());
+    on.labels().hide = {"12"};
+    const auto hidden = planesOf(&on.labels());
+    for (std::size_t n = 0; n < 3; ++n) {
+        const glm::ivec3 under = colourAt(bare->planes[n], mmOf(1)),
+                         over = colourAt(labelled->planes[n], mmOf(1));
+        EXPECT_TRUE(isGrey(under) && under.r > 100) << n;
+        EXPECT_TRUE(over.r == over.b && over.r < under.r && over.g > under.g) << n;
+        EXPECT_EQ(colourAt(hidden->planes[n], mmOf(1)), under) << n;
+    }
+    EXPECT_FALSE(isGrey(colourAt(hidden->planes[0], mmOf(0))));
+    on.labels().hide.clear();
+    on.scene.mode = Mode::slice;
+    on.scene.slice.orientation = Orientation::coronal;
+    on.scene.slice.positionMm = mmOf(1).y;
+    on.scene.window = GreyWindow{400, 800};
+    const glm::vec4 slice = on.at(on.draw(), 1);
+    EXPECT_TRUE(slice.r == slice.b && slice.g > slice.r + 0.3f);
+    EXPECT_EQ(on.looker.viewing->state().problem, "");
+}
 
 TEST(LabelSession, ListsTheLabelsOfTheOpenVolume) {
     OnLabels on;

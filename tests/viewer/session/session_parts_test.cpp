@@ -151,6 +151,15 @@ TEST(SceneChanges, AreThoseThatWereMade) {
     EXPECT_EQ(flags([](Scene& s) { s.mode = Mode::maximum; }), "A");
     EXPECT_EQ(flags([](Scene& s) { s.surfaces.push_back({}); }), "A");
     EXPECT_EQ(flags([](Scene& s) { s.background = glm::vec3(1); }), "A");
+    const auto outlined = [](Scene& s) {
+        s.volumes[0].labels.outline = 3;
+        s.volumes[0].labels.each[0].fill = 0.2;
+    };
+    drawn.volumes[0].labels.each = {{"liver"}};
+    EXPECT_EQ(flags(outlined), "") << "over planes alone";
+    EXPECT_EQ(flags([](Scene& s) { s.volumes[0].labels.each[0].opacity = 0.2; }), "A");
+    drawn.mode = Mode::slice;
+    EXPECT_EQ(flags(outlined), "A");
 }
 
 /// Of a field that is linear, mean and deviation over a disc are known.

@@ -108,6 +108,20 @@ TEST(WindowDrawn, LooksOfLabels) {
     compareWithRecord(w, "label-looks");
 }
 
+TEST(WindowLabels, HaveAFillAndAnOutlineOverPlanes) {
+    WithLabels<PanelWindow> w;
+    w.step("open", [] {});
+    const Scene before = w.desk.scene();
+    w.dragged("0.50", 60);
+    EXPECT_GT(w.labels().fill.value_or(0), 0.55);
+    w.dragged("1.0 pixels", 60);
+    EXPECT_GT(w.labels().outline, 1.2);
+    w.desk.undo();
+    EXPECT_EQ(w.labels().outline, 1);
+    w.desk.undo();
+    EXPECT_EQ(sceneJson(w.desk.scene()), sceneJson(before));
+}
+
 TEST(WindowLabels, AClickShowsWhatIsThereAlone) {
     WithLabels<PictureWindow> w;
     w.desk.showSlices = false;

@@ -191,6 +191,10 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
         manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)
         manifest["labels"] = {{"labels", result.labels->all}, {"drawn", result.labels->shown}};
+    if (result.labels && result.labels->onSlice) {
+        manifest["labels"]["onSlice"] = *result.labels->onSlice;
+        manifest["labels"]["level"] = result.labels->level;
+    }
     for (const SceneMesh& mesh : scene.meshes)
         if (mesh.shape)
             manifest["meshes"].push_back({{"parts", mesh.shape->parts()}, {"bytes", mesh.shape->bytes()}});
