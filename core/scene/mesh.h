@@ -52,7 +52,7 @@ struct SceneMesh {
     std::vector<std::string> rois = {};          // of a structure set, as patterns of labels are; none: all
     ContourStyle contours = ContourStyle::lines; // of a structure set
     double lineRadiusMm = 0.5;                   // of contours that are tubes
-    double surfaceStepMm = 0; // of the grid on which contours become a surface; 0: 1, or what memory allows
+    double surfaceStepMm = 0; // of the grid on which contours become a surface; 0: by their size and memory
     double surfaceGapMm =
         0; // the largest distance of planes of contours that a surface joins; 0: 3.5 medians
     /// Linear light, [0,1], not premultiplied. None: that of the shape, or light grey.

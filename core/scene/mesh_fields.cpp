@@ -78,7 +78,8 @@ const Fields<SceneMesh>& meshFields() {
               "A structure set's contours: lines, as tubes; surface, joined from plane to plane and closed.")
             .unlessDefault();
         f.add("surfaceStep", &SceneMesh::surfaceStepMm, numberIn(0, 1e3),
-              "Step of the grid on which contours become a surface, mm (0: 1, or the finest within --ram).")
+              "Step of the grid on which contours become a surface, mm (0: 0.25 to 1, by their size and "
+              "--ram).")
             .unlessDefault();
         f.add("surfaceGap", &SceneMesh::surfaceGapMm, numberIn(0, 1e5),
               "Largest distance of planes of contours that a surface joins, mm (0: 3.5 times the median).")

@@ -30,6 +30,25 @@ glm::dmat3 axesOf(glm::dvec3 normal) {
     return {u, glm::cross(normal, u), normal};
 }
 
+/// Of numbers, which are reordered; 0: there are none.
+double medianOf(std::vector<double>& numbers) {
+    if (numbers.empty())
+        return 0;
+    const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+    std::nth_element(numbers.begin(), middle, numbers.end());
+    return *middle;
+}
+
+double widthOf(const std::vector<glm::dvec2>& ring) {
+    double area = 0, length = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        const glm::dvec2 a = ring[i] - ring.front(), b = ring[(i + 1) % ring.size()] - ring.front();
+        area += 0.5 * (a.x * b.y - a.y * b.x);
+        length += glm::distance(a, b);
+    }
+    return length > 0 ? 2 * std::abs(area) / length : 0;
+}
+
 } // namespace
 
 StructurePlanes planesOf(const Structure& structure, MemoryBudget& ram) {
@@ -78,14 +97,14 @@ StructurePlanes planesOf(const Structure& structure, MemoryBudget& ram) {
             joined.push_back(std::move(plane));
     }
     out.planes = std::move(joined);
-    std::vector<double> distances;
+    std::vector<double> distances, widths;
+    for (const StructurePlane& plane : out.planes)
+        for (const auto& ring : plane.rings)
+            widths.push_back(widthOf(ring));
+    out.widthMm = medianOf(widths);
     for (std::size_t i = 1; i < out.planes.size(); ++i)
         distances.push_back(out.planes[i].at - out.planes[i - 1].at);
-    if (!distances.empty()) {
-        const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-        std::nth_element(distances.begin(), middle, distances.end());
-        out.spacingMm = *middle;
-    }
+    out.spacingMm = medianOf(distances);
     return out;
 }
 

@@ -23,9 +23,10 @@ struct StructurePlane {
 };
 
 struct StructurePlanes {
-    glm::dmat3 patientFromPlane{1};         // orthonormal; the third column is the normal
-    std::vector<StructurePlane> planes;     // ascending
-    double spacingMm = 0;                   // median distance of neighbours; 0: fewer than two planes
+    glm::dmat3 patientFromPlane{1};     // orthonormal; the third column is the normal
+    std::vector<StructurePlane> planes; // ascending
+    double spacingMm = 0;               // median distance of neighbours; 0: fewer than two planes
+    double widthMm = 0; // median of the rings' twice their area over their length: the radius of a circle
     std::vector<std::size_t> otherContours; // of the structure, which lie in none of the planes: not closed,
                                             // not planar, or in a plane of another direction
     Charge charge;

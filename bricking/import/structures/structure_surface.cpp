@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace tessera {
@@ -20,6 +21,12 @@ constexpr double kCoarser = 1.25, kCoarsestMm = 1000;
 
 std::string nameOfStructure(const Structure& structure) {
     return "structure " + std::to_string(structure.label.value) + " \"" + structure.label.name + "\"";
+}
+
+void leaveAsLines(const Structure& structure, const std::string& why, StructureSurface& out) {
+    out.otherContours.resize(structure.contours.size());
+    std::iota(out.otherContours.begin(), out.otherContours.end(), std::size_t{0});
+    out.notes.push_back(nameOfStructure(structure) + ": contours " + why + ", and are drawn as lines");
 }
 
 /// Runs of planes without a gap: first and one past the last.
@@ -87,11 +94,10 @@ StructureSurface surfaceOf(const Structure& structure, const SurfaceOptions& opt
     StructureSurface out;
     const StructurePlanes planes = planesOf(structure, ram);
     if (planes.planes.size() < 2) {
-        for (std::size_t i = 0; i < structure.contours.size(); ++i)
-            out.otherContours.push_back(i);
-        out.notes.push_back(name + ": contours in " +
-                            (planes.planes.empty() ? "no plane" : "one plane alone") +
-                            " have no surface, and are drawn as lines");
+        leaveAsLines(structure,
+                     planes.planes.empty() ? "in no plane have no surface"
+                                           : "in one plane alone have no surface",
+                     out);
         return out;
     }
     out.otherContours = planes.otherContours;
@@ -101,7 +107,8 @@ StructureSurface surfaceOf(const Structure& structure, const SurfaceOptions& opt
                             "as lines");
     const double gap = options.gapMm > 0 ? options.gapMm : kJoinedSpacings * planes.spacingMm;
     noteGaps(planes, gap, name, out.notes);
-    double step = options.stepMm > 0 ? options.stepMm : kSurfaceStepMm;
+    const double wanted = std::clamp(planes.widthMm / 4, kFinestStepMm, kSurfaceStepMm);
+    double step = options.stepMm > 0 ? options.stepMm : wanted;
     const auto pieces = piecesOf(planes, gap);
     const auto neededBy = [&](double tried) {
         std::size_t most = 0;
@@ -123,7 +130,11 @@ StructureSurface surfaceOf(const Structure& structure, const SurfaceOptions& opt
     while (!makePieces(planes, pieces, step, !isFree || step >= kCoarsestMm, ram, "the surface of " + name,
                        out.mesh))
         step *= kCoarser; // triangles are counted when the grid is there
-    if (isFree && step > kSurfaceStepMm)
+    if (out.mesh.triangles.empty()) {
+        leaveAsLines(structure, "enclose no point of the grid of " + numberText(step, 3) + " mm", out);
+        return out;
+    }
+    if (isFree && step > wanted)
         out.notes.push_back(name + ": its surface is made on a grid of " + numberText(step, 3) +
                             " mm, the finest within --ram");
     return out;

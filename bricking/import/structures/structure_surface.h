@@ -18,10 +18,12 @@
 namespace tessera {
 
 struct SurfaceOptions {
-    double stepMm = 0; // of the grid in a plane; 0: kSurfaceStepMm, or the finest for which there is memory
-    double gapMm = 0;  // the largest distance of planes that are joined; 0: kJoinedSpacings median distances
+    /// Of the grid in a plane. 0: a quarter of the contours' median width (StructurePlanes::widthMm), from
+    /// kFinestStepMm to kSurfaceStepMm; coarser where memory is short.
+    double stepMm = 0;
+    double gapMm = 0; // the largest distance of planes that are joined; 0: kJoinedSpacings median distances
 };
-constexpr double kSurfaceStepMm = 1, kJoinedSpacings = 3.5;
+constexpr double kSurfaceStepMm = 1, kFinestStepMm = 0.25, kJoinedSpacings = 3.5;
 
 struct StructureSurface {
     TriangleMesh mesh;                      // patient space (LPS), mm, with normals; empty: there is none

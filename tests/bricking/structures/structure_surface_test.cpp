@@ -250,6 +250,19 @@ TEST_F(StructureSurfaces, WhatIsNoSurfaceStaysLines) {
     EXPECT_EQ(flat.otherContours.size(), 2u);
 }
 
+TEST_F(StructureSurfaces, SmallStructuresGetAFinerGrid) {
+    std::vector<std::vector<glm::dvec3>> rings;
+    for (double z = -1.75; z < 2; z += 0.5)
+        rings.push_back(circle(std::sqrt(4 - z * z), z, {33.3, -71.7}));
+    const StructureSurface ball = made(structureOf(rings));
+    EXPECT_NEAR(volumeOf(ball.mesh) / (4.0 / 3 * kPi * 8), 1, 0.03);
+    const StructureSurface lost =
+        made(structureOf({circle(0.05, 0, {0.6, 0.6}), circle(0.05, 1, {0.6, 0.6})}), {2, 0});
+    EXPECT_TRUE(lost.mesh.triangles.empty());
+    EXPECT_EQ(lost.otherContours.size(), 2u);
+    EXPECT_THAT(lost.notes, Contains(HasSubstr("enclose no point of the grid of 2 mm")));
+}
+
 TEST_F(StructureSurfaces, MemoryIsCountedFirst) {
     const Structure ball = structureOf(ballRings());
     for (const std::size_t budget : {std::size_t{1} << 20, std::size_t{4} << 20, std::size_t{64} << 20}) {
