@@ -3,16 +3,27 @@
 
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/labels/open_labels.h"
+#include "bricking/import/source/format_endings.h"
 #include "bricking/labels/lattice_match.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
 #include <algorithm>
+#include <cctype>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace tessera {
 namespace {
+
+bool hasEndingOfVolumes(const std::filesystem::path& file) {
+    std::string name = file.filename().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::ranges::any_of(volumeFileEndings(),
+                               [&](const std::string& ending) { return name.ends_with(ending); });
+}
 
 bool hasFewValues(LabelLayer& layer) {
     const glm::ivec3 extent = layer.info().extentVoxels;
@@ -37,7 +48,7 @@ bool hasFewValues(LabelLayer& layer) {
 
 bool mayBeLabelsOf(const VolumeInfo& volume, const std::filesystem::path& file) {
     std::error_code none;
-    if (!std::filesystem::is_regular_file(file, none))
+    if (!hasEndingOfVolumes(file) || !std::filesystem::is_regular_file(file, none))
         return false;
     try {
         const LabelFile labels = openLabels(file, {});

@@ -278,8 +278,8 @@ TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
                              [](std::size_t i) { return static_cast<std::int16_t>(i % 300); });
     writeNifti<std::int16_t>(folder / "ct.nii", 4,
                              [](std::size_t i) { return static_cast<std::int16_t>(i < 90 ? -1000 : 40); });
-    Looker looker(false);
     for (const char* name : {"organs.nii", "beside.nii", "floats.nii", "scan.nii", "ct.nii"}) {
+        Looker looker(false);
         looker.opened(scan.store);
         looker.viewing->open(folder / name, kPicture);
         ASSERT_TRUE(looker.comesTo([&] {
@@ -295,6 +295,7 @@ TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
             EXPECT_EQ(seen->labels->size(), 4u);
         }
     }
+    Looker looker(false);
     looker.opened(scan.store);
     VolumePick asVolume;
     asVolume.asVolume = true;
