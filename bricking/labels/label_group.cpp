@@ -63,7 +63,7 @@ LabelGroup::LabelGroup(std::vector<LabelLayer*> layers, LabelNumbers& labels, Me
                        std::filesystem::path scratch)
     : layers_(std::move(layers)), labels_(labels), threads_(threads), scratch_(std::move(scratch)),
       combinations_(ram, labels.where()), part_(partOf(info())),
-      charge_(ram.charge(bytesNeeded(info(), layers_.size(), threads), "reading layers of labels")) {
+      charge_(ram.charge(bytesNeeded(layers_, threads), "reading layers of labels")) {
     const bool areAlone =
         std::ranges::all_of(layers_, [](const LabelLayer* layer) { return layer->isAlone(); });
     buffers_.resize(areAlone ? threadsFor(layers_.size(), threads_) : 1);
@@ -71,12 +71,17 @@ LabelGroup::LabelGroup(std::vector<LabelLayer*> layers, LabelNumbers& labels, Me
         buffer.resize(sliceVoxels(info()) * static_cast<std::size_t>(part_));
 }
 
-std::size_t LabelGroup::bytesNeeded(const VolumeInfo& grid, std::size_t layers, int threads) {
+std::size_t LabelGroup::bytesNeeded(std::span<LabelLayer* const> all, int threads) {
+    const VolumeInfo& grid = all.front()->info();
+    const std::size_t layers = all.size();
+    std::size_t reading = 0;
+    for (const LabelLayer* layer : all)
+        reading += layer->bytesToRead();
     const std::size_t part = sliceVoxels(grid) * static_cast<std::size_t>(partOf(grid));
     const std::size_t before =
         layers > kMostOpen ? part * (sizeof(std::uint32_t) + sizeof(std::uint16_t)) : 0;
     return threadsFor(layers, threads) * part * sizeof(std::uint32_t) + before +
-           std::min(layers, kMostOpen) * kLayerBytes;
+           std::min(layers, kMostOpen) * kLayerBytes + reading;
 }
 
 void LabelGroup::readSlices(int count, std::span<std::uint32_t> out) {

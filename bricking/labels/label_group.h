@@ -46,7 +46,7 @@ class LabelGroup {
     /// @param scratch  folder for temporary files
     LabelGroup(std::vector<LabelLayer*> layers, LabelNumbers& labels, MemoryBudget& ram, int threads,
                std::filesystem::path scratch);
-    static std::size_t bytesNeeded(const VolumeInfo& grid, std::size_t layers, int threads);
+    static std::size_t bytesNeeded(std::span<LabelLayer* const> layers, int threads);
 
     const VolumeInfo& info() const { return layers_.front()->info(); }
     /// The next slices: [z][y][x] combinations.

@@ -263,6 +263,40 @@ void checkFrames(const LabelFile& file, const LabelImportOptions& options) {
                       file.frameOfReference + "; its positions may be of another patient or study");
 }
 
+/// A layer whose voxels are a scan's.
+class LayerOnScan final : public LabelLayer {
+  public:
+    LayerOnScan(std::unique_ptr<LabelLayer> layer, const VolumeInfo& scan)
+        : layer_(std::move(layer)), info_(layer_->info()) {
+        info_.patientFromVoxel = scan.patientFromVoxel;
+        info_.orientationKnown = scan.orientationKnown;
+    }
+    const VolumeInfo& info() const override { return info_; }
+    void readSlices(int count, std::span<std::uint32_t> out) override { layer_->readSlices(count, out); }
+    bool isAlone() const override { return layer_->isAlone(); }
+    std::size_t bytesToRead() const override { return layer_->bytesToRead(); }
+    std::vector<std::string> notes() const override { return layer_->notes(); }
+
+  private:
+    std::unique_ptr<LabelLayer> layer_;
+    VolumeInfo info_;
+};
+
+void layOnScan(LabelFile& file, const VolumeInfo& scan) {
+    for (auto& layer : file.layers) {
+        const glm::ivec3 e = layer->info().extentVoxels, s = scan.extentVoxels;
+        const auto text = [](const glm::ivec3& extent) {
+            return std::to_string(extent.x) + "x" + std::to_string(extent.y) + "x" +
+                   std::to_string(extent.z) + " voxels";
+        };
+        if (e != s)
+            throw badFile(whereOf(file), "the scan's " + text(s) + ", as it has no place of its own",
+                          text(e));
+        layer = std::make_unique<LayerOnScan>(std::move(layer), scan);
+    }
+    file.isOnScan = false;
+}
+
 void checkLayers(const LabelFile& file, const VolumeInfo& scan) {
     if (file.layers.empty())
         throw badFile(whereOf(file), "layers of labels", "none");
@@ -354,7 +388,7 @@ std::size_t labelImportFloorBytes(const LabelFile& file, const VolumeInfo& scan,
         slabBytes(groups.size(), scan) + PackedSlices::bytesNeeded(scan) + LabelSets::kStepBytes;
     for (const auto& group : groups) {
         const VolumeInfo& grid = group.front()->info();
-        placing += LabelGroup::bytesNeeded(grid, group.size(), threads) + LabelSets::kStepBytes +
+        placing += LabelGroup::bytesNeeded(group, threads) + LabelSets::kStepBytes +
                    PlacedLabels::bytesNeeded(grid, scan);
     }
     return std::max(placing, writingBytes(scan, threads)) + kNumbersBytes + kTableBytes;
@@ -364,6 +398,8 @@ LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const fs
                                MemoryBudget& ram, const LabelImportOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     checkFrames(file, options);
+    if (file.isOnScan)
+        layOnScan(file, scan);
     checkLayers(file, scan);
     checkStoreTarget(store, labelInfo(scan, ValueType::u16), options.force);
     {

@@ -153,30 +153,10 @@ void PlacedLabels::choose(const VolumeInfo& scan) {
     const VolumeInfo& layer = group_->info();
     layerFromScan_ = glm::inverse(layer.patientFromVoxel) * scan.patientFromVoxel;
     scanFromLayer_ = glm::inverse(layerFromScan_);
-    bool isCopied = true;
-    unsigned seen = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const glm::dvec3 step(layerFromScan_[axis]);
-        int main = 0;
-        for (int i = 1; i < 3; ++i)
-            if (std::abs(step[i]) > std::abs(step[main]))
-                main = i;
-        seen |= 1u << main;
-        axis_[static_cast<std::size_t>(axis)] = main;
-        isFlipped_[static_cast<std::size_t>(axis)] = step[main] < 0;
-        isCopied = isCopied && extent_[main] == scanExtent_[axis];
-    }
-    isCopied = isCopied && seen == 7;
-    for (int i = 0; isCopied && i < 8; ++i) {
-        const glm::ivec3 corner = cornerOf(glm::ivec3(0), scanExtent_, i);
-        const glm::dvec3 at = apply(layerFromScan_, glm::dvec3(corner));
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const int own = corner[static_cast<int>(axis)];
-            const double expected = isFlipped_[axis] ? extent_[axis_[axis]] - own : own;
-            isCopied = isCopied && std::abs(at[axis_[axis]] - expected) <= kSameVoxels;
-        }
-    }
-    if (isCopied)
+    const LatticeMatch match = latticeMatch(layer, scan);
+    axis_ = match.axis;
+    isFlipped_ = match.isFlipped;
+    if (match.isSame)
         how_ = axis_[2] == 2 && !isFlipped_[2] ? How::streamed : How::copied;
     else
         how_ = isFiner(layer, scan) ? How::counted : How::weighted;

@@ -10,6 +10,7 @@
 
 #include "bricking/labels/label_group.h"
 #include "bricking/labels/label_volume.h"
+#include "bricking/labels/lattice_match.h"
 
 #include <array>
 #include <cstdint>

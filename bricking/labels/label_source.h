@@ -24,6 +24,10 @@ class LabelLayer {
     virtual void readSlices(int count, std::span<std::uint32_t> out) = 0;
     /// True if it shares nothing with other layers: they may then be read at the same time by other threads.
     virtual bool isAlone() const { return false; }
+    /// False for numbers of a type with fractions, or scaled ones: a scan may have such values, too.
+    virtual bool hasWholeType() const { return true; }
+    /// Memory that readSlices() takes besides `out` and what every open file takes.
+    virtual std::size_t bytesToRead() const { return 0; }
     /// Findings of reading that a user should know, one a line; complete after the last slice.
     virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -35,7 +39,10 @@ struct LabelFile {
     std::vector<Label> labels;
     std::string frameOfReference;   // DICOM UID; "" unknown
     std::vector<std::string> notes; // findings that a user should know, one a line
-    std::string shown = {};         // the path, for messages; openLabels() tells it
+    /// The layers have no place of their own: their voxels are the scan's, and their extents must be. Their
+    /// axes are those of a store's arrays; what their affines say means nothing.
+    bool isOnScan = false;
+    std::string shown = {}; // the path, for messages; openLabels() tells it
 };
 
 } // namespace tessera

@@ -115,22 +115,37 @@ EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes,
     return chunk;
 }
 
-void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where) {
-    if (encoded.size() < BLOSC_MIN_HEADER_LENGTH + kCrcBytes)
-        throw badFile(where, "a blosc header and a checksum", std::to_string(encoded.size()) + " bytes");
+std::span<const std::byte> withoutCrc(std::span<const std::byte> encoded, const std::string& where) {
+    if (encoded.size() < kCrcBytes)
+        throw badFile(where, "a checksum", std::to_string(encoded.size()) + " bytes");
     const auto payload = encoded.first(encoded.size() - kCrcBytes);
     std::uint32_t expected = 0;
     std::memcpy(&expected, encoded.data() + payload.size(), kCrcBytes);
     if (const std::uint32_t found = crc32c(payload); found != expected)
         throw badFile(where, "checksum " + hex(expected), hex(found) + "; the data is damaged");
+    return payload;
+}
+
+std::size_t bloscBytes(std::span<const std::byte> encoded, const std::string& where) {
     std::size_t rawBytes = 0;
-    if (blosc_cbuffer_validate(payload.data(), payload.size(), &rawBytes) != 0)
+    if (encoded.size() < BLOSC_MIN_HEADER_LENGTH ||
+        blosc_cbuffer_validate(encoded.data(), encoded.size(), &rawBytes) != 0)
         throw badFile(where, "a valid blosc buffer", "one with a wrong header");
-    if (rawBytes != out.size())
+    return rawBytes;
+}
+
+void decodeBlosc(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where) {
+    if (const std::size_t rawBytes = bloscBytes(encoded, where); rawBytes != out.size())
         throw badFile(where, std::to_string(out.size()) + " decoded bytes", std::to_string(rawBytes));
-    const int bytes = blosc_decompress_ctx(payload.data(), out.data(), out.size(), 1);
+    const int bytes = blosc_decompress_ctx(encoded.data(), out.data(), out.size(), 1);
     if (bytes < 0 || static_cast<std::size_t>(bytes) != out.size())
         throw badFile(where, "a blosc buffer that decodes", "blosc error " + std::to_string(bytes));
+}
+
+void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where) {
+    if (encoded.size() < BLOSC_MIN_HEADER_LENGTH + kCrcBytes)
+        throw badFile(where, "a blosc header and a checksum", std::to_string(encoded.size()) + " bytes");
+    decodeBlosc(withoutCrc(encoded, where), out, where);
 }
 
 } // namespace tessera

@@ -30,7 +30,15 @@ struct EncodedChunk {
 /// Deterministic: the same input gives the same bytes on every machine. Thread-safe.
 EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out);
 
-/// Decodes into exactly out.size() bytes. Thread-safe.
+/// The decoded size that a blosc buffer's header states. Throws InputError that begins with where.
+std::size_t bloscBytes(std::span<const std::byte> encoded, const std::string& where);
+/// Decodes a blosc buffer into exactly out.size() bytes. Thread-safe.
+/// Throws InputError that begins with where, when the header or the size is wrong.
+void decodeBlosc(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where);
+/// Takes the checksum off the end. Throws InputError that begins with where, when it is wrong.
+std::span<const std::byte> withoutCrc(std::span<const std::byte> encoded, const std::string& where);
+
+/// Both: decodes a chunk into exactly out.size() bytes. Thread-safe.
 /// Throws InputError that begins with where, when the checksum, the header or the size is wrong.
 void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where);
 

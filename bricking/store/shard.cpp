@@ -42,17 +42,16 @@ std::vector<std::byte> encodeIndex(std::span<const ShardEntry> entries) {
     return bytes;
 }
 
-std::vector<ShardEntry> decodeIndex(std::span<const std::byte> file, const ShardLayout& layout,
-                                    std::uint64_t fileBytes, const std::string& where) {
-    TESSERA_CHECK(file.size() == layout.indexBytes() && fileBytes >= file.size());
-    const auto body = file.first(file.size() - kCrcBytes);
+std::vector<ShardEntry> decodeIndex(std::span<const std::byte> encoded, std::uint64_t payloadBytes,
+                                    const std::string& where) {
+    TESSERA_CHECK(encoded.size() >= kCrcBytes && (encoded.size() - kCrcBytes) % sizeof(ShardEntry) == 0);
+    const auto body = encoded.first(encoded.size() - kCrcBytes);
     std::uint32_t expected = 0;
-    std::memcpy(&expected, file.data() + body.size(), kCrcBytes);
+    std::memcpy(&expected, encoded.data() + body.size(), kCrcBytes);
     if (crc32c(body) != expected)
         throw badFile(where, "a shard index whose checksum is right", "a damaged index");
-    std::vector<ShardEntry> entries(layout.entries());
+    std::vector<ShardEntry> entries(body.size() / sizeof(ShardEntry));
     std::memcpy(entries.data(), body.data(), body.size());
-    const std::uint64_t payloadBytes = fileBytes - file.size();
     for (std::size_t at = 0; at < entries.size(); ++at) {
         const ShardEntry& entry = entries[at];
         if (entry.absent())

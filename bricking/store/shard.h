@@ -53,11 +53,12 @@ struct ShardEntry {
 
 /// The index as in the file, checksum included.
 std::vector<std::byte> encodeIndex(std::span<const ShardEntry> entries);
-/// Checks the checksum, and every entry against the file's size.
-/// @param file  layout.indexBytes() last bytes
+/// Checks the checksum, and every entry against the bytes that hold chunks.
+/// @param encoded  the index, its checksum at the end
+/// @param payloadBytes  of the file up to the index; all of it where the index is in front
 /// Throws InputError that begins with where, and names the chunk by its position in the shard.
-std::vector<ShardEntry> decodeIndex(std::span<const std::byte> file, const ShardLayout& layout,
-                                    std::uint64_t fileBytes, const std::string& where);
+std::vector<ShardEntry> decodeIndex(std::span<const std::byte> encoded, std::uint64_t payloadBytes,
+                                    const std::string& where);
 
 struct OpenShard {
     FileHandle file;

@@ -96,7 +96,7 @@ OpenShard StoreReader::State::openShard(int level, const glm::ivec3& at, const S
                       std::to_string(bytes) + " bytes; the file is cut short");
     std::vector<std::byte> raw(layout.indexBytes());
     readAt(shard.file, bytes - raw.size(), raw, shard.shown);
-    shard.index = decodeIndex(raw, layout, bytes, shard.shown);
+    shard.index = decodeIndex(raw, bytes - raw.size(), shard.shown);
     const auto written = static_cast<std::uint64_t>(
         std::count_if(shard.index.begin(), shard.index.end(), [](const auto& e) { return !e.absent(); }));
     const std::uint32_t crc = crc32c(std::span(raw).first(raw.size() - kCrcBytes));

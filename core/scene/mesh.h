@@ -21,6 +21,10 @@ class Shape; // render/geometry/shape.h
 enum class MeshSpace { lps, ras };
 template <> const NameTable<MeshSpace>& namesOf<MeshSpace>();
 
+/// How the contours of a structure set are drawn: as tubes, or joined to closed surfaces.
+enum class ContourStyle { lines, surface };
+template <> const NameTable<ContourStyle>& namesOf<ContourStyle>();
+
 /// All points no further than a radius from a line through points: a needle, a catheter, a path.
 struct Tube {
     static constexpr std::size_t kMostPoints = 65536;
@@ -39,8 +43,12 @@ struct SceneMesh {
 
     std::filesystem::path path = {}; // a file of triangles or a DICOM structure set; "" there is a tube
     std::optional<Tube> tube = {};
-    std::vector<std::string> rois = {}; // of a structure set, as patterns of labels are; none: all
-    double lineRadiusMm = 0.5;          // of a structure set's contours, which are tubes
+    std::vector<std::string> rois = {};          // of a structure set, as patterns of labels are; none: all
+    ContourStyle contours = ContourStyle::lines; // of a structure set
+    double lineRadiusMm = 0.5;                   // of contours that are tubes
+    double surfaceStepMm = 0; // of the grid on which contours become a surface; 0: by their size and memory
+    double surfaceGapMm =
+        0; // the largest distance of planes of contours that a surface joins; 0: 3.5 medians
     /// Linear light, [0,1], not premultiplied. None: that of the shape, or light grey.
     std::optional<glm::dvec3> colour = {};
     double opacity = 1;                            // [0,1], of the surface itself, at any angle
@@ -56,7 +64,8 @@ struct SceneMesh {
     /// What the shape follows from.
     bool isSameShape(const SceneMesh& other) const {
         return path == other.path && tube == other.tube && space == other.space && rois == other.rois &&
-               lineRadiusMm == other.lineRadiusMm;
+               contours == other.contours && lineRadiusMm == other.lineRadiusMm &&
+               surfaceStepMm == other.surfaceStepMm && surfaceGapMm == other.surfaceGapMm;
     }
     /// As files have them: the shape follows from the rest.
     bool operator==(const SceneMesh& other) const {

@@ -32,6 +32,12 @@ template <> const NameTable<MeshSpace>& namesOf<MeshSpace>() {
     return names;
 }
 
+template <> const NameTable<ContourStyle>& namesOf<ContourStyle>() {
+    static const NameTable<ContourStyle> names{
+        {{ContourStyle::lines, "lines"}, {ContourStyle::surface, "surface"}}};
+    return names;
+}
+
 const Fields<SceneMesh>& meshFields() {
     static const Fields<SceneMesh> fields = [] {
         Fields<SceneMesh> f("mesh");
@@ -55,6 +61,16 @@ const Fields<SceneMesh>& meshFields() {
             .withoutDefault();
         f.add("lineRadius", &SceneMesh::lineRadiusMm, numberIn(1e-3, 1e4),
               "Radius of the tubes around a structure set's contours, mm.")
+            .unlessDefault();
+        f.add("contours", &SceneMesh::contours, named<ContourStyle>(),
+              "A structure set's contours: lines, as tubes; surface, joined from plane to plane and closed.")
+            .unlessDefault();
+        f.add("surfaceStep", &SceneMesh::surfaceStepMm, numberIn(0, 1e3),
+              "Step of the grid on which contours become a surface, mm (0: 0.25 to 1, by their size and "
+              "--ram).")
+            .unlessDefault();
+        f.add("surfaceGap", &SceneMesh::surfaceGapMm, numberIn(0, 1e5),
+              "Largest distance of planes of contours that a surface joins, mm (0: 3.5 times the median).")
             .unlessDefault();
         f.add("rgb", &SceneMesh::colour, colourKind(),
               "Colour, linear light (default: light grey, 0.8; structures have display colours of their "

@@ -125,6 +125,9 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--mesh-space", a->meshSpace,
                    "axes of meshes' coordinates: " + joinNames(namesOf<MeshSpace>().all()) +
                        "; ras as 3D Slicer's own (default: lps, as DICOM)");
+    command.option("--mesh-contours", a->meshContours,
+                   "contours of DICOM structure sets: " + joinNames(namesOf<ContourStyle>().all()) +
+                       "; surface joins those of a structure to a closed one (default: lines)");
     a->keys.add(command, {"quality.integrator", "quality.samples", "quality.pixelFilter", "quality.seed",
                           "quality.fetch", "shading.gradient", "shading", "quality"});
     command.option("--verify", a->verify,

@@ -155,6 +155,7 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     seen->fitted = fitted;
     if (labels)
         seen->labels = std::make_shared<const LabelList>(labels->list());
+    seen->eitherFile = eitherFile;
     volume.transferFunction = resolved(volume.transferFunction, seen->values);
     seen->scene = scene;
     try {

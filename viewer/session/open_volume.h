@@ -55,6 +55,7 @@ struct OpenVolume {
     /// Of the scene's other volumes: stills show them, interactive pictures the first alone.
     std::vector<std::unique_ptr<StoreReader>> further;
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
+    std::filesystem::path eitherFile;     // as VolumeSeen has it
     Charge pictures, meshes;
     std::shared_ptr<Engine> engine;
     std::unique_ptr<InteractiveRenderer> renderer; // null: the scene could not be drawn

@@ -3,6 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "viewer/session/label_probe.h"
 
 #include <exception>
 #include <filesystem>
@@ -21,6 +22,11 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         news.thumbnails.clear();
         news.state.kind = ViewingState::Kind::opening;
     });
+    std::string noLabels;
+    if (!what.pick.asVolume && open_ && open_->renderer && !isSceneFile(what.path) &&
+        !looksLikeStore(what.path) && mayBeLabelsOf(open_->store->info(), what.path) &&
+        openLabels(what, progress, true, noLabels))
+        return;
     try {
         std::unique_ptr<OpenVolume> next = OpenVolume::open(
             options_, what.path, optionsFor(what.pick, options_.input), what.pictureSize, progress);
@@ -55,7 +61,7 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         if (offerChoice(what, e.what()))
             return;
         std::string why = e.what();
-        if (openLabels(what, progress, why))
+        if (openLabels(what, progress, false, why))
             return;
         const bool stays = open_ && open_->renderer && // the previous volume remains open
                            board_.look([](const SessionNews& news) { return news.volume != nullptr; });
@@ -80,9 +86,10 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
 }
 
 /// What is no volume may be labels of the open one, which stays as it is otherwise.
+/// @param isEither  it may be a volume as well
 /// @param why  the reason why it is no volume; the reason why it is no labels either is added
 bool SessionThread::openLabels(const SessionWishes::ToOpen& what, const std::shared_ptr<Progress>& progress,
-                               std::string& why) {
+                               bool isEither, std::string& why) {
     std::error_code ignored;
     if (!open_ || !open_->renderer || !std::filesystem::exists(what.path, ignored) ||
         isSceneFile(what.path) || looksLikeStore(what.path))
@@ -99,6 +106,7 @@ bool SessionThread::openLabels(const SessionWishes::ToOpen& what, const std::sha
             throw;
         }
         open_->labels = std::move(next.labels);
+        open_->eitherFile = isEither ? what.path : std::filesystem::path();
         open_->fitted.reset(); // the camera stays
     } catch (const Cancelled&) {
         board_.tell([](SessionNews& news) { news.opening.reset(); });

@@ -49,7 +49,7 @@ class SessionThread {
     void openVolume(const SessionWishes::ToOpen& what);
     bool offerChoice(const SessionWishes::ToOpen& what, const std::string& why);
     bool openLabels(const SessionWishes::ToOpen& what, const std::shared_ptr<Progress>& progress,
-                    std::string& why);
+                    bool isEither, std::string& why);
     void makeRenderer(const Scene& scene);
     void dropSlices();
     // session_beside.cpp: work on other threads while pictures rest

@@ -26,6 +26,7 @@ namespace tessera {
 struct VolumePick {
     int series = 0, phase = 0; // 0: none chosen
     bool resampleZ = false, allowMissing = false;
+    bool asVolume = false; // not as labels of the open volume, which the file may be as well
     bool operator==(const VolumePick&) const = default;
 };
 
@@ -101,6 +102,9 @@ struct VolumeSeen {
     std::filesystem::path path; // path as given
     /// The labels of scene.volumes[0].labels, with their names under that scene; null: it has none.
     std::shared_ptr<const LabelList> labels;
+    /// The file of the labels, if it may be a volume as well and was taken as labels for its lattice; ""
+    /// else.
+    std::filesystem::path eitherFile = {};
 };
 
 struct ViewingState {

@@ -1,6 +1,8 @@
 // viewer/window/boxes.cpp: see boxes.h.
 #include "viewer/window/boxes.h"
 
+#include "core/image/colour.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
@@ -69,6 +71,32 @@ void drawLabel(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::stri
     draw.AddRectFilled({at.x - 4, at.y - 2}, {at.x + size.x + 4, at.y + size.y + 2},
                        IM_COL32(12, 14, 18, 205), 3);
     draw.AddText(at, colour, words.c_str());
+}
+
+bool eyeButton(EyeState state) {
+    constexpr float kWide = 22, kHalf = 7, kRise = 6;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const float height = ImGui::GetTextLineHeight();
+    const bool clicked = ImGui::InvisibleButton("eye", {kWide, height});
+    ImDrawList& draw = *ImGui::GetWindowDrawList();
+    if (ImGui::IsItemHovered())
+        draw.AddRectFilled(at, {at.x + kWide, at.y + height}, ImGui::GetColorU32(ImGuiCol_ButtonHovered), 3);
+    const ImU32 ink =
+        ImGui::GetColorU32(state == EyeState::shut ? ImGuiCol_TextDisabled : ImGuiCol_Text, 0.9f);
+    const ImVec2 middle(at.x + kWide / 2, at.y + height / 2);
+    const ImVec2 left(middle.x - kHalf, middle.y), right(middle.x + kHalf, middle.y);
+    for (const float rise : {-kRise, kRise})
+        draw.AddBezierQuadratic(left, {middle.x, middle.y + rise}, right, ink, 1.2f);
+    if (state == EyeState::open)
+        draw.AddCircleFilled(middle, 2.3f, ink, 8);
+    else if (state == EyeState::shut)
+        draw.AddLine({left.x + 1, middle.y + 5}, {right.x - 1, middle.y - 5}, ink, 1.2f);
+    ImGui::SameLine(0, 2);
+    return clicked;
+}
+
+glm::vec3 screenRgb(const glm::dvec3& linear) {
+    return {srgbFromLinear(linear.r), srgbFromLinear(linear.g), srgbFromLinear(linear.b)};
 }
 
 } // namespace tessera

@@ -28,6 +28,12 @@ const char* formatFor(double range);
 /// The smallest step of 1, 2 or 5 times a power of ten that is at least the argument.
 double roundStep(double least);
 
+enum class EyeState { open, some, shut };
+/// A button that tells whether something shows; the next widget stands beside it. Returns true if clicked.
+bool eyeButton(EyeState state);
+/// Linear light for the screen.
+glm::vec3 screenRgb(const glm::dvec3& linear);
+
 /// Text wrapped at the panel's edge.
 void wrapped(const char* format, ...) IM_FMTARGS(1);
 

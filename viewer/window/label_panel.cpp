@@ -14,7 +14,7 @@
 namespace tessera {
 namespace {
 
-constexpr float kListHeight = 260, kEyeWidth = 22, kSwatch = 14, kIndent = 14;
+constexpr float kListHeight = 260, kSwatch = 14, kIndent = 14;
 constexpr const char* kAlone = "only";
 const ImVec4 kFaintName(0.5f, 0.5f, 0.5f, 1.0f);
 
@@ -22,26 +22,6 @@ std::string inLower(std::string text) {
     for (char& c : text)
         c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
-}
-
-glm::vec3 screenRgb(const glm::dvec3& linear) {
-    return {srgbFromLinear(linear.r), srgbFromLinear(linear.g), srgbFromLinear(linear.b)};
-}
-
-enum class EyeState { open, some, shut };
-
-void drawEye(const ImVec2& middle, EyeState state) {
-    ImDrawList& draw = *ImGui::GetWindowDrawList();
-    const ImU32 ink =
-        ImGui::GetColorU32(state == EyeState::shut ? ImGuiCol_TextDisabled : ImGuiCol_Text, 0.9f);
-    constexpr float kHalf = 7, kRise = 6;
-    const ImVec2 left(middle.x - kHalf, middle.y), right(middle.x + kHalf, middle.y);
-    for (const float rise : {-kRise, kRise})
-        draw.AddBezierQuadratic(left, {middle.x, middle.y + rise}, right, ink, 1.2f);
-    if (state == EyeState::open)
-        draw.AddCircleFilled(middle, 2.3f, ink, 8);
-    else if (state == EyeState::shut)
-        draw.AddLine({left.x + 1, middle.y + 5}, {right.x - 1, middle.y - 5}, ink, 1.2f);
 }
 
 /// An edit of one step.
@@ -148,10 +128,23 @@ void LabelPanel::findRows() {
 
 void LabelPanel::draw(WindowState& desk) {
     take(desk);
+    either(desk);
     all(desk);
     findRows();
     list(desk);
     look(desk);
+}
+
+/// A file that was taken as labels, and may be a volume.
+void LabelPanel::either(WindowState& desk) {
+    const std::filesystem::path file = desk.volume()->eitherFile;
+    if (file.empty() || file != desk.labels().path)
+        return;
+    if (ImGui::Button("open as a volume", {-1, 0})) {
+        VolumePick pick;
+        pick.asVolume = true;
+        desk.open(file, pick);
+    }
 }
 
 /// What holds for all of them.
@@ -281,15 +274,7 @@ void LabelPanel::eye(WindowState& desk, LabelNumbers numbers) {
     const EyeState state = shown == numbers.size() ? EyeState::open
                            : shown > 0             ? EyeState::some
                                                    : EyeState::shut;
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    const float height = ImGui::GetTextLineHeight();
-    const bool clicked = ImGui::InvisibleButton("eye", {kEyeWidth, height});
-    if (ImGui::IsItemHovered())
-        ImGui::GetWindowDrawList()->AddRectFilled(at, {at.x + kEyeWidth, at.y + height},
-                                                  ImGui::GetColorU32(ImGuiCol_ButtonHovered), 3);
-    drawEye({at.x + kEyeWidth / 2, at.y + height / 2}, state);
-    ImGui::SameLine(0, 2);
-    if (clicked)
+    if (eyeButton(state))
         editLabels(desk, [&](const LabelList& list, const Labels& labels) {
             return withShown(list, labels, numbers, state == EyeState::shut);
         });

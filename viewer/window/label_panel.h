@@ -37,6 +37,7 @@ class LabelPanel {
     };
     void take(const WindowState& desk);
     void findRows();
+    void either(WindowState& desk);
     void all(WindowState& desk);
     void inSlices(WindowState& desk);
     void list(WindowState& desk);

@@ -235,6 +235,8 @@ void Panels::draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& 
             part("Labels", [&] { labels_.draw(desk); });
         else
             labels_.forget();
+        if (!desk.scene().meshes.empty())
+            part("Meshes", [&] { meshes_.draw(desk); });
         part("Mode", [&] { modePanel(desk); });
         part("Planes", [&] { planes(desk); });
         part("Measure", [&] { tools.panel(desk); });

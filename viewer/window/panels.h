@@ -5,6 +5,7 @@
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/function_editor.h"
 #include "viewer/window/label_panel.h"
+#include "viewer/window/mesh_panel.h"
 #include "viewer/window/tools.h"
 #include "viewer/window/window_state.h"
 
@@ -38,6 +39,7 @@ class Panels {
 
     FunctionEditor function_;
     LabelPanel labels_;
+    MeshPanel meshes_;
     char path_[1024] = {}, name_[1024] = {};
     int times_ = 1; // size of saved pictures, as a factor on the shown size
     std::string look_;

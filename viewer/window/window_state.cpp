@@ -4,6 +4,7 @@
 #include "core/base/names.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
+#include "viewer/session/file_kind.h"
 #include "viewer/session/view_geometry.h"
 #include "viewer/window/function_edits.h"
 
@@ -56,6 +57,7 @@ void WindowState::update() {
         picture_.reset();
         picked_.reset();
         history_ = {};
+        meshAdded_.clear();
         discs_.clear();
         discAsked_.reset();
         presetName_.clear();
@@ -75,6 +77,10 @@ void WindowState::update() {
                 remarks += (remarks.empty() ? "" : "\n") + remark;
             if (!remarks.empty())
                 tell(remarks);
+            if (!volume_->eitherFile.empty())
+                tell(volume_->eitherFile.filename().string() +
+                     " has whole numbers on the lattice of the open volume, and is taken as its labels; the "
+                     "panel Labels opens it as a volume");
             if (same && volume_->labels) // a scene without them may have been asked for meanwhile
                 send(false);
         }
@@ -103,6 +109,7 @@ void WindowState::update() {
         tell(state_.problem, true);
         viewing_.problemSeen();
     }
+    settleMesh();
     if (const std::string notice = viewing_.takeNotice(); !notice.empty())
         tell(notice);
     if (message_ && now > message_->until)
@@ -252,6 +259,38 @@ void WindowState::setLabels(const Labels& labels, bool moving) {
     send(moving);
 }
 
+void WindowState::addMesh(const std::filesystem::path& file) {
+    const std::string name = file.filename().string();
+    const std::filesystem::path path = std::filesystem::absolute(file).lexically_normal();
+    Scene scene = scene_;
+    for (const SceneMesh& mesh : scene.meshes)
+        if (mesh.path == path)
+            return tell(name + " is a mesh of the scene already");
+    if (scene.meshes.size() == SceneMesh::kMost)
+        return tell("a scene has at most " + std::to_string(SceneMesh::kMost) + " meshes", true);
+    scene.meshes.push_back({path});
+    beginEdit();
+    setScene(scene, false, true);
+    meshAdded_ = path;
+    meshAsked_ = asked_;
+    tell(name + " is a mesh of the scene; the panel Meshes has its look, Ctrl Z takes it away" +
+         (reductionOf(scene) == Reduction::composite ? "" : "; mode " + nameOf(scene.mode) + " draws none"));
+}
+
+/// A mesh that cannot be read leaves the scene as it was before.
+void WindowState::settleMesh() {
+    if (meshAdded_.empty() || (!isRefused() && !isAnswered()))
+        return;
+    const std::filesystem::path path = std::exchange(meshAdded_, {});
+    if (!isRefused())
+        return;
+    if (asked_ == meshAsked_)
+        history_.drop();
+    Scene scene = scene_;
+    std::erase_if(scene.meshes, [&](const SceneMesh& mesh) { return mesh.path == path; });
+    setScene(scene, false, true);
+}
+
 void WindowState::setPictureSize(const glm::ivec2& size) {
     if (size == wantedSize_)
         return;
@@ -313,6 +352,10 @@ void WindowState::resetCamera() {
 
 void WindowState::open(const std::filesystem::path& path, const VolumePick& pick) {
     showBrowser = false;
+    if (volume_ && pick == VolumePick{} && meansMesh(path)) {
+        addMesh(path);
+        return;
+    }
     viewing_.open(path, wantedSize_.x > 0 ? wantedSize_ : Scene().imageSize, pick);
     state_ = viewing_.state(); // the previous state does not answer this request
     offers_.reset();

@@ -33,6 +33,11 @@ class History {
         if (done_.size() > kMost)
             done_.erase(done_.begin());
     }
+    /// Forgets the last edit.
+    void drop() {
+        if (!done_.empty())
+            done_.pop_back();
+    }
     bool canUndo() const { return !done_.empty(); }
     bool canRedo() const { return !undone_.empty(); }
     /// The scene before the last edit.
@@ -120,6 +125,8 @@ class WindowState {
     /// The labels beside the volume; call beginEdit() before the first of an edit.
     const Labels& labels() const { return scene_.volumes.front().labels; }
     void setLabels(const Labels& labels, bool moving);
+    /// Adds the mesh of a file; an edit. A file that cannot be read is taken out again, with its problem.
+    void addMesh(const std::filesystem::path& file);
     /// The three planes beside the volume, and requests for them.
     const SliceWish& slices() const { return slices_; }
     void setSlices(const SliceWish& wish);
@@ -137,6 +144,7 @@ class WindowState {
     /// True if it is fitted, and the user has not moved it since.
     bool isFitted() const { return fitted_.has_value(); }
 
+    /// A volume, labels of the open one, or its mesh.
     /// @param pick  which of several volumes
     void open(const std::filesystem::path& path, const VolumePick& pick = {});
     /// The volumes of the last path; null: nothing to choose, or dismissed.
@@ -200,6 +208,7 @@ class WindowState {
     void takeFitted();
     void showSomething(const Scene& before);
     void takeDiscValues();
+    void settleMesh();
     void takeBack(Scene scene);
     Fit fitKind() const;
     template <typename Write> void save(const std::string& name, const char* extension, const Write& write);
@@ -223,6 +232,8 @@ class WindowState {
     };
     std::optional<Held> held_; // none: fitted, or moved by a path
     History history_;
+    std::filesystem::path meshAdded_; // whose picture is not there yet; "": none
+    std::uint64_t meshAsked_ = 0;     // the request for it
     SliceWish slices_;
     std::vector<std::pair<Measurement, DiscValues>> discs_; // that are known
     std::optional<Measurement> discAsked_;

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <memory>
@@ -286,6 +287,79 @@ TEST(LabelSession, LabelsAreOpenedBesideAnOpenVolume) {
     EXPECT_EQ(looker.viewing->state().kind, ViewingState::Kind::open);
     looker.viewing->problemSeen();
     EXPECT_TRUE(haveSameBits(looker.wholeOf(looker.viewing->show(surface, false))->image, drawn));
+}
+
+/// A NIfTI file on the lattice of a LabelledScan, or beside it.
+template <class T>
+void writeNifti(const fs::path& file, std::int16_t type, const std::function<T(std::size_t)>& value,
+                float shift = 0) {
+    const glm::ivec3 e = LabelledScan::kExtent;
+    std::string b(352, '\0');
+    const auto put = [&](std::size_t at, auto number) { std::memcpy(&b[at], &number, sizeof number); };
+    put(0, std::int32_t{348});
+    for (std::size_t i = 0; i < 4; ++i)
+        put(40 + 2 * i, static_cast<std::int16_t>(i == 0 ? 3 : e[static_cast<int>(i) - 1]));
+    for (std::size_t i = 0; i < 4; ++i)
+        put(76 + 4 * i, i == 0 ? 1.0F : 2.0F);
+    put(70, type);
+    put(72, static_cast<std::int16_t>(8 * sizeof(T)));
+    put(108, 352.0F);
+    b[123] = 2;
+    put(254, std::int16_t{1});
+    const float rows[12] = {-2, 0, 0, 10 + shift, 0, -2, 0, -8, 0, 0, 2, 6}; // RAS: the centre of voxel 0
+    for (std::size_t i = 0; i < 12; ++i)
+        put(280 + 4 * i, rows[i]);
+    b.replace(344, 3, "n+1");
+    for (std::size_t i = 0; i < cellCount(e); ++i) {
+        const T typed = value(i);
+        b.append(reinterpret_cast<const char*>(&typed), sizeof typed);
+    }
+    std::ofstream(file, std::ios::binary) << b;
+}
+
+/// A NIfTI file may be labels or a volume.
+TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
+    const LabelledScan scan(kFour, 4);
+    const fs::path folder = scan.store.parent_path();
+    const auto few = [](std::size_t i) { return static_cast<std::int16_t>(i / 7000 % 5); };
+    writeNifti<std::int16_t>(folder / "organs.nii", 4, few);
+    writeNifti<std::int16_t>(folder / "beside.nii", 4, few, 1);
+    writeNifti<float>(folder / "floats.nii", 16, [&](std::size_t i) { return static_cast<float>(few(i)); });
+    writeNifti<std::int16_t>(folder / "scan.nii", 4,
+                             [](std::size_t i) { return static_cast<std::int16_t>(i % 300); });
+    writeNifti<std::int16_t>(folder / "ct.nii", 4,
+                             [](std::size_t i) { return static_cast<std::int16_t>(i < 90 ? -1000 : 40); });
+    for (const char* name : {"organs.nii", "beside.nii", "floats.nii", "scan.nii", "ct.nii"}) {
+        Looker looker(false);
+        looker.opened(scan.store);
+        looker.viewing->open(folder / name, kPicture);
+        ASSERT_TRUE(looker.comesTo([&] {
+            const auto seen = looker.viewing->volume();
+            return seen && (seen->labels || seen->path != scan.store);
+        })) << name;
+        const auto seen = looker.viewing->volume();
+        const bool isLabels = std::string(name) == "organs.nii";
+        EXPECT_EQ(seen->labels != nullptr, isLabels) << name;
+        EXPECT_EQ(seen->path, isLabels ? scan.store : folder / name);
+        EXPECT_EQ(seen->eitherFile, isLabels ? folder / name : fs::path());
+        if (isLabels) {
+            EXPECT_EQ(seen->labels->size(), 4u);
+        }
+    }
+    Looker looker(false);
+    looker.opened(scan.store);
+    VolumePick asVolume;
+    asVolume.asVolume = true;
+    looker.viewing->open(folder / "organs.nii", kPicture, asVolume);
+    ASSERT_TRUE(looker.comesTo([&] {
+        const auto seen = looker.viewing->volume();
+        return seen && seen->path == folder / "organs.nii";
+    }));
+    EXPECT_EQ(looker.viewing->volume()->labels, nullptr);
+    looker.opened(scan.store);
+    looker.viewing->open(scan.file, kPicture); // labels and nothing else
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->volume()->labels != nullptr; }));
+    EXPECT_EQ(looker.viewing->volume()->eitherFile, fs::path());
 }
 
 TEST(LabelSession, AThousandLabelsAreEditedInTime) {

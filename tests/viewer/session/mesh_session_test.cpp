@@ -95,5 +95,21 @@ TEST_F(MeshSession, ScenesOutliveTheVolumeTheyWereOpenedWith) {
     EXPECT_EQ(kept.meshes[0].shape->parts(), 1u);
 }
 
+/// As a window has it that takes a mesh out again.
+TEST_F(MeshSession, AMeshThatCannotBeReadIsRefused) {
+    Looker looker(false);
+    const Scene before = looker.opened(scene(0.01, "[]"));
+    const Image drawn = looker.wholeOf(looker.viewing->show(before, false))->image;
+    Scene with = before;
+    with.meshes.push_back({folder_ / "broken.stl"});
+    std::ofstream(folder_ / "broken.stl") << "solid\nfacet";
+    const std::uint64_t asked = looker.viewing->show(with, false);
+    ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->state().refused >= asked; }));
+    EXPECT_NE(looker.viewing->state().problem.find("broken.stl"), std::string::npos);
+    looker.viewing->problemSeen();
+    const Image again = looker.wholeOf(looker.viewing->show(before, false))->image;
+    EXPECT_EQ(again.pixels, drawn.pixels);
+}
+
 } // namespace
 } // namespace tessera::test

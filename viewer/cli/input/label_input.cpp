@@ -29,6 +29,12 @@ std::string keyOf(const VolumeInfo& scan, const Labels& labels) {
     return key;
 }
 
+/// True for a store of a scan in which another program has put labels (OME-Zarr's "labels").
+bool isScanWithLabels(const fs::path& store) {
+    std::error_code ignored;
+    return fs::is_directory(store / "labels", ignored) && !fs::exists(store / "sets", ignored);
+}
+
 } // namespace
 
 #if TESSERA_WITH_IMPORT
@@ -38,7 +44,7 @@ void importLabelsFor(const VolumeInfo& scan, Labels& labels, MemoryBudget& ram, 
     std::error_code ignored;
     if (!fs::exists(labels.path, ignored))
         throw badFile(labels.path.string(), "a file or folder of labels", "nothing there");
-    if (looksLikeStore(labels.path)) { // an import that was kept
+    if (looksLikeStore(labels.path) && !isScanWithLabels(labels.path)) { // an import that was kept
         labels.store = labels.path;
         return;
     }

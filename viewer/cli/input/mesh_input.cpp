@@ -19,8 +19,10 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ra
 #if TESSERA_WITH_IMPORT
     if (beginsAsDicom(mesh.path))
         return shapeOfStructures(mesh, ram, notes);
-    if (!mesh.rois.empty())
-        throw badFile(mesh.path.string(), "a DICOM structure set, of which meshes[].rois chooses",
+    if (!mesh.rois.empty() || mesh.contours != ContourStyle::lines)
+        throw badFile(mesh.path.string(),
+                      std::string("a DICOM structure set, which meshes[].") +
+                          (mesh.rois.empty() ? "contours" : "rois") + " is of",
                       "another file");
     TriangleMesh triangles = readMesh(mesh.path, ram);
     if (mesh.space == MeshSpace::ras) // x to the left, y to the back

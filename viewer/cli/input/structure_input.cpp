@@ -3,9 +3,11 @@
 
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/structures/structure_lines.h"
+#include "bricking/import/structures/structure_surface.h"
 #include "bricking/labels/label_names.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
+#include "render/geometry/mesh_shape.h"
 #include "render/geometry/shape_group.h"
 #include "render/geometry/tube_shape.h"
 
@@ -42,6 +44,28 @@ std::unique_ptr<const Shape> tubesOf(const Structure& structure, double radiusMm
     return std::make_unique<const TubeShape>(Tube{std::move(lines.points), radiusMm}, lines.ends, ram);
 }
 
+Structure onlyContours(const Structure& structure, const std::vector<std::size_t>& numbers) {
+    Structure out{structure.label, {}};
+    for (const std::size_t number : numbers)
+        out.contours.push_back(structure.contours[number]);
+    return out;
+}
+
+/// The surface of a structure, and tubes around what is no part of it.
+void addSurface(const Structure& structure, const SceneMesh& mesh, const glm::dvec3& colour,
+                MemoryBudget& ram, std::vector<ShapeGroup::Member>& members,
+                std::vector<std::string>& notes) {
+    StructureSurface made = surfaceOf(structure, {mesh.surfaceStepMm, mesh.surfaceGapMm}, ram);
+    notes.insert(notes.end(), made.notes.begin(), made.notes.end());
+    if (!made.mesh.triangles.empty())
+        members.push_back({std::make_unique<const MeshShape>(std::move(made.mesh), ram,
+                                                             "the surface of " + structure.label.name),
+                           colour});
+    if (!made.otherContours.empty())
+        members.push_back(
+            {tubesOf(onlyContours(structure, made.otherContours), mesh.lineRadiusMm, ram), colour});
+}
+
 } // namespace
 
 bool beginsAsDicom(const std::filesystem::path& file) {
@@ -63,8 +87,11 @@ std::shared_ptr<const Shape> shapeOfStructures(const SceneMesh& mesh, MemoryBudg
     for (std::size_t n = 0; n < chosen.size(); ++n)
         if (chosen[n]) {
             const Label& label = set.structures[n].label;
-            members.push_back({tubesOf(set.structures[n], mesh.lineRadiusMm, ram),
-                               glm::dvec3(label.colour.value_or(labelColour(label.value)))});
+            const glm::dvec3 colour(label.colour.value_or(labelColour(label.value)));
+            if (mesh.contours == ContourStyle::surface)
+                addSurface(set.structures[n], mesh, colour, ram, members, notes);
+            else
+                members.push_back({tubesOf(set.structures[n], mesh.lineRadiusMm, ram), colour});
         }
     return std::make_shared<const ShapeGroup>(std::move(members));
 }

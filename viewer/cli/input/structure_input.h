@@ -13,8 +13,8 @@ namespace tessera {
 /// True if a file begins as DICOM does, preamble and mark. Throws nothing.
 bool beginsAsDicom(const std::filesystem::path& file);
 
-/// Tubes around the contours of the structures that the mesh chooses, each structure in its display colour
-/// or, where it has none, in one that follows from its number.
+/// Tubes around the contours of the structures that the mesh chooses, or closed surfaces of them, each
+/// structure in its display colour or, where it has none, in one that follows from its number.
 /// @param ram  is charged for as long as the shape is kept
 /// @param notes  gets what was left out
 /// Throws InputError as readStructureSet() does, for patterns that mean no structure, and for coordinates

@@ -2,4 +2,4 @@
 #include "viewer/cli/modules/mesh_module.h"
 
 extern "C" const tessera::MeshModule tesseraModule;
-const tessera::MeshModule tesseraModule = {{TESSERA_VERSION}, tessera::readMesh};
+const tessera::MeshModule tesseraModule = {{TESSERA_VERSION}, tessera::readMesh, tessera::surfaceOf};

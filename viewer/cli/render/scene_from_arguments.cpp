@@ -11,6 +11,7 @@
 #include "render/plan/frame_plan.h" // summarise
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/presets/preset_library.h"
+#include "viewer/session/file_kind.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,6 +69,7 @@ void addMeshes(const RenderArguments& arguments, Scene& scene) {
             throw badFile(option, "at most one for each --mesh", std::to_string(values->size()));
     if (count == 0 && !arguments.meshSpace.empty())
         throw badFile("--mesh-space", "a mesh (--mesh)", "none");
+    bool hasStructures = false;
     for (std::size_t n = 0; n < count; ++n) {
         std::error_code ignored;
         if (!std::filesystem::is_regular_file(arguments.meshes[n], ignored))
@@ -84,8 +86,14 @@ void addMeshes(const RenderArguments& arguments, Scene& scene) {
         }
         if (!arguments.meshSpace.empty())
             mesh.space = parseName<MeshSpace>(arguments.meshSpace, "--mesh-space");
+        if (!arguments.meshContours.empty() && meansStructureSet(mesh.path)) {
+            mesh.contours = parseName<ContourStyle>(arguments.meshContours, "--mesh-contours");
+            hasStructures = true;
+        }
         scene.meshes.push_back(std::move(mesh));
     }
+    if (!arguments.meshContours.empty() && !hasStructures)
+        throw badFile("--mesh-contours", "a DICOM structure set (--mesh)", "none");
     if (scene.meshes.size() > SceneMesh::kMost)
         throw badFile("--mesh", "at most " + std::to_string(SceneMesh::kMost) + " meshes",
                       std::to_string(scene.meshes.size()));

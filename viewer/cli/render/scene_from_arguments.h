@@ -31,7 +31,7 @@ struct RenderArguments {
     std::string first, light;
     std::vector<std::string> surfaces;
     std::vector<std::string> meshes, meshColours, meshOpacities; // n-th of the n-th; the last for the rest
-    std::string meshSpace;
+    std::string meshSpace, meshContours;
     std::string verify;
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says

@@ -28,6 +28,11 @@ class NiftiLabels final : public LabelLayer {
 
     bool isAlone() const override { return true; }
 
+    bool hasWholeType() const override {
+        return header_.type != FileType::f32 && header_.type != FileType::f64 &&
+               header_.info.rescaleSlope == 1 && header_.info.rescaleIntercept == 0;
+    }
+
     void readSlices(int count, std::span<std::uint32_t> out) override {
         const glm::ivec3 extent = header_.info.extentVoxels;
         TESSERA_CHECK(count >= 0 && next_ + count <= extent.z);

@@ -1,0 +1,247 @@
+// bricking/import/zarr/ome_image.cpp: see ome_image.h.
+#include "bricking/import/zarr/ome_image.h"
+
+#include "core/base/error.h"
+#include "core/base/shown_text.h"
+
+#include <algorithm>
+#include <string_view>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMostDatasets = 64, kMostTransformations = 16, kMostMultiscales = 1000;
+constexpr double kMostScale = 1e12, kMostTranslation = 1e15;
+
+std::string textOrNone(const JsonValue& object, const char* key) {
+    return object.has(key) && object.at(key).isText() ? object.at(key).text() : "";
+}
+
+OmeAxis omeAxisOf(const JsonValue& row) {
+    if (!row.isObject())
+        row.refuse("an axis of OME-Zarr 0.4 or 0.5: an object with a name");
+    OmeAxis axis;
+    axis.name = row.at("name").text();
+    const std::string type = textOrNone(row, "type");
+    axis.isOfSpace =
+        type == "space" || (type.empty() && (axis.name == "x" || axis.name == "y" || axis.name == "z"));
+    axis.unit = textOrNone(row, "unit");
+    if (row.has("orientation") && row.at("orientation").isObject())
+        axis.orientation = textOrNone(row.at("orientation"), "value");
+    return axis;
+}
+
+/// Applies transformations in their order.
+void transform(std::vector<OmeAxis>& axes, const JsonValue& object) {
+    if (!object.has("coordinateTransformations"))
+        return;
+    for (const JsonValue row :
+         object.at("coordinateTransformations").items(kMostTransformations, "transformations")) {
+        const std::string type = row.at("type").oneOf({"identity", "scale", "translation"});
+        if (type == "identity")
+            continue;
+        const JsonValue list = row.at(type);
+        const std::vector<double> numbers = list.numbers(axes.size());
+        for (std::size_t i = 0; i < axes.size(); ++i) {
+            if (type == "scale" && !(numbers[i] > 0 && numbers[i] < kMostScale))
+                list.refuse("scales above 0, at most 1e12");
+            if (type == "translation" && !(numbers[i] > -kMostTranslation && numbers[i] < kMostTranslation))
+                list.refuse("translations of at most 1e15");
+            if (type == "scale") {
+                axes[i].scale *= numbers[i];
+                axes[i].translation *= numbers[i];
+            } else {
+                axes[i].translation += numbers[i];
+            }
+        }
+    }
+}
+
+double voxelOf(const std::vector<OmeAxis>& axes) {
+    double size = 1;
+    for (const OmeAxis& axis : axes)
+        size *= axis.isOfSpace ? axis.scale : 1;
+    return size;
+}
+
+void checkVersion(const JsonValue& version) {
+    version.oneOf({"0.4", "0.5"});
+}
+
+// Places.
+
+/// Millimetres a unit; 0: not known.
+double mmPerUnit(const std::string& unit) {
+    struct Unit {
+        std::string_view name;
+        double mm;
+    };
+    static constexpr std::array kUnits = {
+        Unit{"millimeter", 1},  Unit{"micrometer", 1e-3}, Unit{"nanometer", 1e-6},
+        Unit{"centimeter", 10}, Unit{"meter", 1000},      Unit{"decimeter", 100},
+        Unit{"angstrom", 1e-7}, Unit{"picometer", 1e-9},  Unit{"inch", 25.4}};
+    const auto* const found =
+        std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
+    return found == kUnits.end() ? 0 : found->mm;
+}
+
+/// The patient's axis that an orientation runs along, and whether against left, posterior, superior.
+std::optional<std::pair<int, bool>> wayOf(const std::string& orientation) {
+    static constexpr std::array kWays = {std::array{"right-to-left", "left-to-right"},
+                                         std::array{"anterior-to-posterior", "posterior-to-anterior"},
+                                         std::array{"inferior-to-superior", "superior-to-inferior"}};
+    for (std::size_t axis = 0; axis < kWays.size(); ++axis)
+        for (std::size_t way = 0; way < 2; ++way)
+            if (orientation == kWays[axis][way])
+                return std::pair(static_cast<int>(axis), way == 1);
+    return std::nullopt;
+}
+
+/// Sets the affine of axes, slowest first.
+void placeGrid(OmeGrid& grid, const std::array<OmeAxis, 3>& axes, const std::string& where) {
+    std::array<glm::dvec3, 3> step{};
+    glm::dvec3 origin{0};
+    std::array<int, 3> patientAxis{};
+    unsigned named = 0, told = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t letter = std::string_view("xyz").find(axes[i].name);
+        const bool isLetter = axes[i].name.size() == 1 && letter != std::string_view::npos;
+        patientAxis[i] = isLetter ? static_cast<int>(letter) : 2 - static_cast<int>(i);
+        named |= 1u << patientAxis[i];
+        if (const auto way = wayOf(axes[i].orientation))
+            told |= 1u << way->first;
+    }
+    if (named != 7)
+        throw badFile(where, "three axes of space with different names", "two of a name");
+    grid.info.orientationKnown = told == 7;
+    if (!grid.info.orientationKnown)
+        grid.notes.emplace_back("the orientation in the patient is not known; axes x, y, z are taken as "
+                                "left, posterior, superior");
+    bool isUnitKnown = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double mm = mmPerUnit(axes[i].unit);
+        isUnitKnown = isUnitKnown && mm != 0;
+        const auto way = told == 7 ? wayOf(axes[i].orientation) : std::nullopt;
+        glm::dvec3 unit{0};
+        unit[way ? way->first : patientAxis[i]] = (way && way->second ? -1 : 1) * (mm == 0 ? 1 : mm);
+        step[i] = axes[i].scale * unit;
+        origin += axes[i].translation * unit;
+    }
+    if (!isUnitKnown)
+        grid.notes.emplace_back("units of axes are not known; they are taken as millimetres");
+    grid.info.type = ValueType::u16; // labels have no type
+    grid.info.patientFromVoxel = patientFromVoxelOf(origin, step[2], step[1], step[0]);
+    grid.info.validate(where);
+}
+
+void takeAxes(OmeGrid& grid, const ZarrArray& array, const std::vector<std::size_t>& ofSpace) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        grid.axes[i] = ofSpace[i];
+        grid.info.extentVoxels[2 - static_cast<int>(i)] = static_cast<int>(array.shape[ofSpace[i]]);
+    }
+}
+
+} // namespace
+
+std::string pathBelow(const std::string& path, const std::string& where) {
+    constexpr std::size_t kMostBytes = 1000;
+    std::string_view rest = path;
+    bool isGood = !path.empty() && path.size() <= kMostBytes;
+    while (isGood && !rest.empty()) {
+        const std::size_t slash = rest.find('/');
+        const std::string_view name = rest.substr(0, slash);
+        isGood = !name.empty() && name != "." && name != ".." && name.find('\0') == std::string_view::npos &&
+                 slash + 1 != rest.size();
+        rest = slash == std::string_view::npos ? "" : rest.substr(slash + 1);
+    }
+    if (!isGood)
+        throw badFile(where, "a path below the group", "\"" + printable(path.substr(0, 80)) + "\"");
+    return path;
+}
+
+std::optional<JsonValue> omeAttributesOf(const ZarrNode& node) {
+    const JsonValue root(*node.attributes, node.attributesFile);
+    if (node.version == 2)
+        return root;
+    if (!root.has("attributes") || !root.at("attributes").isObject() || !root.at("attributes").has("ome"))
+        return std::nullopt;
+    return root.at("attributes").at("ome");
+}
+
+std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
+    const std::optional<JsonValue> ome = omeAttributesOf(group);
+    if (!ome || !ome->has("multiscales"))
+        return std::nullopt;
+    if (ome->has("version"))
+        checkVersion(ome->at("version"));
+    const JsonItems scales = ome->at("multiscales").items(kMostMultiscales, "multiscales");
+    if (scales.empty())
+        ome->at("multiscales").refuse("a multiscale image");
+    const JsonValue first = scales.front();
+    if (first.has("version"))
+        checkVersion(first.at("version"));
+    OmeImage image;
+    std::vector<OmeAxis> axes;
+    for (const JsonValue row : first.at("axes").items(ZarrArray::kMostAxes, "axes"))
+        axes.push_back(omeAxisOf(row));
+    const JsonItems datasets = first.at("datasets").items(kMostDatasets, "datasets");
+    for (const JsonValue row : datasets) {
+        std::vector<OmeAxis> placed = axes;
+        transform(placed, row);
+        transform(placed, first); // of all datasets, after a dataset's own
+        if (!image.path.empty() && voxelOf(placed) >= voxelOf(image.axes))
+            continue;
+        image.path = pathBelow(row.at("path").text(), row.at("path").place());
+        image.axes = std::move(placed);
+    }
+    if (image.path.empty())
+        first.at("datasets").refuse("at least one dataset");
+    if (scales.size() > 1)
+        image.notes.push_back("the first of " + std::to_string(scales.size()) +
+                              " multiscale images is taken");
+    return image;
+}
+
+OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::string& where) {
+    if (image.axes.size() != array.shape.size())
+        throw badFile(where, "an axis for each of the array's " + std::to_string(array.shape.size()),
+                      std::to_string(image.axes.size()));
+    OmeGrid grid;
+    grid.notes = image.notes;
+    std::vector<std::size_t> ofSpace;
+    for (std::size_t axis = 0; axis < image.axes.size(); ++axis) {
+        if (image.axes[axis].isOfSpace)
+            ofSpace.push_back(axis);
+        else if (array.shape[axis] != 1)
+            throw badFile(where, "length 1 along axis \"" + printable(image.axes[axis].name) + "\"",
+                          std::to_string(array.shape[axis]));
+    }
+    if (ofSpace.size() != 3)
+        throw badFile(where, "three axes of space", std::to_string(ofSpace.size()));
+    takeAxes(grid, array, ofSpace);
+    placeGrid(grid, {image.axes[ofSpace[0]], image.axes[ofSpace[1]], image.axes[ofSpace[2]]}, where);
+    return grid;
+}
+
+OmeGrid bareGridOf(const ZarrArray& array) {
+    std::vector<std::size_t> ofSpace;
+    const std::size_t axes = array.shape.size();
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+        if (axis + 3 >= axes)
+            ofSpace.push_back(axis);
+        else if (array.shape[axis] != 1)
+            throw badFile(array.where, "length 1 along axis " + std::to_string(axis),
+                          std::to_string(array.shape[axis]));
+    }
+    if (ofSpace.size() != 3)
+        throw badFile(array.where, "three axes", std::to_string(axes));
+    OmeGrid grid;
+    takeAxes(grid, array, ofSpace);
+    std::array<OmeAxis, 3> placed;
+    for (std::size_t i = 0; i < 3; ++i)
+        placed[i].unit = "millimeter";
+    placeGrid(grid, placed, array.where);
+    return grid;
+}
+
+} // namespace tessera

@@ -1,0 +1,43 @@
+// bricking/import/zarr/zarr_chunks.h: ZarrChunks: the chunks of an array, decoded one at a time.
+#pragma once
+
+#include "bricking/import/zarr/zarr_array.h"
+#include "bricking/store/shard.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+class ZarrChunks {
+  public:
+    /// @param array  must outlive it
+    explicit ZarrChunks(const ZarrArray& array);
+    /// Most memory that it takes.
+    static std::size_t bytesNeeded(const ZarrArray& array);
+
+    /// The chunk at a place of the grid of chunks, as its bytes are ordered; empty: the array has none there,
+    /// and all is fill. Valid until the next call. Memory is taken for what its first bytes justify. Throws
+    /// InputError naming file and chunk for damage, and for a chunk of another size than the array says.
+    std::span<const std::byte> read(std::span<const std::int64_t> at);
+
+  private:
+    std::span<const std::byte> encodedFile(std::span<const std::int64_t> at);
+    std::span<const std::byte> ofShard(std::span<const std::int64_t> at);
+    const OpenShard* shardOf(const std::vector<std::int64_t>& at);
+    std::string keyOf(std::span<const std::int64_t> at) const;
+    std::span<const std::byte> fetched(const FileHandle& file, std::uint64_t offset, std::uint64_t bytes);
+    std::span<const std::byte> decoded(std::span<const std::byte> encoded);
+
+    const ZarrArray& array_;
+    FileHandle folder_;
+    std::map<std::vector<std::int64_t>, OpenShard> shards_; // by place; without a file: missing
+    std::vector<std::byte> encoded_, decoded_;
+    std::string where_; // of the chunk that is read
+};
+
+} // namespace tessera

@@ -1,0 +1,32 @@
+// bricking/import/zarr/zarr_node.h: a group or an array of Zarr, version 2 or 3, as other programs write
+// them: its metadata and attributes. Zarr specifications: zarr-specs.readthedocs.io.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+namespace tessera {
+
+struct ZarrNode {
+    std::filesystem::path path; // its folder
+    int version = 0;            // 2 or 3
+    bool isArray = false;
+    /// .zarray, .zgroup or zarr.json; an empty object for a group of version 2.
+    std::shared_ptr<const nlohmann::json> metadata;
+    std::string metadataFile; // for messages
+    /// The document that holds the attributes: .zattrs, or `metadata` (in "attributes").
+    std::shared_ptr<const nlohmann::json> attributes;
+    std::string attributesFile;
+};
+
+/// True if the folder has a file of Zarr's metadata.
+bool isZarr(const std::filesystem::path& folder);
+
+/// Nullopt: there is no Zarr. Throws InputError naming the file for metadata that are damaged, larger than
+/// kMaxJsonBytes (core/base/json_reader.h), links, or of another version.
+std::optional<ZarrNode> readZarrNode(const std::filesystem::path& folder);
+
+} // namespace tessera

@@ -1,0 +1,115 @@
+// bricking/import/zarr/zarr_slices.cpp: see zarr_slices.h.
+#include "bricking/import/zarr/zarr_slices.h"
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+/// Of a slice of a chunk.
+std::size_t sliceBytesIn(const ZarrArray& array, const std::array<std::size_t, 3>& axes) {
+    const auto part = [&](std::size_t axis) {
+        return static_cast<std::size_t>(std::min(array.chunk[axis], array.shape[axis]));
+    };
+    return part(axes[1]) * part(axes[2]) * array.valueBytes();
+}
+
+} // namespace
+
+ZarrSlices::ZarrSlices(ZarrArray array, const std::array<std::size_t, 3>& axes, std::filesystem::path scratch)
+    : array_(std::move(array)), axes_(axes), scratch_(std::move(scratch)), chunks_(array_) {
+    std::vector<std::size_t> step(array_.chunk.size());
+    std::size_t bytes = array_.valueBytes();
+    for (std::size_t i = array_.order.size(); i-- > 0;) {
+        step[array_.order[i]] = bytes;
+        bytes *= static_cast<std::size_t>(array_.chunk[array_.order[i]]);
+    }
+    for (std::size_t i = 0; i < 3; ++i)
+        stepBytes_[i] = step[axes_[i]];
+}
+
+std::size_t ZarrSlices::bytesNeeded(const ZarrArray& array, const std::array<std::size_t, 3>& axes) {
+    const auto across = [&](std::size_t axis) {
+        return static_cast<std::size_t>((array.shape[axis] - 1) / array.chunk[axis] + 1);
+    };
+    return ZarrChunks::bytesNeeded(array) + sliceBytesIn(array, axes) +
+           across(axes[1]) * across(axes[2]) * sizeof(Part);
+}
+
+void ZarrSlices::spoolChunk(Part& part, std::span<const std::byte> chunk, std::int64_t slices) {
+    const std::size_t value = array_.valueBytes();
+    part.at = spooled_;
+    buffer_.resize(static_cast<std::size_t>(part.sizeX * part.sizeY) * value);
+    for (std::int64_t z = 0; z < slices; ++z) {
+        std::byte* to = buffer_.data();
+        for (std::int64_t y = 0; y < part.sizeY; ++y) {
+            const std::byte* from = chunk.data() + static_cast<std::size_t>(z) * stepBytes_[0] +
+                                    static_cast<std::size_t>(y) * stepBytes_[1];
+            if (stepBytes_[2] == value) {
+                std::memcpy(to, from, static_cast<std::size_t>(part.sizeX) * value);
+                to += static_cast<std::size_t>(part.sizeX) * value;
+            } else {
+                for (std::int64_t x = 0; x < part.sizeX; ++x, from += stepBytes_[2], to += value)
+                    std::memcpy(to, from, value);
+            }
+        }
+        spool_->append(buffer_);
+    }
+    spooled_ += buffer_.size() * static_cast<std::size_t>(slices);
+}
+
+/// The chunks of the layer that begins with the next slice.
+void ZarrSlices::readLayer() {
+    std::vector<std::int64_t> at(array_.shape.size());
+    at[axes_[0]] = next_ / chunkOf(0);
+    const std::int64_t slices = std::min(chunkOf(0), lengthOf(0) - next_);
+    parts_.clear();
+    spool_.reset();
+    spooled_ = 0;
+    for (std::int64_t y = 0; y < lengthOf(1); y += chunkOf(1))
+        for (std::int64_t x = 0; x < lengthOf(2); x += chunkOf(2)) {
+            checkInterrupted();
+            at[axes_[1]] = y / chunkOf(1);
+            at[axes_[2]] = x / chunkOf(2);
+            Part part{x, y, std::min(chunkOf(2), lengthOf(2) - x), std::min(chunkOf(1), lengthOf(1) - y), {}};
+            if (const auto chunk = chunks_.read(at); !chunk.empty()) {
+                if (!spool_)
+                    spool_ = std::make_unique<SpoolFile>(scratch_);
+                spoolChunk(part, chunk, slices);
+            }
+            parts_.push_back(part);
+        }
+}
+
+void ZarrSlices::readSlice(std::span<std::byte> out) {
+    const std::size_t value = array_.valueBytes();
+    TESSERA_CHECK(next_ < lengthOf(0) &&
+                  out.size() == static_cast<std::size_t>(lengthOf(1) * lengthOf(2)) * value);
+    if (next_ % chunkOf(0) == 0)
+        readLayer();
+    for (const Part& part : parts_) {
+        const std::size_t row = static_cast<std::size_t>(part.sizeX) * value;
+        if (part.at) {
+            buffer_.resize(row * static_cast<std::size_t>(part.sizeY));
+            spool_->readAt(*part.at + static_cast<std::uint64_t>(next_ % chunkOf(0)) * buffer_.size(),
+                           buffer_);
+        }
+        for (std::int64_t y = 0; y < part.sizeY; ++y) {
+            std::byte* const to =
+                out.data() + static_cast<std::size_t>((part.y + y) * lengthOf(2) + part.x) * value;
+            if (part.at)
+                std::memcpy(to, buffer_.data() + static_cast<std::size_t>(y) * row, row);
+            else
+                for (std::size_t x = 0; x < row; x += value)
+                    std::memcpy(to + x, array_.fill.data(), value);
+        }
+    }
+    ++next_;
+}
+
+} // namespace tessera

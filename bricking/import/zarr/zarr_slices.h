@@ -1,0 +1,54 @@
+// bricking/import/zarr/zarr_slices.h: ZarrSlices: three axes of an array as slices, forward only, whatever
+// the shape of its chunks. The chunks of a layer go through a temporary file, so memory holds one of them.
+#pragma once
+
+#include "bricking/import/source/source_files.h" // SpoolFile
+#include "bricking/import/zarr/zarr_array.h"
+#include "bricking/import/zarr/zarr_chunks.h"
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tessera {
+
+class ZarrSlices {
+  public:
+    /// @param axes  of the array that become z, y, x; all others have length 1
+    /// @param scratch  folder for the temporary file; "": the system's
+    ZarrSlices(ZarrArray array, const std::array<std::size_t, 3>& axes, std::filesystem::path scratch);
+    /// Most memory that it takes.
+    static std::size_t bytesNeeded(const ZarrArray& array, const std::array<std::size_t, 3>& axes);
+
+    const ZarrArray& array() const { return array_; }
+    /// The next slice, [y][x] values as chunks have them; fill where there is no chunk. Throws as ZarrChunks
+    /// does, and Error if the temporary file cannot be written.
+    void readSlice(std::span<std::byte> out);
+
+  private:
+    struct Part { // of a layer: a chunk without what lies beyond the array
+        std::int64_t x = 0, y = 0, sizeX = 0, sizeY = 0;
+        std::optional<std::uint64_t> at; // in the spool; none: all is fill
+    };
+    void readLayer();
+    void spoolChunk(Part& part, std::span<const std::byte> chunk, std::int64_t slices);
+    std::int64_t lengthOf(int axis) const { return array_.shape[axes_[static_cast<std::size_t>(axis)]]; }
+    std::int64_t chunkOf(int axis) const { return array_.chunk[axes_[static_cast<std::size_t>(axis)]]; }
+
+    ZarrArray array_;
+    std::array<std::size_t, 3> axes_;
+    std::array<std::size_t, 3> stepBytes_{}; // of z, y, x in a chunk
+    std::filesystem::path scratch_;
+    ZarrChunks chunks_;
+    std::vector<Part> parts_;
+    std::unique_ptr<SpoolFile> spool_; // of the layer
+    std::uint64_t spooled_ = 0;
+    std::vector<std::byte> buffer_; // a slice of a part
+    std::int64_t next_ = 0;
+};
+
+} // namespace tessera

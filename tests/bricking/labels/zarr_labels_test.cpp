@@ -1,0 +1,558 @@
+// tests/bricking/labels/zarr_labels_test.cpp: labels in OME-Zarr and in arrays of Zarr: every type, order and
+// compression, places, names and colours, what is refused, and samples that other programs wrote.
+#include "bricking/import/labels/open_labels.h"
+#include "bricking/labels/label_import.h"
+#include "bricking/store/store_writer.h"
+#include "core/image/colour.h"
+#include "tests/support/label_tools.h"
+#include "tests/support/refusals.h"
+#include "tests/support/zarr_writer.h"
+
+namespace tessera::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::vector<std::size_t> kShape = {7, 11, 13};
+
+std::vector<std::uint32_t> zarrLabelValues(std::size_t count, std::uint32_t most = 100) {
+    std::vector<std::uint32_t> values(count);
+    std::mt19937 random(5);
+    for (std::size_t i = 0; i < count; ++i)
+        values[i] = i / 40 % 3 == 0 ? 0
+                    : random() % 2  ? most
+                                    : static_cast<std::uint32_t>(
+                                         random() % std::min(std::uint64_t{most} + 1, std::uint64_t{100}));
+    return values;
+}
+
+/// One label image "STORE/labels/NAME".
+void writeLabels(const std::filesystem::path& store, WrittenZarr zarr,
+                 const std::vector<std::uint32_t>& values, Json scales, const std::string& name = "cells",
+                 const Json& about = Json::object()) {
+    if (zarr.shape.empty())
+        zarr.shape = kShape;
+    if (zarr.chunk.empty())
+        zarr.chunk = {3, 4, 5};
+    Json ome = {{"multiscales", Json::array({scales})}, {"image-label", about}};
+    if (zarr.version == 2)
+        ome["multiscales"][0]["version"] = "0.4";
+    else
+        ome["version"] = "0.5";
+    writeZarrGroup(store, zarr.version, Json::object());
+    writeZarrGroup(store / "labels", zarr.version, {{"labels", Json::array({name})}});
+    writeZarrGroup(store / "labels" / name, zarr.version, ome);
+    writeZarrArray(store / "labels" / name / "0", zarr, values);
+}
+
+TEST(ZarrLabels, EveryOrderAndCompressionKeepsItsValues) {
+    const auto folder = labelTestFolder();
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    int number = 0;
+    for (const int version : {2, 3})
+        for (const std::string compressor : {"none", "blosc", "zstd", "gzip", "zlib"})
+            for (const int how : {0, 1, 2, 3, 4, 5, 6}) {
+                WrittenZarr zarr;
+                zarr.version = version;
+                zarr.compressor = compressor;
+                zarr.shape = kShape;
+                zarr.chunk = how == 1   ? std::vector<std::size_t>{7, 11, 13}
+                             : how == 2 ? std::vector<std::size_t>{1, 20, 2}
+                                        : std::vector<std::size_t>{3, 4, 5};
+                zarr.bigEndian = how == 3;
+                zarr.hasKnownSize = how != 4;
+                if (how == 4)
+                    zarr.order = {2, 1, 0};
+                if (how == 3)
+                    zarr.separator = ".";
+                zarr.fill = how == 2 ? 7 : 0;
+                if (version == 3 && compressor != "zlib") {
+                    zarr.hasCrc = how % 2 == 1;
+                    if (how == 0)
+                        zarr.order = {1, 2, 0};
+                    if (how >= 5)
+                        zarr.shard = {6, 8, 15};
+                    zarr.isIndexInFront = how == 6;
+                } else if (how >= 5 || (version == 3 && compressor == "zlib")) {
+                    continue;
+                }
+                SCOPED_TRACE(std::to_string(version) + " " + compressor + " " + std::to_string(how));
+                const auto path = folder / ("a" + std::to_string(number++));
+                writeZarrArray(path, zarr, values);
+                LabelFile file = openLabels(path, {});
+                ASSERT_EQ(file.layers.size(), 1u);
+                EXPECT_EQ(file.layers[0]->info().extentVoxels, glm::ivec3(13, 11, 7));
+                EXPECT_EQ(readLayer(*file.layers[0]), values);
+            }
+    EXPECT_GT(number, 50);
+}
+
+TEST(ZarrLabels, EveryTypeKeepsItsValues) {
+    const auto folder = labelTestFolder();
+    const std::vector<std::pair<std::string, std::uint32_t>> types = {
+        {"bool", 1},           {"int8", 127},         {"uint8", 255},         {"int16", 32767},
+        {"uint16", 65535},     {"int32", 2147483647}, {"uint32", 4294967295}, {"int64", 4294967295},
+        {"uint64", 4294967295}};
+    for (const int version : {2, 3})
+        for (const auto& [type, most] : types)
+            for (const bool isBig : {false, true}) {
+                WrittenZarr zarr;
+                zarr.version = version;
+                zarr.type = type;
+                zarr.bigEndian = isBig;
+                zarr.shape = kShape;
+                zarr.chunk = {4, 4, 4};
+                zarr.compressor = "blosc";
+                const auto values = zarrLabelValues(7 * 11 * 13, most);
+                const auto path = folder / (type + std::to_string(version) + std::to_string(isBig));
+                writeZarrArray(path, zarr, values);
+                EXPECT_EQ(readLayer(*openLabels(path, {}).layers[0]), values) << path;
+            }
+    WrittenZarr zarr;
+    zarr.shape = zarr.chunk = {1, 1, 4};
+    zarr.type = "int16";
+    writeZarrArray(folder / "negative", zarr, {0, 0, 0, 65533});
+    EXPECT_THAT(refusalOfReading(folder / "negative"), AllOf(HasSubstr("-3"), HasSubstr("(3, 0, 0)")));
+    zarr.type = "uint64";
+    writeZarrArray(folder / "wide", zarr, {0, 0, 0, 1});
+    writeBytes(folder / "wide/c/0/0/0", std::string(28, '\0') + std::string("\1\0\0\0", 4));
+    EXPECT_THAT(refusalOfReading(folder / "wide"), HasSubstr("4294967296"));
+}
+
+TEST(ZarrLabels, FillIsWhereThereIsNoChunk) {
+    const auto folder = labelTestFolder();
+    WrittenZarr zarr;
+    zarr.shape = kShape;
+    zarr.chunk = {3, 4, 5};
+    zarr.fill = 9;
+    std::vector<std::uint32_t> values(7 * 11 * 13, 9);
+    values[500] = 4;
+    for (const bool isSharded : {false, true}) {
+        if (isSharded)
+            zarr.shard = {3, 8, 5};
+        writeZarrArray(folder / "a", zarr, values);
+        EXPECT_EQ(readLayer(*openLabels(folder / "a", {}).layers[0]), values);
+        std::filesystem::remove_all(folder / "a/c");
+        EXPECT_EQ(readLayer(*openLabels(folder / "a", {}).layers[0]),
+                  std::vector<std::uint32_t>(7 * 11 * 13, 9));
+    }
+}
+
+TEST(ZarrLabels, TransformationsPlaceThem) {
+    const auto folder = labelTestFolder();
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    for (const int version : {2, 3}) {
+        WrittenZarr zarr;
+        zarr.version = version;
+        zarr.shape = {1, 1, 7, 11, 13};
+        zarr.chunk = {1, 2, 3, 4, 5};
+        Json scales = multiscaleOf("tczyx", {1, 1, 4, 3, 2}, {0, 0, 30, 20, 10});
+        scales["datasets"].insert(scales["datasets"].begin(),
+                                  scales["datasets"][0]); // a coarser one in front
+        scales["datasets"][0]["path"] = "missing";
+        scales["datasets"][0]["coordinateTransformations"][0]["scale"] = {1, 1, 8, 6, 4};
+        scales["coordinateTransformations"] =
+            Json::array({Json{{"type", "scale"}, {"scale", {1, 1, 0.5, 0.5, 0.5}}},
+                         Json{{"type", "translation"}, {"translation", {0, 0, 1, 0, 0}}}});
+        const auto store = folder / ("s" + std::to_string(version));
+        writeLabels(store, zarr, values, scales);
+        for (const char* path : {"", "labels", "labels/cells"}) {
+            LabelFile file = openLabels(store / path, {});
+            const VolumeInfo& info = file.layers[0]->info();
+            EXPECT_EQ(info.extentVoxels, glm::ivec3(13, 11, 7));
+            EXPECT_EQ(info.spacingMm(), glm::dvec3(1, 1.5, 2));
+            EXPECT_EQ(firstVoxelCentreMm(info), glm::dvec3(5, 10, 16));
+            EXPECT_FALSE(info.orientationKnown);
+            EXPECT_EQ(readLayer(*file.layers[0]), values);
+        }
+    }
+}
+
+TEST(ZarrLabels, AxesInAnyOrderWithUnitsAndOrientations) {
+    const auto folder = labelTestFolder();
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    Json scales = multiscaleOf("xyz", {4000, 3000, 2000}, {30000, 20000, 10000});
+    for (Json& axis : scales["axes"])
+        axis["unit"] = "micrometer";
+    writeLabels(folder / "a", {}, values, scales);
+    LabelFile plain = openLabels(folder / "a", {});
+    // The fastest axis of the array is z.
+    const glm::dmat4 affine = plain.layers[0]->info().patientFromVoxel;
+    EXPECT_NEAR(affine[0].z, 2, 1e-12);
+    EXPECT_NEAR(affine[1].y, 3, 1e-12);
+    EXPECT_NEAR(affine[2].x, 4, 1e-12);
+    const Places places = placesOf(*plain.layers[0]);
+    const auto first = std::find_if(values.begin(), values.end(), [](auto value) { return value != 0; });
+    const auto at = static_cast<long>(first - values.begin());
+    EXPECT_EQ(places.at({3000 + 400 * (at / 143), 2000 + 300 * (at / 13 % 11), 1000 + 200 * (at % 13)}),
+              *first);
+    const char* const ways[] = {"left-to-right", "posterior-to-anterior", "inferior-to-superior"};
+    for (std::size_t i = 0; i < 3; ++i)
+        scales["axes"][i]["orientation"] = {{"type", "anatomical"}, {"value", ways[i]}};
+    writeLabels(folder / "b", {}, values, scales);
+    const VolumeInfo told = openLabels(folder / "b", {}).layers[0]->info();
+    EXPECT_TRUE(told.orientationKnown);
+    EXPECT_NEAR(told.patientFromVoxel[2].x, -4, 1e-12);
+    EXPECT_NEAR(told.patientFromVoxel[1].y, -3, 1e-12);
+    EXPECT_NEAR(glm::distance(firstVoxelCentreMm(told), glm::dvec3(-30, -20, 10)), 0, 1e-9);
+}
+
+TEST(ZarrLabels, NamesAndColours) {
+    const auto folder = labelTestFolder();
+    const Json about = {{"version", "0.4"},
+                        {"colors", Json::array({Json{{"label-value", 0}, {"rgba", {0, 0, 0, 0}}},
+                                                Json{{"label-value", 2}, {"rgba", {255, 128, 0, 255}}},
+                                                Json{{"label-value", 40000}, {"rgba", {1, 2, 3, 4}}}})},
+                        {"properties", Json::array({Json{{"label-value", 2}, {"area", 7}, {"name", "liver"}},
+                                                    Json{{"label-value", 5}, {"class", "spleen"}},
+                                                    Json{{"label-value", 6}, {"names", {"a", "b"}}}})},
+                        {"source", {{"image", "../../"}}}};
+    for (const int version : {2, 3}) {
+        WrittenZarr zarr;
+        zarr.version = version;
+        writeLabels(folder / "a", zarr, zarrLabelValues(7 * 11 * 13),
+                    multiscaleOf("zyx", {1, 1, 1}, {0, 0, 0}), "cells", about);
+        const LabelFile file = openLabels(folder / "a", {});
+        const glm::vec3 orange(linearFromSrgb(1), linearFromSrgb(128 / 255.0), 0);
+        const glm::vec3 dark(linearFromSrgb(1 / 255.0), linearFromSrgb(2 / 255.0), linearFromSrgb(3 / 255.0));
+        EXPECT_EQ(
+            file.labels,
+            (std::vector<Label>{
+                {2, "liver", "", orange}, {5, "spleen"}, {6, "a, b"}, {40000, "label 40000", "", dark}}));
+        EXPECT_THAT(file.notes, testing::Contains(HasSubstr("../../")));
+        std::filesystem::remove_all(folder / "a");
+    }
+}
+
+TEST(ZarrLabels, OneOfSeveralIsNamed) {
+    const auto folder = labelTestFolder();
+    const Json scales = multiscaleOf("zyx", {1, 1, 1}, {0, 0, 0});
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    writeLabels(folder / "a.zarr", {}, values, scales, "organs");
+    writeLabels(folder / "a.zarr", {}, values, scales, "vessels");
+    writeZarrGroup(folder / "a.zarr/labels", 3, {{"labels", {"organs", "vessels"}}});
+    for (const char* path : {"a.zarr", "a.zarr/", "a.zarr/labels"})
+        EXPECT_THAT(refusalOf([&] { openLabels(folder / path, {}); }),
+                    AllOf(HasSubstr("2 of them: organs, vessels"), HasSubstr("a.zarr/labels/organs")))
+            << path;
+    EXPECT_EQ(readLayer(*openLabels(folder / "a.zarr/labels/vessels", {}).layers[0]), values);
+}
+
+std::string nrrdTwin(const std::vector<std::uint32_t>& values) {
+    return "NRRD0004\ntype: unsigned short\ndimension: 3\nspace: left-posterior-superior\nsizes: 13 11 7\n"
+           "space directions: (2,0,0) (0,3,0) (0,0,4)\nkinds: domain domain domain\nendian: little\n"
+           "encoding: raw\nspace origin: (10,20,30)\nSegment0_Name:=liver\nSegment0_LabelValue:=2\n"
+           "Segment0_Color:=1 0.2 0\n\n" +
+           fileBytes<std::uint16_t>(values);
+}
+
+/// The same labels as NRRD, on a lattice of their own and on that of a scan that is another.
+TEST(ZarrLabels, TheTwinInNrrdGivesTheSameStore) {
+    const auto folder = labelTestFolder();
+    auto values = zarrLabelValues(7 * 11 * 13, 30);
+    WrittenZarr zarr;
+    zarr.compressor = "zstd";
+    const Json about = {{"colors", Json::array({Json{{"label-value", 2}, {"rgba", {255, 51, 0, 255}}}})},
+                        {"properties", Json::array({Json{{"label-value", 2}, {"name", "liver"}}})}};
+    writeLabels(folder / "a.zarr", zarr, values, multiscaleOf("zyx", {4, 3, 2}, {30, 20, 10}), "cells",
+                about);
+    writeBytes(folder / "a.nrrd", nrrdTwin(values));
+    const glm::dmat4 own = patientFromVoxelOf({10, 20, 30}, {2, 0, 0}, {0, 3, 0}, {0, 0, 4});
+    const glm::dmat4 other = patientFromVoxelOf({11, 19, 31}, {1.7, 0.1, 0}, {0, 2.2, 0.2}, {0, 0, 5});
+    for (const glm::dmat4& affine : {own, other}) {
+        VolumeInfo scan = gridOf({13, 11, 7}, affine);
+        for (const char* name : {"a.zarr", "a.nrrd"}) {
+            LabelFile file = openLabels(folder / name, {});
+            importAtFloor(file, scan, folder / (std::string(name) + ".store"));
+        }
+        const ReadBack a = readBack(folder / "a.zarr.store"), b = readBack(folder / "a.nrrd.store");
+        EXPECT_EQ(a.levels, b.levels);
+        EXPECT_EQ(a.table, b.table);
+        std::filesystem::remove_all(folder / "a.zarr.store");
+        std::filesystem::remove_all(folder / "a.nrrd.store");
+    }
+}
+
+TEST(ZarrLabels, ABareArrayHasTheScansLattice) {
+    const auto folder = labelTestFolder();
+    const auto values = zarrLabelValues(7 * 11 * 13, 30);
+    WrittenZarr zarr;
+    zarr.shape = {1, 7, 11, 13};
+    zarr.chunk = {1, 4, 4, 20};
+    writeZarrArray(folder / "a", zarr, values);
+    const VolumeInfo scan =
+        gridOf({13, 11, 7}, patientFromVoxelOf({-90, 70, 31}, {0, 1.5, 0}, {0, 0, 2}, {0.5, 0, 0}));
+    LabelFile file = openLabels(folder / "a", {});
+    importAtFloor(file, scan, folder / "store");
+    const ReadBack back = readBack(folder / "store");
+    const auto sets = back.voxels();
+    for (std::size_t i = 0; i < values.size(); ++i)
+        ASSERT_EQ(sets[i], values[i] == 0 ? LabelSet{} : LabelSet{values[i]}) << i;
+    LabelFile again = openLabels(folder / "a", {});
+    EXPECT_THAT(refusalOf([&] {
+                    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+                    importLabels(again, gridOf({13, 11, 8}, glm::dmat4(1)), folder / "no", ram, quickly());
+                }),
+                AllOf(HasSubstr("13x11x8"), HasSubstr("13x11x7")));
+    EXPECT_FALSE(std::filesystem::exists(folder / "no"));
+}
+
+/// What OME-Zarr says of a tilted store is along straight axes; its labels are as tilted as it is.
+TEST(ZarrLabels, InAStoreOfOursTheyAreWhereItsVolumeIs) {
+    const auto folder = labelTestFolder();
+    VolumeInfo info = gridOf(
+        {13, 11, 7}, patientFromVoxelOf({10, 20, 30}, {1.9, 0.2, 0}, {-0.3, 2.9, 0.1}, {0.1, 0.4, 3.9}));
+    info.type = ValueType::u16;
+    const auto store = folder / "scan.zarr";
+    {
+        MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+        StoreWriter writer(store, info, ram, 1, false);
+        while (writer.nextSlices() > 0)
+            writer.push();
+        writer.finish(info, "");
+        writer.commit(false);
+    }
+    const Json metadata = Json::parse(readBytes(store / "zarr.json"));
+    const Json parent = metadata["attributes"]["ome"]["multiscales"][0];
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    WrittenZarr zarr;
+    zarr.shape = kShape;
+    zarr.chunk = {7, 11, 13};
+    writeZarrGroup(store / "labels", 3, {{"labels", {"organs"}}});
+    writeZarrGroup(
+        store / "labels/organs", 3,
+        {{"version", "0.5"}, {"multiscales", Json::array({parent})}, {"image-label", Json::object()}});
+    writeZarrArray(store / "labels/organs/0", zarr, values);
+    const VolumeInfo found = openLabels(store, {}).layers[0]->info();
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 3; ++row)
+            EXPECT_NEAR(found.patientFromVoxel[column][row], info.patientFromVoxel[column][row], 1e-9);
+}
+
+class RefusedZarr : public testing::Test {
+  protected:
+    void SetUp() override { write(); }
+    void write() {
+        std::filesystem::remove_all(folder / "a.zarr");
+        WrittenZarr zarr;
+        zarr.compressor = compressor;
+        writeLabels(folder / "a.zarr", zarr, zarrLabelValues(7 * 11 * 13),
+                    multiscaleOf("zyx", {1, 1, 1}, {0, 0, 0}), "cells",
+                    {{"colors", Json::array({Json{{"label-value", 1}, {"rgba", {1, 2, 3, 4}}}})},
+                     {"properties", Json::array({Json{{"label-value", 1}, {"name", "a"}}})}});
+    }
+    std::string refusalWith(const std::filesystem::path& file, const std::function<void(Json&)>& change) {
+        Json document = Json::parse(readBytes(folder / "a.zarr" / file));
+        const std::string before = document.dump();
+        change(document);
+        writeBytes(folder / "a.zarr" / file, document.dump());
+        const std::string said = refusalOfReading(folder / "a.zarr");
+        writeBytes(folder / "a.zarr" / file, before);
+        EXPECT_THAT(said, HasSubstr((folder / "a.zarr").string()));
+        return said;
+    }
+    const std::filesystem::path folder = labelTestFolder(), image = "labels/cells/zarr.json",
+                                array = "labels/cells/0/zarr.json", chunk = "labels/cells/0/c/1/1/1";
+    std::string compressor = "zstd";
+};
+
+TEST_F(RefusedZarr, DamagedChunks) {
+    for (const char* kind : {"none", "blosc", "zstd", "gzip"}) {
+        compressor = kind;
+        write();
+        ASSERT_EQ(refusalOfReading(folder / "a.zarr"), "");
+        const auto path = folder / "a.zarr" / chunk;
+        const std::string whole = readBytes(path);
+        for (const std::string& bytes :
+             {whole.substr(0, whole.size() - 3), whole.substr(0, 5), std::string(), std::string(40, 'x'),
+              whole + whole.substr(0, 100), std::string(200000, '\0')}) {
+            writeBytes(path, bytes);
+            EXPECT_THAT(refusalOfReading(folder / "a.zarr"), HasSubstr(path.string()))
+                << kind << " " << bytes.size();
+        }
+        writeBytes(path, whole);
+        // Chunks that are whole, and of another size than the array says.
+        EXPECT_THAT(refusalWith(array,
+                                [](Json& a) {
+                                    a["chunk_grid"]["configuration"]["chunk_shape"] = {3, 4, 6};
+                                }),
+                    HasSubstr("bytes"))
+            << kind;
+        EXPECT_THAT(refusalWith(array, [](Json& a) { a["data_type"] = "uint32"; }), HasSubstr("bytes"))
+            << kind;
+    }
+}
+
+TEST_F(RefusedZarr, LyingMetadata) {
+    using Lie = std::pair<const char*, std::function<void(Json&)>>;
+    const auto grid = [](Json& a) -> Json& { return a["chunk_grid"]["configuration"]["chunk_shape"]; };
+    for (const auto& [said, change] :
+         std::vector<Lie>{{"shape",
+                           [](Json& a) {
+                               a["shape"] = {7, 11};
+                           }},
+                          {"shape",
+                           [](Json& a) {
+                               a["shape"] = {7, 0, 13};
+                           }},
+                          {"shape",
+                           [](Json& a) {
+                               a["shape"] = {7, -2, 13};
+                           }},
+                          {"shape",
+                           [](Json& a) {
+                               a["shape"] = {7, 11, 5000000000};
+                           }},
+                          {"shape", [](Json& a) { a["shape"] = "7"; }},
+                          {"2^62",
+                           [](Json& a) {
+                               a["shape"] = {1073741824, 1073741824, 1073741824};
+                           }},
+                          {"1 GiB",
+                           [&](Json& a) {
+                               grid(a) = {1073741824, 1073741824, 1073741824};
+                           }},
+                          {"chunk_shape",
+                           [&](Json& a) {
+                               grid(a) = {3, 4};
+                           }},
+                          {"chunk_shape",
+                           [&](Json& a) {
+                               grid(a) = {3, 0, 5};
+                           }},
+                          {"whole numbers", [](Json& a) { a["data_type"] = "float32"; }},
+                          {"data_type", [](Json& a) { a["data_type"] = "complex64"; }},
+                          {"codecs", [](Json& a) { a["codecs"][1]["name"] = "bz2"; }},
+                          {"codecs", [](Json& a) { a["codecs"] = Json::array(); }},
+                          {"endian", [](Json& a) { a["codecs"][0].erase("configuration"); }},
+                          {"fill_value", [](Json& a) { a["fill_value"] = 65536; }},
+                          {"fill_value", [](Json& a) { a["fill_value"] = "NaN"; }},
+                          {"name", [](Json& a) { a["chunk_grid"]["name"] = "rectangular"; }},
+                          {"zarr_format", [](Json& a) { a["zarr_format"] = 4; }},
+                          {"array", [](Json& a) { a["node_type"] = "group"; }}})
+        EXPECT_THAT(refusalWith(array, change), HasSubstr(said));
+    const auto scales = [](Json& i) -> Json& { return i["attributes"]["ome"]["multiscales"][0]; };
+    const auto label = [](Json& i) -> Json& { return i["attributes"]["ome"]["image-label"]; };
+    for (const auto& [said, change] : std::vector<Lie>{
+             {"multiscales", [](Json& i) { i["attributes"]["ome"].erase("multiscales"); }},
+             {"multiscales", [](Json& i) { i["attributes"]["ome"]["multiscales"] = Json::array(); }},
+             {"version", [](Json& i) { i["attributes"]["ome"]["version"] = "0.6"; }},
+             {"axes", [&](Json& i) { scales(i).erase("axes"); }},
+             {"axes",
+              [&](Json& i) {
+                  scales(i)["axes"] = {"z", "y", "x"};
+              }},
+             {"a list of 2 numbers", [&](Json& i) { scales(i)["axes"].erase(0); }},
+             {"different names", [&](Json& i) { scales(i)["axes"][0]["name"] = "y"; }},
+             {"length 1 along axis \"t\"",
+              [&](Json& i) {
+                  scales(i)["axes"][0] = {{"name", "t"}, {"type", "time"}};
+              }},
+             {"datasets", [&](Json& i) { scales(i)["datasets"] = Json::array(); }},
+             {"a path below", [&](Json& i) { scales(i)["datasets"][0]["path"] = "../../../.."; }},
+             {"a path below", [&](Json& i) { scales(i)["datasets"][0]["path"] = "/etc"; }},
+             {"no Zarr there", [&](Json& i) { scales(i)["datasets"][0]["path"] = "9"; }},
+             {"scale",
+              [&](Json& i) {
+                  scales(i)["datasets"][0]["coordinateTransformations"][0]["scale"] = {1, 0, 1};
+              }},
+             {"scale",
+              [&](Json& i) {
+                  scales(i)["datasets"][0]["coordinateTransformations"][0]["scale"] = {1, 1};
+              }},
+             {"type",
+              [&](Json& i) { scales(i)["datasets"][0]["coordinateTransformations"][0]["type"] = "affine"; }},
+             {"rgba",
+              [&](Json& i) {
+                  label(i)["colors"][0]["rgba"] = {1, 2, 3};
+              }},
+             {"rgba",
+              [&](Json& i) {
+                  label(i)["colors"][0]["rgba"] = {1, 2, 256, 3};
+              }},
+             {"rgba", [&](Json& i) { label(i)["colors"][0]["rgba"] = "red"; }},
+             {"label-value", [&](Json& i) { label(i)["colors"][0]["label-value"] = -1; }},
+             {"label-value", [&](Json& i) { label(i)["colors"][0]["label-value"] = 1.5; }},
+             {"every label once", [&](Json& i) { label(i)["colors"].push_back(label(i)["colors"][0]); }},
+             {"colors", [&](Json& i) { label(i)["colors"] = 7; }},
+             {"properties",
+              [&](Json& i) {
+                  label(i)["properties"] = {1, 2};
+              }},
+             {"image-label", [&](Json& i) { i["attributes"]["ome"]["image-label"] = 3; }}})
+        EXPECT_THAT(refusalWith(image, change), HasSubstr(said));
+    const std::filesystem::path list = "labels/zarr.json";
+    EXPECT_THAT(refusalWith(list, [](Json& l) { l["attributes"]["ome"]["labels"] = Json::array(); }),
+                HasSubstr("empty list"));
+    EXPECT_THAT(refusalWith(list, [](Json& l) { l["attributes"]["ome"]["labels"] = {"../.."}; }),
+                HasSubstr("a path below"));
+    EXPECT_THAT(refusalWith(list, [](Json& l) { l["attributes"]["ome"]["labels"] = {"other"}; }),
+                HasSubstr("no Zarr there"));
+    EXPECT_THAT(refusalWith(list, [](Json& l) { l["attributes"]["ome"].erase("labels"); }),
+                HasSubstr("a list \"labels\""));
+    writeBytes(folder / "a.zarr" / image, "{\"zarr_format\": 3,");
+    EXPECT_THAT(refusalOfReading(folder / "a.zarr"), HasSubstr("JSON"));
+}
+
+TEST_F(RefusedZarr, ShardsAndVersion2) {
+    WrittenZarr zarr;
+    zarr.shape = kShape;
+    zarr.chunk = {3, 4, 5};
+    zarr.shard = {6, 8, 10};
+    zarr.compressor = "blosc";
+    zarr.hasCrc = true;
+    writeZarrArray(folder / "s", zarr, zarrLabelValues(7 * 11 * 13));
+    const auto shard = folder / "s/c/0/0/0";
+    const std::string whole = readBytes(shard);
+    for (const std::size_t flipped :
+         {std::size_t{9}, whole.size() / 3, whole.size() - 40, whole.size() - 1}) {
+        std::string bytes = whole;
+        bytes[flipped] = static_cast<char>(bytes[flipped] ^ 4);
+        writeBytes(shard, bytes);
+        EXPECT_THAT(refusalOfReading(folder / "s"), HasSubstr(shard.string())) << flipped;
+    }
+    writeBytes(shard, whole.substr(0, 60));
+    EXPECT_THAT(refusalOfReading(folder / "s"), HasSubstr("cut short"));
+    WrittenZarr two;
+    two.version = 2;
+    two.shape = kShape;
+    two.chunk = {3, 4, 5};
+    two.compressor = "zlib";
+    for (const auto& [key, value] :
+         std::vector<std::pair<std::string, Json>>{{"filters", Json::array({Json{{"id", "delta"}}})},
+                                                   {"compressor", Json{{"id", "lzma"}}},
+                                                   {"dtype", "<f4"},
+                                                   {"dtype", "<M8[ns]"},
+                                                   {"dtype", Json::array({"a"})},
+                                                   {"order", "Z"},
+                                                   {"zarr_format", 1},
+                                                   {"chunks", Json::array({3, 4})},
+                                                   {"dimension_separator", "-"}}) {
+        Json metadata = arrayMetadata(two);
+        metadata[key] = value;
+        writeZarrArray(folder / "v2", two, zarrLabelValues(7 * 11 * 13));
+        writeBytes(folder / "v2/.zarray", metadata.dump());
+        EXPECT_THAT(refusalOfReading(folder / "v2"), AllOf(HasSubstr(".zarray"), HasSubstr(key)));
+    }
+}
+
+/// What zarr-python and zarrita wrote: 3x3x3 values from 0 to 26.
+TEST(ZarrLabels, ArraysOfOtherPrograms) {
+    if (testData().empty() || !std::filesystem::exists(testData() / "zarr-foreign"))
+        GTEST_SKIP() << "no shared test data (TESSERA_TEST_DATA or ../shared/data)";
+    const std::filesystem::path data = testData() / "zarr-foreign/zarrita";
+    std::vector<std::uint32_t> values(27);
+    std::iota(values.begin(), values.end(), 0u);
+    for (const char* name :
+         {"v2/data.zarr/3d.contiguous.i2", "v2/data.zarr/3d.chunked.i2", "v2/data.zarr/3d.chunked.mixed.i2.C",
+          "v2/data.zarr/3d.chunked.mixed.i2.F", "v3/data.zarr/3d.chunked.i2",
+          "v3/data.zarr/3d.chunked.mixed.i2.C", "v3/data.zarr/3d.chunked.mixed.i2.F",
+          "v3/data.zarr/3d.contiguous.compressed.sharded.i2",
+          "v3/data.zarr/3d.chunked.mixed.compressed.sharded.i2"})
+        EXPECT_EQ(readLayer(*openLabels(data / name, {}).layers[0]), values) << name;
+    EXPECT_THAT(refusalOfReading(data / "v2/data.zarr/3d.chunked.O"), HasSubstr("dtype"));
+}
+
+} // namespace
+} // namespace tessera::test
