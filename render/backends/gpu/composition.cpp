@@ -9,6 +9,9 @@
 namespace tessera {
 namespace {
 
+/// Of one more volume's sample, without features.
+constexpr int kTurnsOfVolume = 300;
+
 thread_local std::optional<bool> asForLlvmpipe; // GL has one thread
 
 bool isForLlvmpipe() {
@@ -34,7 +37,7 @@ std::string featureConflict(std::uint32_t features, const std::vector<FeatureMod
 }
 
 Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
-                         const std::vector<FeatureModule>& modules)
+                         const std::vector<FeatureModule>& modules, int volumes)
     : buffers_(std::move(own)), features_(featureDefines(features, modules)) {
     if (const std::string why = featureConflict(features, modules); !why.empty())
         throw Error("features of the march: " + why);
@@ -43,6 +46,10 @@ Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
             buffers_.insert(buffers_.end(), m.buffers.begin(), m.buffers.end());
             turns_ += m.turns;
         }
+    if (!(features & kFeatureFused))
+        return;
+    turns_ = volumes * (turns_ + kTurnsOfVolume);
+    features_ += "#define VOLUMES " + std::to_string(volumes) + "\n";
 }
 
 GLuint Composition::binding(std::string_view buffer) const {

@@ -3,6 +3,7 @@
 #include "core/image/image_metrics.h"
 #include "render/picture/several_volumes.h"
 #include "tests/support/fused.h"
+#include "tests/support/labelled.h"
 #include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/refusals.h"
@@ -16,12 +17,30 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(37, 29); // no packet's edges divide it
 
-enum class Lit { no, head, lights };
+Scene shadowed(Scene scene) {
+    Light key;
+    key.kind = LightKind::directional;
+    key.direction = {0.3, 0.8, 0.5};
+    key.shadow = true;
+    scene.lighting.lights = {key};
+    return scene;
+}
+
+/// Labels on the first of fusedStores().
+const std::filesystem::path& labelsOfFirst() {
+    static const BallsOfLabels labels([] {
+        MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+        return StoreReader(fusedStores()[0], ram).info();
+    }());
+    return labels.store;
+}
+
+enum class Lit { no, head, lights, shadows };
 struct FusedCase {
     std::vector<int> volumes;
     Fusion rule;
     Lit lit = Lit::head;
-    bool cuts = false, grades = false;
+    bool cuts = false, grades = false, labels = false;
     Scene scene(const glm::ivec2& size = kSize) const {
         Scene s = fusedScene(volumes, size);
         s.fusion = rule;
@@ -29,6 +48,12 @@ struct FusedCase {
         if (lit == Lit::lights)
             s.lighting.lights =
                 fourLights(gridAt({0, 0, 0}, {140, 132, 144}, {0.45, 0.5, 0.4}, 0, ValueType::i16));
+        if (lit == Lit::shadows)
+            s = shadowed(s);
+        if (labels)
+            for (std::size_t n = 0; n < volumes.size(); ++n)
+                if (volumes[n] == 0)
+                    s.volumes[n].labels.path = s.volumes[n].labels.store = labelsOfFirst();
         if (cuts)
             s.cuts.boxes.push_back({{-8, -20, -9}, {12, 9, 14}, CropBox::Space::patient, Keep::outside});
         if (grades)
@@ -40,15 +65,23 @@ struct FusedCase {
 };
 std::ostream& operator<<(std::ostream& out, const FusedCase& c) {
     return out << c.volumes.size() << " volumes, " << nameOf(c.rule) << ", light " << static_cast<int>(c.lit)
-               << (c.cuts ? ", cut" : "") << (c.grades ? ", graded" : "");
+               << (c.cuts ? ", cut" : "") << (c.grades ? ", graded" : "") << (c.labels ? ", labels" : "");
 }
 class Fused : public testing::TestWithParam<FusedCase> {};
+class FusedMarch : public testing::TestWithParam<FusedCase> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Fused,
                          testing::Values(FusedCase{{0, 1}, Fusion::mix},
                                          FusedCase{{1, 0}, Fusion::over, Lit::no},
                                          FusedCase{{0, 1, 2}, Fusion::maximum, Lit::lights},
                                          FusedCase{{2, 1, 0}, Fusion::over, Lit::lights, true},
                                          FusedCase{{0, 2}, Fusion::mix, Lit::head, true, true}));
+/// What the mirror draws on the rays of others alone.
+INSTANTIATE_TEST_SUITE_P(BesideTheVolumes, FusedMarch,
+                         testing::Values(FusedCase{{0, 1}, Fusion::mix, Lit::shadows},
+                                         FusedCase{{2, 0, 1}, Fusion::over, Lit::shadows, true, true},
+                                         FusedCase{{0, 1}, Fusion::over, Lit::head, false, false, true},
+                                         FusedCase{
+                                             {2, 1, 0}, Fusion::maximum, Lit::lights, false, true, true}));
 
 TEST_P(Fused, NativeHasTheMirrorsBits) {
     PreparedFusion prepared(GetParam().scene());
@@ -78,6 +111,42 @@ TEST_P(Fused, NativeHasTheMirrorsBitsAcrossLevels) {
             plan->setSelection(randomShownLevels(plan->layer().selection, 7 * next++));
         EXPECT_EQ(differing(nativePicture(prepared), mirrorPicture(prepared.p)), 0u);
     }
+}
+
+/// @param prepared  with their levels
+/// @param all  the same without skipping
+void expectTheMirrorOnItsOwnRays(PreparedFusion& prepared, PreparedFusion& all) {
+    const Image gpu = gpuPicture(prepared);
+    EXPECT_FALSE(isBlank(gpu));
+    EXPECT_LE(compare(gpu, mirrorPicture(prepared, gpuRays(raysOf(prepared.p), prepared.budgets.gpu))).maxAbs,
+              2e-5);
+    Slicing shreds;
+    shreds.fixedTile = 24;
+    shreds.fixedIterations = 7;
+    EXPECT_TRUE(bitEqual(gpuPicture(prepared, shreds), gpu)) << "seven turns at a time";
+    EXPECT_TRUE(bitEqual(gpuPicture(all), gpu)) << "without skipping";
+}
+void marchEqualsTheMirror(const FusedCase& given) {
+    const GlContext context({"software"});
+    Scene scene = given.scene({32, 26});
+    PreparedFusion prepared(scene);
+    scene.quality.skipping = false;
+    PreparedFusion all(scene);
+    expectTheMirrorOnItsOwnRays(prepared, all);
+    // Levels of some are mixed, of one they are not.
+    for (std::size_t n = 1; n < prepared.plans().size(); ++n) {
+        Planner &one = *prepared.plans()[n], &other = *all.plans()[n];
+        one.setSelection(randomShownLevels(one.layer().selection, static_cast<unsigned>(7 * n)));
+        other.setSelection(Selection(one.layer().selection));
+    }
+    expectTheMirrorOnItsOwnRays(prepared, all);
+    EXPECT_TRUE(context.errors().empty());
+}
+TEST_P(Fused, MarchEqualsTheMirrorOnItsOwnRays) {
+    marchEqualsTheMirror(GetParam());
+}
+TEST_P(FusedMarch, EqualsTheMirrorOnItsOwnRays) {
+    marchEqualsTheMirror(GetParam());
 }
 
 TEST_P(Fused, ComesToTheReference) {
@@ -277,15 +346,6 @@ TEST(FusedForms, CamerasAreFittedToAll) {
         EXPECT_GE(std::min({left, top, 63 - right, 63 - bottom}), 0);
         EXPECT_TRUE(left > 0 || top > 0);
     }
-}
-
-Scene shadowed(Scene scene) {
-    Light key;
-    key.kind = LightKind::directional;
-    key.direction = {0.3, 0.8, 0.5};
-    key.shadow = true;
-    scene.lighting.lights = {key};
-    return scene;
 }
 
 TEST(FusedLight, NativeHasTheMirrorsBitsAndComesToTheReference) {
@@ -490,6 +550,20 @@ TEST(FusedValues, ArePicturesOverOneAnother) {
     }
 }
 
+TEST(FusedRefusals, ADeviceWithFewTextures) {
+    const FuseLimits ample{32, 192, 2048};
+    Scene two = fusedScene({0, 1}, {8, 8});
+    EXPECT_EQ(cannotFuse(two, ample), "");
+    EXPECT_EQ(cannotFuse(two, {12, 96, 1024}), "");
+    EXPECT_EQ(cannotFuse(two, {11, 96, 1024}),
+              "the scene's 2 volumes need 12 textures in a shader, and this device allows 11");
+    EXPECT_NE(cannotFuse(shadowed(two), {12, 96, 1024}), "");
+    EXPECT_NE(cannotFuse(two, {32, 20, 1024}).find("texture units"), std::string::npos);
+    EXPECT_NE(cannotFuse(two, {32, 96, 512}).find("uniforms"), std::string::npos);
+    EXPECT_NE(cannotFuse(fusedScene({0, 1, 2, 0, 1, 2}, {8, 8}), ample), "");
+    EXPECT_EQ(cannotFuse(fusedScene({0}, {8, 8}), {1, 1, 1}), "");
+}
+
 TEST(FusedRefusals, NameWhatIsNotDrawn) {
     const auto refused = [](const char* words, const auto& change, EngineKind engine = EngineKind::native) {
         Scene scene = fusedScene({0, 1}, {8, 8});
@@ -502,8 +576,6 @@ TEST(FusedRefusals, NameWhatIsNotDrawn) {
     refused("patient space", [](Scene& s) {
         s.cuts.boxes.push_back({{0, 0, 0}, {9, 9, 9}, CropBox::Space::voxels, Keep::inside});
     });
-    refused(
-        "--engine", [](Scene&) {}, EngineKind::gpu);
     refused("near to each other",
             [](Scene& s) { s.volumes[1].transform = glm::translate(glm::dmat4(1), glm::dvec3(0, 0, 1e9)); });
 }

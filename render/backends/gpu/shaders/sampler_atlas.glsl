@@ -1,5 +1,5 @@
 // sampler_atlas.glsl: texels of the atlas and stored values; nothing here knows how samples are blended.
-// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING, FEATURE_PASSES. Gives storedFromTexel,
+// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING, FEATURE_PASSES, FEATURE_FUSED. Gives storedFromTexel,
 // storedFromFiltered, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
 
 #include "common_turns.glsl"
@@ -7,17 +7,30 @@
 #include "common_leaves.glsl"
 #include "leaf_field.h"
 
-#if FEATURE_NORMALISED
-TEXELS_R16 uTexels; // atlas pages
-uniform float uStoredBias; // stored value = 65535 * texel + bias, exactly
+#if FEATURE_FUSED
+OF_VOLUME sampler3D uVoxels; // atlas pages: of either type, for single texels and filtered
+#define uTexels uVoxels
+#elif FEATURE_NORMALISED
+OF_VOLUME TEXELS_R16 uTexels; // atlas pages
 #else
-TEXELS_R32F uTexels;
+OF_VOLUME TEXELS_R32F uTexels;
+#endif
+#if FEATURE_NORMALISED
+OF_VOLUME float uStoredBias; // stored value = 65535 * texel + bias, exactly
 #endif
 #if FEATURE_HARDWARE
-uniform sampler3D uVoxels; // the same, filtered
-uniform vec3 uTexelSize; // 1 / extent of uVoxels
+#if !FEATURE_FUSED
+OF_VOLUME sampler3D uVoxels; // the same, filtered
 #endif
-TEXELS_RG32UI uIndex; // one texel per brick: see render/residency/brick_residency.h
+OF_VOLUME vec3 uTexelSize; // 1 / extent of uVoxels
+#endif
+#if FEATURE_FUSED && FEATURE_NORMALISED
+OF_VOLUME int uStoredAsFloats; // 1: stored value = texel; another volume has texels of 16 bits
+#define STORED(text) (uStoredAsFloats != 0 ? texel : text)
+#else
+#define STORED(text) text
+#endif
+OF_VOLUME TEXELS_RG32UI uIndex; // one texel per brick: see render/residency/brick_residency.h
 const uint kEntryValue = 0x80000000u;
 
 #if FEATURE_COUNTING
@@ -29,7 +42,7 @@ uint gFetches = 0u;
 
 float storedFromTexel(float texel) {
 #if FEATURE_NORMALISED
-    return floor(texel * 65535.0 + 0.5) + uStoredBias;
+    return STORED(floor(texel * 65535.0 + 0.5) + uStoredBias);
 #else
     return texel;
 #endif
@@ -37,7 +50,7 @@ float storedFromTexel(float texel) {
 
 float storedFromFiltered(float texel) {
 #if FEATURE_NORMALISED
-    return texel * 65535.0 + uStoredBias;
+    return STORED(texel * 65535.0 + uStoredBias);
 #else
     return texel;
 #endif
@@ -51,6 +64,11 @@ layout(std430, binding = BINDING_WANTED) buffer Wanted { uint uWanted[]; }; // p
 bool gMissing = false; // the sample at hand needs an absent brick
 bool gNaming = false;
 uint gRayNumber = 0u;
+#if FEATURE_FUSED
+OF_VOLUME int uFirstWanted; // of the volume's bricks
+#else
+#define uFirstWanted 0
+#endif
 #endif
 
 uvec2 brickEntry(ivec3 brick) {
@@ -59,7 +77,7 @@ uvec2 brickEntry(ivec3 brick) {
     if ((entry.x & (kEntryAbsent | kEntryValue)) == kEntryAbsent) gMissing = true;
     ivec3 bricks = texelsExtent(uIndex);
     if (gNaming && (entry.x & kEntryValue) == 0u)
-        atomicMin(uWanted[(brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
+        atomicMin(uWanted[uFirstWanted + (brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
 #endif
     return entry;
 }
