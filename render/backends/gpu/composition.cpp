@@ -9,8 +9,8 @@
 namespace tessera {
 namespace {
 
-/// Of one more volume's sample, without features.
-constexpr int kTurnsOfVolume = 300;
+/// Of one more volume's sample, without features: of seven values, corner by corner.
+constexpr int kTurnsOfVolume = 600;
 
 thread_local std::optional<bool> asForLlvmpipe; // GL has one thread
 
@@ -80,6 +80,12 @@ GlProgram Composition::program(const std::string& shader, const EmbeddedFiles& f
     if (buffers_.size() > static_cast<std::size_t>(most))
         throw Error("shader " + shader + " has " + std::to_string(buffers_.size()) +
                     " storage buffers; this device allows " + std::to_string(most));
+    constexpr int kMostTurns = 65535 / 16 - 400; // as shaders/common_turns.glsl has them
+    if (isForLlvmpipe() && turns_ > kMostTurns - 64)
+        throw InputError(
+            "--engine: expected native for this scene, found gpu in software: a sample takes up to " +
+            std::to_string(turns_) + " turns of loops there, and " + std::to_string(kMostTurns - 64) +
+            " are allowed");
     return GlProgram(shader, defines(), files);
 }
 

@@ -141,6 +141,9 @@ void March::compose() {
     buffers_.fit(composition, size_, bricks(), gpu_);
     for (std::size_t n = 0; n < volumes_.size(); ++n)
         volumes_[n].introduce(uniformsOf(n), firstWanted(n));
+    program_.set("uCellCorners", 8);
+    program_.set("uAxes", 3);
+    program_.set("uVolumes", static_cast<int>(volumes_.size()));
     program_.set("uFusion", static_cast<int>(rule_));
 }
 

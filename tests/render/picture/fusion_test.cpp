@@ -128,7 +128,7 @@ void expectTheMirrorOnItsOwnRays(PreparedFusion& prepared, PreparedFusion& all) 
 }
 void marchEqualsTheMirror(const FusedCase& given) {
     const GlContext context({"software"});
-    Scene scene = given.scene({32, 26});
+    Scene scene = given.scene({24, 18});
     PreparedFusion prepared(scene);
     scene.quality.skipping = false;
     PreparedFusion all(scene);
@@ -183,6 +183,39 @@ TEST_P(Fused, PassesGiveTheSamePicture) {
     EXPECT_GT(tight.passes, 1);
     EXPECT_EQ(differing(tight.image, ample.image), 0u);
     EXPECT_EQ(differing(drawn(EngineKind::mirror, kAmple).image, ample.image), 0u);
+}
+
+TEST(FusedGpu, PassesGiveTheSamePicture) {
+    const Scene scene = FusedCase{{1, 2}, Fusion::over}.scene({16, 12});
+    constexpr std::size_t kAmple = std::size_t{1} << 30;
+    const auto drawn = [&](std::size_t gpu) {
+        return fusedPicture(scene, EngineKind::gpu, gpu, kAmple, LevelChoice::finest);
+    };
+    const RenderResult ample = drawn(kAmple);
+    EXPECT_FALSE(isBlank(ample.image));
+    EXPECT_EQ(ample.engine, EngineKind::gpu);
+    RenderResult tight;
+    for (std::size_t halves = 4; tight.passes == 0 && halves < 32; ++halves)
+        try { // the least budget
+            tight = drawn(halves << 19);
+        } catch (const InputError&) {
+        }
+    EXPECT_GT(tight.passes, 1);
+    EXPECT_EQ(differing(tight.image, ample.image), 0u);
+}
+
+TEST(FusedGpu, AutomaticTakesAnEngineThatCanDraw) {
+    const auto drawn = [](const std::vector<int>& volumes) {
+        return fusedPicture(fusedScene(volumes, {4, 4}), EngineKind::automatic);
+    };
+    EXPECT_EQ(drawn({0, 1}).engine, EngineKind::gpu);
+    const RenderResult many = drawn({0, 1, 2, 0, 1, 2, 0, 1});
+    EXPECT_EQ(many.engine, EngineKind::native);
+    EXPECT_NE(many.engineReason.find("8 volumes"), std::string::npos) << many.engineReason;
+    EXPECT_NE(refusalOf([] {
+                  fusedPicture(fusedScene({0, 1, 2, 0, 1, 2, 0, 1}, {4, 4}), EngineKind::gpu);
+              }).find("--engine: expected native"),
+              std::string::npos);
 }
 
 TEST(FusedForms, AVolumeThatShowsNothingChangesNoBit) {
@@ -246,7 +279,8 @@ TEST(FusedForms, TwoEvenMedia) {
         return glm::vec4(alpha * colour, alpha);
     };
     const double left = T::kFirst * std::exp(-T::kSecond * T::kUnit);
-    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror, EngineKind::reference}) {
+    for (const EngineKind engine :
+         {EngineKind::gpu, EngineKind::native, EngineKind::mirror, EngineKind::reference}) {
         const float near = engine == EngineKind::reference ? 1e-7f : 2e-5f;
         const auto expect = [&](Fusion rule, const glm::vec4& wanted) {
             const glm::vec4 found = shown(rule, engine);
@@ -394,7 +428,8 @@ TEST(FusedLight, AVolumeShadesAnother) {
         return double{fusedPicture(here, engine).image.at(4, 4).r};
     };
     const double way = kThick * std::sqrt(1 + 0.4 * 0.4);
-    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror, EngineKind::reference})
+    for (const EngineKind engine :
+         {EngineKind::gpu, EngineKind::native, EngineKind::mirror, EngineKind::reference})
         EXPECT_NEAR(brightness(engine, 1) / brightness(engine, 0), std::exp(-kExtinction * way), 0.015)
             << name(engine);
 }

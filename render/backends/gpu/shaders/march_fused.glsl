@@ -1,9 +1,10 @@
 // march_fused.glsl: a ray of a lattice in one of several volumes (docs/sampling.md, "Several volumes").
 // Needs FEATURE_FUSED, FEATURE_SKIPPING, common_ray.glsl, march_skipping.glsl. Gives inVolume(ray), looksInto(inside, at,
-// next), uFusion, uUnitMm.
+// next), uVolumes, uFusion, uUnitMm.
 
 #include "leaf_fusion.h"
 
+uniform int uVolumes;                 // VOLUMES, which compilers would unroll loops by
 uniform int uFusion;                  // kFusion...
 OF_VOLUME mat3 uFromLattice;          // linear part: the volume's voxels from those of the lattice
 OF_VOLUME vec3 uLatticeOffset;        // and the place of the lattice's origin

@@ -14,7 +14,7 @@ while (i < ray.count && left > 0 && TURNS_LEFT) {
         length = strideLength(ray, i, uStride);
         at = strideMiddle(float(i), length);
         float next = kMaxFloat; // of the first of them
-        for (gVolume = 0; gVolume < VOLUMES; ++gVolume) {
+        for (gVolume = 0; gVolume < uVolumes; ++gVolume) {
             TURN;
             float another = 0.0;
             if (looksInto(inVolume(ray), at, another)) looks |= 1 << gVolume;
@@ -26,7 +26,7 @@ while (i < ray.count && left > 0 && TURNS_LEFT) {
     if (looks == 0) break; // at its end, or its turns are spent
     Fused fused = Fused(0.0, 0.0, 0.0, 0.0);
     bool adds = false;
-    for (gVolume = 0; gVolume < VOLUMES; ++gVolume) {
+    for (gVolume = 0; gVolume < uVolumes; ++gVolume) {
         TURN;
         ONCE ((looks >> gVolume & 1) != 0) {
             Ray inside = inVolume(ray);

@@ -94,13 +94,36 @@ float texelValue(ivec3 at) {
     return storedFromTexel(texelAt(uTexels, at).r);
 }
 
+#if FEATURE_FUSED && DRIVER_LLVMPIPE
+// It compiles each fetch once for every volume. So a loop that it cannot unroll takes the corners of a cell.
+uniform int uCellCorners; // 8
+#define LOOP_OVER_CORNERS 1
+#define CORNERS(Type, v, low, high, corner, fetched)                                                                   \
+    Type v[8];                                                                                                         \
+    for (int n = 0; n < uCellCorners; ++n) {                                                                           \
+        TURN;                                                                                                          \
+        ivec3 corner = mix(low, high, bvec3((n & 1) != 0, (n & 2) != 0, (n & 4) != 0));                                \
+        Type found = fetched;                                                                                          \
+        for (int k = 0; k < 8; ++k) v[k] = n == k ? found : v[k];                                                      \
+    }
+#else
+#define LOOP_OVER_CORNERS 0
+#endif
+
 // Between texels of one slot.
+#if LOOP_OVER_CORNERS
+float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
+    CORNERS(float, v, low, high, at, texelValue(at))
+    return trilinear(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f.x, f.y, f.z);
+}
+#else
 float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
     return trilinear(texelValue(low), texelValue(ivec3(high.x, low.yz)), texelValue(ivec3(low.x, high.y, low.z)),
                       texelValue(ivec3(high.xy, low.z)), texelValue(ivec3(low.xy, high.z)),
                       texelValue(ivec3(high.x, low.y, high.z)), texelValue(ivec3(low.x, high.yz)),
                       texelValue(high), f.x, f.y, f.z);
 }
+#endif
 
 // shift: log2 of the samples per brick edge
 float latticeValue(ivec3 i, int shift) {
@@ -112,6 +135,12 @@ float latticeValue(ivec3 i, int shift) {
 }
 
 // Between samples of one level, whichever bricks they are in.
+#if LOOP_OVER_CORNERS
+float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
+    CORNERS(float, v, low, high, at, latticeValue(at, shift))
+    return trilinear(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f.x, f.y, f.z);
+}
+#else
 float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
     return trilinear(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
                       latticeValue(ivec3(low.x, high.y, low.z), shift), latticeValue(ivec3(high.xy, low.z), shift),
@@ -119,3 +148,4 @@ float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
                       latticeValue(ivec3(high.x, low.y, high.z), shift),
                       latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f.x, f.y, f.z);
 }
+#endif
