@@ -35,6 +35,7 @@ void MarchedVolume::introduce(const VolumeUniforms& uniforms, std::size_t firstW
     uniforms.set("uVolumeExtent", glm::vec3(of_.info->extentVoxels));
     uniforms.set("uUnitMm", static_cast<float>(of_.unitMm));
     uniforms.set("uFirstWanted", static_cast<int>(firstWanted));
+    uniforms.set("uWantedGrid", brickGrid(of_.info->extentVoxels));
 }
 
 void MarchedVolume::setFunction(const VolumeUniforms& uniforms, std::uint32_t features,

@@ -186,7 +186,8 @@ TEST_P(Fused, PassesGiveTheSamePicture) {
 }
 
 TEST(FusedGpu, PassesGiveTheSamePicture) {
-    const Scene scene = FusedCase{{1, 2}, Fusion::over}.scene({16, 12});
+    Scene scene = FusedCase{{1, 2}, Fusion::over}.scene({16, 12});
+    scene.quality.pixels.samples = 1;
     constexpr std::size_t kAmple = std::size_t{1} << 30;
     const auto drawn = [&](std::size_t gpu) {
         return fusedPicture(scene, EngineKind::gpu, gpu, kAmple, LevelChoice::finest);
@@ -206,7 +207,9 @@ TEST(FusedGpu, PassesGiveTheSamePicture) {
 
 TEST(FusedGpu, AutomaticTakesAnEngineThatCanDraw) {
     const auto drawn = [](const std::vector<int>& volumes) {
-        return fusedPicture(fusedScene(volumes, {4, 4}), EngineKind::automatic);
+        Scene scene = fusedScene(volumes, {4, 4});
+        scene.quality.pixels.samples = 1;
+        return fusedPicture(scene, EngineKind::automatic);
     };
     EXPECT_EQ(drawn({0, 1}).engine, EngineKind::gpu);
     const RenderResult many = drawn({0, 1, 2, 0, 1, 2, 0, 1});

@@ -65,9 +65,11 @@ bool gMissing = false; // the sample at hand needs an absent brick
 bool gNaming = false;
 uint gRayNumber = 0u;
 #if FEATURE_FUSED
-OF_VOLUME int uFirstWanted; // of the volume's bricks
+OF_VOLUME int uFirstWanted;   // of the volume's bricks
+OF_VOLUME ivec3 uWantedGrid;  // of them; llvmpipe knows the extent of the first texture of an array alone
 #else
 #define uFirstWanted 0
+#define uWantedGrid texelsExtent(uIndex)
 #endif
 #endif
 
@@ -75,7 +77,7 @@ uvec2 brickEntry(ivec3 brick) {
     uvec2 entry = texelAt(uIndex, brick).xy;
 #if FEATURE_PASSES
     if ((entry.x & (kEntryAbsent | kEntryValue)) == kEntryAbsent) gMissing = true;
-    ivec3 bricks = texelsExtent(uIndex);
+    ivec3 bricks = uWantedGrid;
     if (gNaming && (entry.x & kEntryValue) == 0u)
         atomicMin(uWanted[uFirstWanted + (brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
 #endif
