@@ -207,9 +207,8 @@ inline Image mirrorPicture(PreparedFusion& prepared, const std::vector<Segmented
     return image;
 }
 
-/// By the GPU ray caster on the context that is current.
-/// @param without  features that are left out
-inline Image gpuPicture(PreparedFusion& prepared, const Slicing& slicing = {}, std::uint32_t without = 0) {
+/// By the GPU ray caster on the context that is current, cut in each of these ways.
+inline std::vector<Image> gpuPictures(PreparedFusion& prepared, const std::vector<Slicing>& cuts = {{}}) {
     Budgets& budgets = prepared.budgets;
     GpuEngine engine(budgets.gpu, budgets.ram);
     for (Planner* plan : prepared.plans()) {
@@ -218,11 +217,15 @@ inline Image gpuPicture(PreparedFusion& prepared, const Slicing& slicing = {}, s
     }
     Work work;
     loadBricks(engine, prepared.p, budgets.gpu, work);
-    GpuCaster caster(prepared.p, engine, marchFeatures(prepared.p, true) & ~without, budgets.gpu);
-    caster.begin(raysOf(prepared.p));
-    drawToTheEnd(caster, engine, prepared.p, slicing, work);
+    GpuCaster caster(prepared.p, engine, marchFeatures(prepared.p, true), budgets.gpu);
+    std::vector<Image> pictures;
+    for (const Slicing& slicing : cuts) {
+        caster.begin(raysOf(prepared.p));
+        drawToTheEnd(caster, engine, prepared.p, slicing, work);
+        pictures.push_back(caster.image());
+    }
     EXPECT_GT(work.samples, 0u);
-    return caster.image();
+    return pictures;
 }
 
 /// By renderScene(), which keeps within its budgets.
