@@ -80,8 +80,7 @@ INSTANTIATE_TEST_SUITE_P(BesideTheVolumes, FusedMarch,
                          testing::Values(FusedCase{{0, 1}, Fusion::mix, Lit::shadows},
                                          FusedCase{{2, 0, 1}, Fusion::over, Lit::shadows, true, true},
                                          FusedCase{{0, 1}, Fusion::over, Lit::head, false, false, true},
-                                         FusedCase{
-                                             {2, 1, 0}, Fusion::maximum, Lit::lights, false, true, true}));
+                                         FusedCase{{1, 0}, Fusion::maximum, Lit::lights, false, true, true}));
 
 TEST_P(Fused, NativeHasTheMirrorsBits) {
     PreparedFusion prepared(GetParam().scene());
