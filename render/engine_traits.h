@@ -38,6 +38,9 @@ struct EngineTraits {
     bool countsAlways = false;  ///< work is always counted
     bool fuses = false;         ///< composites several volumes
     bool singleRays = false;    ///< one ray through each pixel's centre, unless samples are requested
+    /// Why the device cannot draw a scene's volumes, as part of a sentence; empty: it can. Null: any device
+    /// can. Where onContext, the context is current.
+    std::string (*refuses)(const Scene& scene) = nullptr;
     /// RAM per pixel of the engine and its caller, at least kPictureBytesPerPixel.
     std::size_t bytesPerPixel = kPictureBytesPerPixel;
     /// Makes the ray backend; null if `renderer` draws without rays.

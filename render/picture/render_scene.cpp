@@ -11,8 +11,8 @@
 #include "render/plan/label_optics.h"
 #include "render/plan/planner.h"
 
-#include <algorithm>
 #include <chrono>
+#include <optional>
 
 namespace tessera {
 
@@ -37,26 +37,35 @@ std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& r
 
 namespace {
 
-/// The engine for a scene: one that composites all of its volumes.
-/// @param reason  is set where that decides
-RenderOptions optionsFor(const Scene& scene, const RenderOptions& asked, std::string& reason) {
-    RenderOptions options = asked;
+/// Why an engine cannot draw a scene; empty: it can.
+std::string refusalOf(const Scene& scene, EngineKind kind) {
+    const EngineTraits& traits = traitsOf(kind);
     if (scene.volumes.size() == 1)
-        return options;
+        return {};
+    if (!traits.fuses)
+        return "it draws one volume";
+    return traits.refuses ? traits.refuses(scene) : std::string();
+}
+
+/// Makes the renderer for a scene: where none is named one that can draw it.
+/// @param reason  is set where that decides
+void makeRenderer(const Scene& scene, const RenderOptions& asked, MemoryBudget& ram, MemoryBudget& gpu,
+                  std::optional<RendererInstance>& made, std::string& reason) {
+    made.emplace(asked, ram, gpu);
+    const std::string why = refusalOf(scene, made->kind);
+    if (why.empty())
+        return;
     std::vector<std::string> names;
     for (const EngineTraits& traits : engineTraits())
-        if (traits.fuses)
+        if (traits.fuses && traits.kind != made->kind)
             names.push_back(traits.name);
-    if (asked.engine == EngineKind::automatic) {
-        const auto& all = engineTraits();
-        options.engine = std::find_if(all.begin(), all.end(), [](const EngineTraits& traits) {
-                             return traits.fuses && traits.quick;
-                         })->kind;
-        reason = "the scene has several volumes, or functions of labels";
-    } else if (!traitsOf(asked.engine).fuses) {
-        throw badFile("--engine", joinNames(names) + " for several volumes", name(asked.engine));
-    }
-    return options;
+    if (asked.engine != EngineKind::automatic)
+        throw badFile("--engine", joinNames(names) + " for this scene", name(made->kind) + ": " + why);
+    made.reset();
+    RenderOptions options = asked;
+    options.engine = EngineKind::native;
+    made.emplace(options, ram, gpu);
+    reason = why;
 }
 
 } // namespace
@@ -68,25 +77,25 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBud
 }
 
 RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
-                         const RenderOptions& asked) {
+                         const RenderOptions& options) {
     TESSERA_CHECK(stores.size() == given.volumes.size());
     if (stores.size() > 1 && reductionOf(asDrawn(given)) != Reduction::composite)
-        return drawVolumesAlone(given, stores, ram, gpu, asked);
+        return drawVolumesAlone(given, stores, ram, gpu, options);
     const DrawnVolumes volumes = withLabelOptics(given, stores);
     const Scene scene = asDrawn(volumes.scene);
     const auto start = std::chrono::steady_clock::now();
     std::string reason;
-    const RenderOptions options = optionsFor(scene, asked, reason);
     const FrameContext context(ram, gpu, options.threads, options.progress);
-    const RendererInstance made(options, ram, gpu);
+    std::optional<RendererInstance> made;
+    makeRenderer(scene, options, ram, gpu, made, reason);
     const double making = secondsSince(start);
     Planner p;
     RenderResult result = drawScene(
-        scene, p, made, context, options, {},
+        scene, p, *made, context, options, {},
         [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
             return planScene(first, volumes.stores, limits, context, levels, bytesPerPixel);
         });
-    made.renderer->close(); // it reads the plan, which goes first
+    made->renderer->close(); // it reads the plan, which goes first
     if (!reason.empty())
         result.engineReason = reason;
     result.secondsPreparing += making;

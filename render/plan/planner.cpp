@@ -382,6 +382,9 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
     MemoryPlan floors;
     floors.need("rays", 0, rays);
+    for (const auto& volume : this->further) // one list of all
+        floors.need("further volumes' bricks that rays wait for", 0,
+                    wantedBytes(brickGrid(volume->plan.info().extentVoxels)));
     if (view.lighting.surfaceOcclusion)
         floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
     if (view.part.cuts) // one and a half intervals each, and their starts

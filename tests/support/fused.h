@@ -4,6 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/base/program_folders.h"
+#include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/fusion.h"
 #include "tests/support/bricking_test_volumes.h"
@@ -162,6 +163,69 @@ inline Image nativePicture(PreparedFusion& prepared, const NativeChoices& choice
     caster.begin(choices.rays.value_or(raysOf(prepared.p)));
     drawToTheEnd(caster, engine, prepared.p, choices.slicing, work);
     return caster.image();
+}
+
+/// Light of voxels of all volumes, where there is any: each shades the others.
+struct FusedLight {
+    explicit FusedLight(PreparedFusion& prepared) {
+        if (lightChannels(prepared.p.view.lighting) == 0)
+            return;
+        for (Planner* plan : prepared.plans()) {
+            lights.push_back(std::make_unique<SceneLight>(*plan, 0));
+            lights.back()->ready();
+        }
+        for (const auto& light : lights) {
+            std::vector<SceneLight*> others;
+            for (const auto& other : lights)
+                if (other != light)
+                    others.push_back(other.get());
+            light->shadedBy(others);
+        }
+        for (std::size_t n = 0; n < lights.size(); ++n)
+            stored.push_back(
+                std::make_unique<StoredLight>(*lights[n], *prepared.plans()[n], prepared.budgets.ram));
+    }
+    std::vector<std::unique_ptr<SceneLight>> lights;
+    std::vector<std::unique_ptr<StoredLight>> stored;
+};
+
+/// By the float mirror, on given rays.
+inline Image mirrorPicture(PreparedFusion& prepared, const std::vector<SegmentedRay<float>>& rays) {
+    const FramePlan& p = prepared.p;
+    const FusedLight light(prepared);
+    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
+    for (std::size_t n = 0; n < light.stored.size(); ++n)
+        (n == 0 ? input : input.further[n - 1]).light = light.stored[n].get();
+    std::optional<CutRays> cuts;
+    if (p.view.frame.cuts)
+        input.cuts = &cuts.emplace(cutRays(p.view.frame, {}, 0));
+    input.segmentVoxels = p.view.frame.segmentVoxels;
+    Image image(p.view.imageSize);
+    Work work;
+    image.pixels = mirrorRays<float>(
+        input, rays.size(), [&](std::size_t i) { return rays[i]; }, 0, work);
+    return image;
+}
+
+/// By the GPU ray caster on the context that is current, cut in each of these ways.
+inline std::vector<Image> gpuPictures(PreparedFusion& prepared, const std::vector<Slicing>& cuts = {{}}) {
+    Budgets& budgets = prepared.budgets;
+    GpuEngine engine(budgets.gpu, budgets.ram);
+    for (Planner* plan : prepared.plans()) {
+        plan->chosen.chooser.reset();
+        plan->chosen.atlasPages = std::max<std::size_t>(1, pagesFor(plan->layer().selection.counts));
+    }
+    Work work;
+    loadBricks(engine, prepared.p, budgets.gpu, work);
+    GpuCaster caster(prepared.p, engine, marchFeatures(prepared.p, true), budgets.gpu);
+    std::vector<Image> pictures;
+    for (const Slicing& slicing : cuts) {
+        caster.begin(raysOf(prepared.p));
+        drawToTheEnd(caster, engine, prepared.p, slicing, work);
+        pictures.push_back(caster.image());
+    }
+    EXPECT_GT(work.samples, 0u);
+    return pictures;
 }
 
 /// By renderScene(), which keeps within its budgets.

@@ -9,6 +9,9 @@
 namespace tessera {
 namespace {
 
+/// Of one more volume's sample, without features: of seven values, corner by corner.
+constexpr int kTurnsOfVolume = 600;
+
 thread_local std::optional<bool> asForLlvmpipe; // GL has one thread
 
 bool isForLlvmpipe() {
@@ -34,7 +37,7 @@ std::string featureConflict(std::uint32_t features, const std::vector<FeatureMod
 }
 
 Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
-                         const std::vector<FeatureModule>& modules)
+                         const std::vector<FeatureModule>& modules, int volumes)
     : buffers_(std::move(own)), features_(featureDefines(features, modules)) {
     if (const std::string why = featureConflict(features, modules); !why.empty())
         throw Error("features of the march: " + why);
@@ -43,6 +46,10 @@ Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
             buffers_.insert(buffers_.end(), m.buffers.begin(), m.buffers.end());
             turns_ += m.turns;
         }
+    if (!(features & kFeatureFused))
+        return;
+    turns_ = volumes * (turns_ + kTurnsOfVolume);
+    features_ += "#define VOLUMES " + std::to_string(volumes) + "\n";
 }
 
 GLuint Composition::binding(std::string_view buffer) const {
@@ -73,6 +80,12 @@ GlProgram Composition::program(const std::string& shader, const EmbeddedFiles& f
     if (buffers_.size() > static_cast<std::size_t>(most))
         throw Error("shader " + shader + " has " + std::to_string(buffers_.size()) +
                     " storage buffers; this device allows " + std::to_string(most));
+    constexpr int kMostTurns = 65535 / 16 - 400; // as shaders/common_turns.glsl has them
+    if (isForLlvmpipe() && turns_ > kMostTurns - 64)
+        throw InputError(
+            "--engine: expected native for this scene, found gpu in software: a sample takes up to " +
+            std::to_string(turns_) + " turns of loops there, and " + std::to_string(kMostTurns - 64) +
+            " are allowed");
     return GlProgram(shader, defines(), files);
 }
 

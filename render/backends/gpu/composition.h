@@ -29,8 +29,11 @@ class Composition {
     Composition() = default;
     /// Throws Error where the features do not go together.
     /// @param own  the program's buffers, whatever the features
+    /// @param volumes  of kFeatureFused
     Composition(std::vector<StorageBuffer> own, std::uint32_t features,
-                const std::vector<FeatureModule>& modules = featureModules());
+                const std::vector<FeatureModule>& modules = featureModules(), int volumes = 1);
+    /// Turns of loops that one more sample may take (shaders/common_turns.glsl).
+    int turns() const { return turns_; }
 
     /// The program's and then its features', in the order of their bindings, from 0.
     const std::vector<StorageBuffer>& buffers() const { return buffers_; }
@@ -45,7 +48,7 @@ class Composition {
   private:
     std::vector<StorageBuffer> buffers_;
     std::string features_; // their defines
-    int turns_ = 0;        // that they may take
+    int turns_ = 0;
 };
 
 /// For tests: while it lives, programs are composed as for llvmpipe, or as for a GPU, whatever

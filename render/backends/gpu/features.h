@@ -41,7 +41,7 @@ struct FeatureModule {
 /// One line a feature. kFeature<Name> is its bit, by its place here. The function of the second name
 /// describes it, in features/ (a file a kind). Integrators, none of the three: midpoint.
 /// Gradients, none of the four: central. `March` sets integrators, surfaces, lights, materials, values and
-/// gradient opacity itself, by its optics.
+/// gradient opacity itself, by its optics. Of several volumes a feature is there where one of them needs it.
 #define TESSERA_FEATURES(FEATURE)                                                                            \
     FEATURE(Shading, shading)                                                                                \
     FEATURE(Skipping, skipping)                                                                              \
@@ -71,7 +71,8 @@ struct FeatureModule {
     FEATURE(Intervals, intervals)                                                                            \
     FEATURE(GradientOpacity, gradientOpacity)                                                                \
     FEATURE(CubicGradient, cubicGradient)                                                                    \
-    FEATURE(Labels, labels)
+    FEATURE(Labels, labels)                                                                                  \
+    FEATURE(Fused, fused)
 
 namespace tessera {
 

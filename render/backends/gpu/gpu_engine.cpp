@@ -6,32 +6,56 @@
 #include "render/backends/gpu/skipping_binding.h"
 #include "render/backends/gpu/visibility_pass.h"
 #include "render/contract/integrators.h"
+#include "render/plan/fusion.h"
 #include "render/residency/texels.h"
 
 #include <utility>
 
 namespace tessera {
 
+namespace {
+
+/// Of one volume's samples.
+std::uint32_t featuresOfVolume(const FramePlan& volume) {
+    std::uint32_t f = 0;
+    const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
+    const Optics& optics = volume.layer().optics;
+    add(volume.layer().mixed(), kFeatureMixed);
+    add(optics.shading, kFeatureShading);
+    add(optics.grades(), kFeatureGradientOpacity);
+    add(optics.labels.count > 0, kFeatureLabels);
+    if (optics.takesGradients() || !optics.surfaces.empty())
+        f |= gradientFeature(optics.gradient);
+    add(volume.layer().reduces(), kFeatureValues);
+    add(texelFormat(volume.info().type).normalised, kFeatureNormalised);
+    add(optics.termination > 0, kFeatureTermination);
+    add(!optics.surfaces.empty(), kFeatureSurfaces);
+    return withLights(f | integratorFeatures(optics.integrator), optics);
+}
+
+std::vector<const FramePlan*> plansOf(const FramePlan& scene) {
+    std::vector<const FramePlan*> plans = {&scene};
+    for (const auto& volume : scene.further)
+        plans.push_back(&volume->plan);
+    return plans;
+}
+
+} // namespace
+
 std::uint32_t marchFeatures(const FramePlan& scene, bool counting) {
     std::uint32_t f = 0;
     const auto add = [&](bool needed, Feature feature) { f |= needed ? feature : 0u; };
-    add(scene.layer().mixed(), kFeatureMixed);
-    add(scene.layer().optics.shading, kFeatureShading);
-    add(scene.layer().optics.grades(), kFeatureGradientOpacity);
-    add(scene.layer().optics.labels.count > 0, kFeatureLabels);
-    if (scene.layer().optics.takesGradients() || !scene.layer().optics.surfaces.empty())
-        f |= gradientFeature(scene.layer().optics.gradient);
+    for (const FramePlan* volume : plansOf(scene))
+        f |= featuresOfVolume(*volume);
+    const DrawnPart& part = scene.fused ? scene.fused->part : scene.view.part;
+    add(scene.fused.has_value(), kFeatureFused);
     add(scene.view.quality.skipping && (scene.layer().occupancy.exists() || scene.layer().bounds.exists()),
         kFeatureSkipping);
-    add(scene.layer().reduces(), kFeatureValues);
-    add(!scene.view.part.slabs.empty(), kFeatureSlabs);
-    add(scene.view.part.cuts != nullptr, kFeatureIntervals);
+    add(!part.slabs.empty(), kFeatureSlabs);
+    add(part.cuts != nullptr, kFeatureIntervals);
     add(scene.view.quality.fetch == Fetch::hardware, kFeatureHardware);
-    add(texelFormat(scene.info().type).normalised, kFeatureNormalised);
-    add(scene.layer().optics.termination > 0, kFeatureTermination);
     add(counting, kFeatureCounting);
-    add(!scene.layer().optics.surfaces.empty(), kFeatureSurfaces);
-    return withLights(f | integratorFeatures(scene.layer().optics.integrator), scene.layer().optics);
+    return f;
 }
 
 namespace {
@@ -39,7 +63,7 @@ namespace {
 class GpuCounter : public VisibilityCounter {
   public:
     GpuCounter(const FramePlan& scene, GpuEngine& engine, MemoryBudget& gpu)
-        : scene_(scene), engine_(engine), pass_(marchFeatures(scene, false), scene.info(), gpu) {}
+        : scene_(scene), engine_(engine), pass_(featuresOfVolume(scene), scene.info(), gpu) {}
     void begin() override {
         engine_.settlePlan();
         pass_.begin(
@@ -93,11 +117,17 @@ void GpuEngine::open(const FramePlan& plan, std::size_t pages) {
     atlas_.emplace(scene_->info(), scene_->layer().selection, pages, limits, gpu_, ram_, std::move(beside));
     taken_ = scene_->revisions;
     takeLevels();
+    for (const auto& volume : plan.further) {
+        auto& engine = further_.emplace_back(std::make_unique<GpuEngine>(volume->gpu, volume->ram));
+        engine->context_ = context_;
+    }
 }
 
 void GpuEngine::close() {
+    further_.clear();
     field_ = {};
     textures_.reset();
+    uniformMap_.reset();
     atlas_.reset();
     light_.reset();
     labels_.reset();
@@ -114,6 +144,7 @@ void GpuEngine::settlePlan() {
 
 void GpuEngine::takeLevels() {
     const Layer& volume = scene_->layer();
+    uniformMap_.reset();
     if (!volume.mixed())
         textures_.reset();
     else if (textures_)
@@ -130,13 +161,48 @@ void GpuEngine::takeLevels() {
         light_->light().levelsChanged();
 }
 
+const FieldSource& GpuEngine::mixedField() {
+    if (field_.map)
+        return field_;
+    const Layer& volume = scene_->layer();
+    uniformMap_ = makeLevelMap(volume.selection, volume.info().extentVoxels, scene_->view.quality, ram_);
+    textures_.emplace(*uniformMap_, gpu_);
+    field_.map = &*uniformMap_;
+    field_.textures = &*textures_;
+    return field_;
+}
+
+/// Takes the camera that lights are fixed to.
+void GpuEngine::lookAgain() {
+    if (litBy_ == scene_->view.camera)
+        return;
+    litBy_ = scene_->view.camera;
+    light_->light().viewChanged();
+}
+
+void GpuEngine::castShadows() {
+    if (!light_ || further_.empty())
+        return;
+    std::vector<GpuEngine*> all = {this};
+    for (const auto& engine : further_)
+        all.push_back(engine.get());
+    for (GpuEngine* engine : all) {
+        engine->lookAgain();
+        engine->light_->plane().makeMaps();
+    }
+    for (GpuEngine* engine : all) {
+        std::vector<SceneLight*> others;
+        for (GpuEngine* other : all)
+            if (other != engine)
+                others.push_back(&other->light_->light());
+        engine->light_->plane().shadedBy(others);
+    }
+}
+
 void GpuEngine::settleLight(Work& work) {
     if (!light_)
         return;
-    if (!(litBy_ == scene_->view.camera)) {
-        litBy_ = scene_->view.camera;
-        light_->light().viewChanged();
-    }
+    lookAgain();
     light_->settle(work);
 }
 
@@ -156,7 +222,8 @@ EngineTraits gpuTraits() {
     EngineTraits traits;
     traits.kind = EngineKind::gpu;
     traits.name = "gpu";
-    traits.onContext = traits.quick = true;
+    traits.onContext = traits.quick = traits.fuses = true;
+    traits.refuses = [](const Scene& scene) { return cannotFuse(scene, fuseLimits()); };
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<GpuEngine>(*input.context, *input.gpu, *input.ram);
     };
@@ -166,10 +233,38 @@ EngineTraits gpuTraits() {
 namespace {
 
 /// That its function, which may change, decides about.
-std::uint32_t withFunction(std::uint32_t features, const Optics& optics) {
-    return withGradientOpacity(
-        withLights((features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator), optics),
-        optics);
+std::uint32_t withFunction(std::uint32_t features, const std::vector<const FramePlan*>& plans) {
+    std::uint32_t needed = 0;
+    for (const FramePlan* plan : plans) {
+        const Optics& optics = plan->layer().optics;
+        needed |= withGradientOpacity(
+            withLights((features & ~kIntegratorFeatures) | integratorFeatures(optics.integrator), optics),
+            optics);
+    }
+    return needed;
+}
+
+/// What rays go through, of all volumes.
+/// @param gpu  for that of the first
+std::vector<VolumeToMarch> volumesOf(const FramePlan& scene, std::uint32_t features, MemoryBudget& gpu) {
+    std::vector<VolumeToMarch> all;
+    const auto add = [&](const FramePlan& plan, const glm::dmat4& fromLattice, MemoryBudget& budget) {
+        const Layer& layer = plan.layer();
+        all.push_back({&plan.info(), &layer.optics,
+                       (features & kFeatureSkipping) && !layer.reduces() ? &layer.occupancy : nullptr,
+                       &budget, fromLattice, layer.function.referenceLengthMm()});
+    };
+    add(scene, scene.fused ? scene.fused->fromLattice : glm::dmat4(1), gpu);
+    for (const auto& volume : scene.further)
+        add(volume->plan, volume->fromLattice, volume->gpu);
+    return all;
+}
+
+std::vector<const Optics*> opticsOf(const std::vector<const FramePlan*>& plans) {
+    std::vector<const Optics*> all;
+    for (const FramePlan* plan : plans)
+        all.push_back(&plan->layer().optics);
+    return all;
 }
 
 std::uint32_t featuresOf(const FramePlan& scene, const CasterOptions& options) {
@@ -184,11 +279,12 @@ GpuCaster::GpuCaster(const FramePlan& scene, GpuEngine& engine, const CasterOpti
     : GpuCaster(scene, engine, featuresOf(scene, options), gpu) {}
 
 GpuCaster::GpuCaster(const FramePlan& scene, GpuEngine& engine, std::uint32_t features, MemoryBudget& gpu)
-    : scene_(scene), engine_(engine), gpu_(gpu), features_(withFunction(features, scene.layer().optics)),
-      taken_(scene.revisions), fetch_(scene.view.quality.fetch),
-      march_(features, scene.view.frame, scene.info(), scene.strides(), scene.layer().optics,
-             (features & kFeatureSkipping) && !scene.layer().reduces() ? &scene.layer().occupancy : nullptr,
-             gpu) {
+    : scene_(scene), engine_(engine), gpu_(gpu), plans_(plansOf(scene)),
+      features_(withFunction(features, plans_)), fetch_(scene.view.quality.fetch),
+      march_(features, scene.view.frame, scene.strides(), volumesOf(scene, features, gpu),
+             scene.fused ? scene.fused->rule : Fusion::mix, gpu) {
+    for (const FramePlan* plan : plans_)
+        taken_.push_back(plan->revisions);
     putBounds();
     if ((features & kFeatureSkipping) && scene.layer().mapsSurfaces)
         march_.setSurfaceMap(scene.layer().surfaceOccupancy);
@@ -196,9 +292,17 @@ GpuCaster::GpuCaster(const FramePlan& scene, GpuEngine& engine, std::uint32_t fe
 
 void GpuCaster::begin(const Rays& rays) {
     check(rays);
-    engine_.settlePlan();
-    const PlanRevisions last = std::exchange(taken_, scene_.revisions);
-    if (last.function != taken_.function || last.tables != taken_.tables)
+    bool function = false;
+    std::vector<const Occupancy*> changed(plans_.size(), nullptr);
+    for (std::size_t n = 0; n < plans_.size(); ++n) {
+        (n == 0 ? engine_ : *engine_.further(n - 1)).settlePlan();
+        const PlanRevisions last = std::exchange(taken_[n], plans_[n]->revisions);
+        function = function || last.function != taken_[n].function || last.tables != taken_[n].tables;
+        if (last.emptySpace != taken_[n].emptySpace && (features_ & kFeatureSkipping) != 0 &&
+            !scene_.layer().reduces())
+            changed[n] = &plans_[n]->layer().occupancy;
+    }
+    if (function)
         takeFunction();
     const std::uint32_t before = features_;
     if (const Fetch fetch = scene_.view.quality.fetch; fetch != std::exchange(fetch_, fetch))
@@ -209,12 +313,10 @@ void GpuCaster::begin(const Rays& rays) {
                 (rays.places.empty() ? 0u : std::uint32_t{kFeaturePlaces}) |
                 (rays.frame.slabCount > 0 ? std::uint32_t{kFeatureSlabs} : 0u);
     if (features_ != before)
-        march_.setFeatures(features_, scene_.layer().optics);
+        march_.setFeatures(features_, opticsOf(plans_));
     putBounds();
-    const bool changed = last.emptySpace != taken_.emptySpace && (features_ & kFeatureSkipping) != 0 &&
-                         !scene_.layer().reduces();
-    march_.setLights(scene_.layer().optics); // the camera may be another
-    march_.restart(rays, changed ? &scene_.layer().occupancy : nullptr);
+    march_.setLights(opticsOf(plans_)); // the camera may be another
+    march_.restart(rays, changed);
 }
 
 /// Those of rays that keep one value, where they are others than on the device.
@@ -235,18 +337,25 @@ Image GpuCaster::image() const {
 }
 
 bool GpuCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
-    engine_.settleLight(work);
-    return march_.runUntil(engine_.field(), slicing, deadline, work);
+    engine_.castShadows();
+    std::vector<const FieldSource*> sources;
+    for (std::size_t n = 0; n < plans_.size(); ++n) {
+        GpuEngine& engine = n == 0 ? engine_ : *engine_.further(n - 1);
+        engine.settleLight(work);
+        sources.push_back(scene_.fused && (features_ & kFeatureMixed) ? &engine.mixedField()
+                                                                      : &engine.field());
+    }
+    return march_.runUntil(sources, slicing, deadline, work);
 }
 
 void GpuCaster::takeFunction() {
-    features_ = withFunction(features_, scene_.layer().optics);
-    march_.setFunction(scene_.layer().optics);
+    features_ = withFunction(features_, plans_);
+    march_.setFunction(opticsOf(plans_));
 }
 
 void GpuCaster::refine() {
     if (!(features_ & kFeatureSkipping) || (features_ & kFeaturePasses) || scene_.layer().reduces() ||
-        scene_.layer().showsMedium())
+        scene_.layer().showsMedium() || scene_.fused)
         return;
     engine_.settlePlan();
     const Layer& volume = scene_.layer();

@@ -20,11 +20,7 @@ struct GpuWork { // layout of the Work buffer in march.comp
 };
 static_assert(sizeof(GpuWork) == kDrawnCounterBytes);
 
-std::string element(const char* array, std::size_t i) {
-    return array + ("[" + std::to_string(i) + "]");
-}
-
-/// With the features that follow from the optics.
+/// With the features that follow from the optics of a volume.
 std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
     features = withLights(features & ~(kIntegratorFeatures | kFeatureSurfaces | kFeatureValues), optics);
     if (features & kFeatureVisibility)
@@ -35,6 +31,13 @@ std::uint32_t withOptics(std::uint32_t features, const Optics& optics) {
     return withGradientOpacity(features | integratorFeatures(optics.integrator) |
                                    (optics.surfaces.empty() ? 0u : std::uint32_t{kFeatureSurfaces}),
                                optics);
+}
+
+std::uint32_t withOptics(std::uint32_t features, OpticsOfAll all) {
+    std::uint32_t needed = 0;
+    for (const Optics* optics : all)
+        needed |= withOptics(features, *optics);
+    return needed;
 }
 
 } // namespace
@@ -58,7 +61,7 @@ std::uint32_t withGradientOpacity(std::uint32_t features, const Optics& optics) 
                         (features & (kFeatureShading | kFeatureSurfaces) ? 0u : kGradientFeatures));
 }
 
-Composition marchComposition(std::uint32_t features) {
+Composition marchComposition(std::uint32_t features, int volumes) {
     static const std::vector<StorageBuffer> own = {
         {"COLOUR", "the picture",
          [](const glm::ivec2& image, const glm::ivec3&) { return kRayColourBytes * rayCount(image); }},
@@ -66,7 +69,7 @@ Composition marchComposition(std::uint32_t features) {
          [](const glm::ivec2& image, const glm::ivec3&) { return kRayNextBytes * rayCount(image); }},
         {"WORK", "the work counters",
          [](const glm::ivec2&, const glm::ivec3&) { return kDrawnCounterBytes; }}};
-    return Composition(own, features);
+    return Composition(own, features, featureModules(), volumes);
 }
 
 void setRayUniforms(const GlProgram& program, const Rays& rays) {
@@ -92,43 +95,70 @@ void setRayUniforms(const GlProgram& program, const Rays& rays) {
 
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, MemoryBudget& gpu)
-    : size_(glm::ivec2(frame.imageSize)), features_(withOptics(features, optics)), info_(info), gpu_(gpu),
-      occupancy_(occupancy) {
-    TESSERA_CHECK((occupancy != nullptr) ==
-                  ((features & kFeatureSkipping) != 0 && !(features_ & kFeatureValues)));
+    : March(features, frame, strides, {VolumeToMarch{&info, &optics, occupancy, &gpu}}, Fusion::mix, gpu) {}
+
+March::March(std::uint32_t features, const RayFrame<double>& frame, const Strides& strides,
+             const std::vector<VolumeToMarch>& volumes, Fusion rule, MemoryBudget& gpu)
+    : size_(glm::ivec2(frame.imageSize)), rule_(rule), gpu_(gpu) {
+    TESSERA_CHECK(volumes.size() == 1 || (features & kFeatureFused));
+    std::vector<const Optics*> optics;
+    std::vector<const Occupancy*> occupancies;
+    for (const VolumeToMarch& volume : volumes) {
+        optics.push_back(volume.optics);
+        occupancies.push_back(volume.occupancy);
+    }
+    features_ = withOptics(features, optics);
+    for (const VolumeToMarch& volume : volumes) {
+        TESSERA_CHECK((volume.occupancy != nullptr) ==
+                      ((features & kFeatureSkipping) != 0 && !(features_ & kFeatureValues)));
+        volumes_.emplace_back(volume);
+    }
     compose();
-    if (occupancy)
-        skipping_ = GlTexture3d(GL_RG32UI, occupancy->grid(), sizeof(SkippingTexel), GL_NEAREST, gpu,
-                                "the map of empty space");
     setFunction(optics);
-    restart({frame, strides}, occupancy);
+    restart({frame, strides}, occupancies);
+}
+
+VolumeUniforms March::uniformsOf(std::size_t volume) const {
+    return VolumeUniforms(program_, features_ & kFeatureFused ? static_cast<int>(volume) : -1);
+}
+
+std::size_t March::firstWanted(std::size_t volume) const {
+    std::size_t first = 0;
+    for (std::size_t n = 0; n < volume; ++n)
+        first += volumes_[n].bricks();
+    return first;
+}
+
+/// Of all volumes, as a grid of as many.
+glm::ivec3 March::bricks() const {
+    return {static_cast<int>(firstWanted(volumes_.size())), 1, 1};
 }
 
 void March::compose() {
-    const Composition composition = marchComposition(features_);
+    const Composition composition = marchComposition(features_, static_cast<int>(volumes_.size()));
     program_ = composition.program("march.comp");
     compiled_ = false;
-    buffers_.fit(composition, size_, brickGrid(info_.extentVoxels), gpu_);
-    if (occupancy_)
-        setSkippingUniforms(program_, *occupancy_);
+    buffers_.fit(composition, size_, bricks(), gpu_);
+    for (std::size_t n = 0; n < volumes_.size(); ++n)
+        volumes_[n].introduce(uniformsOf(n), firstWanted(n));
+    program_.set("uCellCorners", 8);
+    program_.set("uAxes", 3);
+    program_.set("uVolumes", static_cast<int>(volumes_.size()));
+    program_.set("uFusion", static_cast<int>(rule_));
 }
 
-void March::setFunction(const Optics& optics) {
-    setFeatures(features_, optics);
-}
-
-void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
-    if (const std::uint32_t features = withOptics(wanted, optics); features != features_) {
-        TESSERA_CHECK(((features ^ features_) &
-                       (kFeatureSkipping | kFeaturePasses | kFeatureVisibility | kFeatureHits)) == 0);
+void March::setFeatures(std::uint32_t wanted, OpticsOfAll all) {
+    TESSERA_CHECK(all.size() == volumes_.size());
+    if (const std::uint32_t features = withOptics(wanted, all); features != features_) {
+        TESSERA_CHECK(((features ^ features_) & (kFeatureSkipping | kFeaturePasses | kFeatureVisibility |
+                                                 kFeatureHits | kFeatureFused)) == 0);
         features_ = features;
         compose();
     }
-    tables_.set(optics, (features_ & kFeaturePreintegrated) != 0, gpu_);
-    program_.set("uPreintegrationScale", optics.preintegrationScale);
-    program_.set("uSumsStart", static_cast<int>(optics.bins.size()));
+    for (std::size_t n = 0; n < volumes_.size(); ++n)
+        volumes_[n].setFunction(uniformsOf(n), features_, *all[n]);
+    const Optics& optics = *all.front();
     program_.set("uPreintegrationEdge", Preintegration2d::kEdge);
-    program_.set("uPreintegrationFirstLayer", optics.seen.firstLayer());
     program_.set("uSurfaces", static_cast<int>(optics.surfaces.size()));
     program_.set("uVolumeShows", optics.volumeShows ? 1 : 0);
     for (std::size_t i = 0; i < optics.surfaces.size(); ++i) {
@@ -136,75 +166,32 @@ void March::setFeatures(std::uint32_t wanted, const Optics& optics) {
         program_.set(element("uSurfaceColours", i).c_str(), optics.surfaces[i].colour);
         program_.set(element("uSurfaceOpacities", i).c_str(), optics.surfaces[i].opacity);
     }
-    program_.set("uTableScale", optics.scale);
-    program_.set("uTableOffset", optics.offset);
-    program_.set("uTableLast", static_cast<int>(optics.table.size()) - 1);
-    program_.set("uVoxelFromPatientTransposed", optics.voxelFromPatientTransposed);
     program_.set("uPhong", optics.phong);
     program_.set("uSpecularPower", optics.specularPower);
     program_.set("uTermination", optics.termination);
-    program_.set("uLabelPlain", static_cast<int>(optics.labels.plain));
-    program_.set("uLabelTinted", static_cast<int>(optics.labels.tinted));
-    program_.set("uLabelSolid", static_cast<int>(optics.labels.solid));
-    program_.set("uLabelDense", static_cast<int>(optics.labels.dense));
-    program_.set("uLabelColour", static_cast<int>(optics.labels.colour));
-    program_.set("uLabelDensity", optics.labels.density);
-    program_.set("uLabelSlopes", optics.shading && optics.labels.solid >= 0 ? 6 : 0);
     program_.set("uReduction", static_cast<int>(optics.reduction));
-    program_.set("uGradientPoints", optics.gradientOpacity.count);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(optics.gradientOpacity.count); ++i)
-        program_.set(element("uGradientOpacity", i).c_str(),
-                     glm::vec3(optics.gradientOpacity.length[i], optics.gradientOpacity.factor[i],
-                               optics.gradientOpacity.slope[i]));
-    setLights(optics);
 }
 
-void March::setLights(const Optics& optics) {
+void March::setLights(OpticsOfAll optics) {
     if (!(features_ & kFeatureLights))
         return;
-    const leaf::LightingNumbers& lighting = optics.lighting;
-    program_.set("uLights", lighting.count);
-#define SET(type, name, otherwise) program_.set("uLightModel." #name, lighting.model.name);
-    LIGHT_MODEL(SET)
-#undef SET
-    program_.set("uOcclusionChannel", static_cast<int>(lighting.occlusionChannel));
-    program_.set("uAmbientChannels", static_cast<int>(lighting.ambientChannels));
-    const auto vector = [](const float(&v)[3]) { return glm::vec3(v[0], v[1], v[2]); };
-    for (int i = 0; i < lighting.count; ++i) {
-        const leaf::LightNumbers& light = lighting.lights[i];
-        const auto number = static_cast<std::size_t>(i);
-        program_.set(element("uLightSort", number).c_str(), static_cast<int>(light.sort));
-        program_.set(element("uLightChannel", number).c_str(), static_cast<int>(light.channel));
-        program_.set(element("uLightPlace", number).c_str(), vector(light.place));
-        program_.set(element("uLightColour", number).c_str(), vector(light.colour));
-        program_.set(element("uLightFading", number).c_str(), vector(light.fading));
-    }
-    program_.set("uMaterials", static_cast<int>(optics.materials.size()));
-    for (std::size_t i = 0; i < optics.materials.size(); ++i) {
-        const leaf::MaterialNumbers& m = optics.materials[i];
-        program_.set(element("uMaterialPlaces", i).c_str(),
-                     glm::vec2(placeOf(optics, m.from), placeOf(optics, m.to)));
-        program_.set(element("uMaterialPhong", i).c_str(), glm::vec3(m.ambient, m.diffuse, m.specular));
-        program_.set(element("uMaterialPower", i).c_str(), static_cast<int>(m.power));
-        program_.set(element("uMaterialEmission", i).c_str(), vector(m.emission));
-    }
+    for (std::size_t n = 0; n < volumes_.size(); ++n)
+        MarchedVolume::setLights(uniformsOf(n), *optics[n]);
 }
 
-void March::restart(const Rays& rays, const Occupancy* changed) {
+void March::restart(const Rays& rays, std::span<const Occupancy* const> changed) {
     TESSERA_CHECK(rays.places.empty() == !(features_ & kFeaturePlaces));
     TESSERA_CHECK((rays.frame.cuts != nullptr) == ((features_ & kFeatureIntervals) != 0));
     TESSERA_CHECK(rays.frame.slabCount == 0 || (features_ & (kFeatureSlabs | kFeatureVisibility)));
     if (rays.size() != size_) {
         size_ = rays.size();
-        buffers_.fit(marchComposition(features_), size_, brickGrid(info_.extentVoxels), gpu_);
+        buffers_.fit(marchComposition(features_, static_cast<int>(volumes_.size())), size_, bricks(), gpu_);
     }
     const RayFrame<double>& frame = rays.frame;
     maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
-    if (changed) {
-        TESSERA_CHECK(changed->grid() == skipping_.extent());
-        uploadSkipping(skipping_, *changed, changed->changedSince(skippingVersion_));
-        skippingVersion_ = changed->version();
-    }
+    for (std::size_t n = 0; n < changed.size(); ++n)
+        if (changed[n])
+            volumes_[n].takeOccupancy(*changed[n]);
     setRayUniforms(program_, rays);
     const Strides& strides = rays.strides;
     program_.set("uStride", strides.uniformSegments);
@@ -233,25 +220,9 @@ void March::putRound() {
     buffers_.put("INTERVALS", std::as_bytes(std::span(intervals)), gpu_);
 }
 
-void March::setSurfaceMap(const Occupancy& surfaceOccupancy) {
-    TESSERA_CHECK(occupancy_ && surfaceOccupancy.grid() == occupancy_->grid());
-    if (surfaceMap_.bytes() == 0)
-        surfaceMap_ = GlTexture3d(GL_RG32UI, surfaceOccupancy.grid(), sizeof(SkippingTexel), GL_NEAREST, gpu_,
-                                  "the map of isosurfaces");
-    uploadSkipping(surfaceMap_, surfaceOccupancy, {0, surfaceOccupancy.grid().z});
-}
-
 void March::setBounds(const ValueBounds& bounds) {
     TESSERA_CHECK(features_ & kFeatureValues);
-    const auto upload = [&](GlTexture3d& texture, const glm::ivec3& grid, const float* texels) {
-        if (texture.extent() != grid)
-            texture = GlTexture3d(GL_R32F, grid, sizeof(float), GL_NEAREST, gpu_, "the bounds of values");
-        texture.upload(glm::ivec3(0), grid, GL_RED, GL_FLOAT, texels);
-    };
-    upload(brickBounds_, bounds.bricks(), bounds.brick().data());
-    if (!bounds.cell().empty())
-        upload(cellBounds_, bounds.cells(), bounds.cell().data());
-    boundsOfCells_ = !bounds.cell().empty();
+    volumes_.front().setBounds(bounds);
 }
 
 std::vector<SurfaceHit> March::hits() const {
@@ -261,36 +232,30 @@ std::vector<SurfaceHit> March::hits() const {
 }
 
 std::vector<SeenBrick> March::seen() const {
-    std::vector<SeenBrick> seen(cellCount(brickGrid(info_.extentVoxels)));
+    std::vector<SeenBrick> seen(volumes_.front().bricks());
     buffers_["SEEN"].read(0, std::as_writable_bytes(std::span(seen)));
     return seen;
 }
 
-std::vector<std::uint32_t> March::takeWanted() {
-    std::vector<std::uint32_t> wanted(cellCount(brickGrid(info_.extentVoxels)));
+std::vector<std::uint32_t> March::takeWanted(std::size_t volume) {
+    std::vector<std::uint32_t> wanted(volumes_[volume].bricks());
+    const std::size_t first = firstWanted(volume) * sizeof(std::uint32_t);
     GlBuffer& buffer = buffers_["WANTED"];
-    buffer.read(0, std::as_writable_bytes(std::span(wanted)));
-    buffer.fill(UINT32_MAX);
+    buffer.read(first, std::as_writable_bytes(std::span(wanted)));
+    buffer.fill(UINT32_MAX, first, wanted.size() * sizeof(std::uint32_t));
     return wanted;
 }
 
 bool March::runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline,
                      Work& work) {
-    bindField(program_, features_, info_, source);
-    if ((features_ & kFeatureSkipping) && (features_ & kFeatureValues)) {
-        TESSERA_CHECK(brickBounds_.bytes() > 0);
-        brickBounds_.bind(kSkippingUnit);
-        (boundsOfCells_ ? cellBounds_ : brickBounds_).bind(kSurfaceMapUnit);
-        program_.set("uBrickBounds", static_cast<int>(kSkippingUnit));
-        program_.set("uCellBounds", static_cast<int>(kSurfaceMapUnit));
-        program_.set("uBoundsOfCells", boundsOfCells_ ? 1 : 0);
-        program_.set("uSkippingLast", info_.extentVoxels - 1);
-    } else if (features_ & kFeatureSkipping) {
-        skipping_.bind(kSkippingUnit);
-        (surfaceMap_.bytes() > 0 ? surfaceMap_ : skipping_).bind(kSurfaceMapUnit);
-        program_.set("uSurfaceMap", static_cast<int>(kSurfaceMapUnit));
-    }
-    tables_.bind(program_);
+    const FieldSource* const only = &source;
+    return runUntil(std::span(&only, 1), slicing, deadline, work);
+}
+
+bool March::runUntil(SourcesOfAll sources, const Slicing& slicing, Clock::time_point deadline, Work& work) {
+    TESSERA_CHECK(sources.size() == volumes_.size());
+    for (std::size_t n = 0; n < volumes_.size(); ++n)
+        volumes_[n].bind(uniformsOf(n), features_, *sources[n]);
     buffers_.bind();
     GlBuffer& counters = buffers_["WORK"];
     program_.use();

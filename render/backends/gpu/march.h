@@ -13,6 +13,7 @@
 #include "render/backends/gpu/gl/context.h"
 #include "render/backends/gpu/gl/objects.h"
 #include "render/backends/gpu/gl/program.h"
+#include "render/backends/gpu/marched_volume.h"
 #include "render/backends/gpu/skipping_binding.h"
 #include "render/contract/optics.h"
 #include "render/contract/ray.h"
@@ -28,6 +29,7 @@
 #include <cstddef>
 #include <glm/vec2.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -54,7 +56,12 @@ class Pace {
 };
 
 /// The ray caster's program, of features that go together (else it throws Error).
-Composition marchComposition(std::uint32_t features);
+/// @param volumes  of kFeatureFused
+Composition marchComposition(std::uint32_t features, int volumes = 1);
+
+/// Of all volumes of a march, in order.
+using OpticsOfAll = std::span<const Optics* const>;
+using SourcesOfAll = std::span<const FieldSource* const>;
 
 class March {
   public:
@@ -65,6 +72,11 @@ class March {
     /// bounds (setBounds()); it and info must outlive this.
     March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
           const Strides& strides, const Optics& optics, const Occupancy* occupancy, MemoryBudget& gpu);
+    /// The same through several volumes, with kFeatureFused; the frame is that of their lattice. Lights,
+    /// labels, gradient opacity and levels are features where any volume has them.
+    /// @param gpu  for the rays
+    March(std::uint32_t features, const RayFrame<double>& frame, const Strides& strides,
+          const std::vector<VolumeToMarch>& volumes, Fusion rule, MemoryBudget& gpu);
 
     /// Casts all rays to their end, or (kFeaturePasses) until they wait for absent bricks. Returns how many
     /// wait.
@@ -72,32 +84,39 @@ class March {
     /// The same as far as it gets: no dispatch but the first begins after the deadline. True when all rays
     /// are at their end or wait; else the next call goes on. The picture does not depend on where it was cut.
     bool runUntil(const FieldSource& source, const Slicing& slicing, Clock::time_point deadline, Work& work);
+    bool runUntil(SourcesOfAll sources, const Slicing& slicing, Clock::time_point deadline, Work& work);
     /// Rays that wait for bricks, once runUntil() has said true.
     std::size_t waiting() const { return waiting_; }
     /// The same lights from another camera; restart() must follow.
-    void setLights(const Optics& optics);
+    void setLights(OpticsOfAll optics);
     /// All rays begin anew, as RayCaster::begin() says. Places are there exactly when the features have
     /// kFeaturePlaces, with which nothing is made: they come by setFeatures(). Slabs with kFeatureSlabs, cuts
     /// exactly with kFeatureIntervals.
-    /// @param changed  the occupancy that this was made with, where it changed since, else null: then blocks
-    ///     are to be found again (refineSkipping())
-    void restart(const Rays& rays, const Occupancy* changed);
+    /// @param changed  of every volume, or none: the occupancy that this was made with, where it changed
+    /// since,
+    ///     else null: then blocks are to be found again (refineSkipping())
+    void restart(const Rays& rays, std::span<const Occupancy* const> changed);
+    void restart(const Rays& rays, const Occupancy* changed) { restart(rays, std::span(&changed, 1)); }
     /// Another transfer function; restart() must follow. Compiles anew where the integrator is another.
-    void setFunction(const Optics& optics);
+    void setFunction(const Optics& optics) {
+        const Optics* const only = &optics;
+        setFunction(OpticsOfAll(&only, 1));
+    }
+    void setFunction(OpticsOfAll optics) { setFeatures(features_, optics); }
     /// The same with other features, which need no other memory but that of places; restart() must follow.
-    void setFeatures(std::uint32_t features, const Optics& optics);
+    void setFeatures(std::uint32_t features, OpticsOfAll optics);
     /// kFeatureVisibility: per brick, [z][y][x], its visibility to the rays since they began.
     std::vector<SeenBrick> seen() const;
-    /// kFeaturePasses: per brick the first ray that waits for it, or UINT32_MAX; forgets them.
-    std::vector<std::uint32_t> takeWanted();
+    /// kFeaturePasses: per brick of a volume the first ray that waits for it, or UINT32_MAX; forgets them.
+    std::vector<std::uint32_t> takeWanted(std::size_t volume = 0);
     /// The distance map on the device; with kFeatureSkipping only.
-    const GlTexture3d& skippingMap() const { return skipping_; }
+    const GlTexture3d& skippingMap() const { return volumes_.front().skippingMap(); }
     /// With isosurfaces: their own occupancy (Planner::surfaceOccupancy), so that rays solve for them only
     /// near them. Before run(), and again where it changed; without it rays do wherever anything shows.
-    void setSurfaceMap(const Occupancy& surfaceOccupancy);
+    void setSurfaceMap(const Occupancy& surfaces) { volumes_.front().setSurfaceMap(surfaces); }
     /// kFeatureValues with kFeatureSkipping: before run(), and again where they changed.
     void setBounds(const ValueBounds& bounds);
-    const GlTexture3d& surfaceMap() const { return surfaceMap_; }
+    const GlTexture3d& surfaceMap() const { return volumes_.front().surfaceMap(); }
     /// kFeatureHits: of every ray, row by row.
     std::vector<SurfaceHit> hits() const;
     /// The results of the rays; charged by the caller.
@@ -106,10 +125,13 @@ class March {
 
   private:
     void compose();
+    VolumeUniforms uniformsOf(std::size_t volume) const;
+    std::size_t firstWanted(std::size_t volume) const;
+    glm::ivec3 bricks() const;
 
     glm::ivec2 size_; // of the array of rays
     std::uint32_t features_;
-    const VolumeInfo& info_;
+    Fusion rule_;
     MemoryBudget& gpu_;
     int maxCount_ = 0;        // most iterations any ray can need
     glm::ivec2 tile_{0};      // origin of the tile that is being drawn
@@ -118,15 +140,11 @@ class March {
     bool compiled_ = false;   // by the driver
     Pace pace_;
     GlProgram program_;
-    const Occupancy* occupancy_ = nullptr; // that this was made with
-    FunctionTables tables_;
+    std::vector<MarchedVolume> volumes_;
     StorageBuffers buffers_;
-    GlTexture3d skipping_, surfaceMap_, brickBounds_, cellBounds_;
     void putRound();
-    std::optional<CutRays> cuts_;       // kFeatureIntervals
-    std::size_t round_ = 0;             // number of the interval at hand
-    bool boundsOfCells_ = false;        // cells have some too
-    std::uint64_t skippingVersion_ = 0; // of the occupancy that the texture holds; 0: none
+    std::optional<CutRays> cuts_; // kFeatureIntervals
+    std::size_t round_ = 0;       // number of the interval at hand
 };
 
 /// The features with lights and materials as the optics have them, where the features have shading.

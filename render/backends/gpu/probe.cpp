@@ -17,7 +17,7 @@ std::vector<glm::vec4> probeField(const std::vector<glm::vec3>& positions, std::
     const Composition composition({{"PROBES", "the probes"}}, features);
     const GlProgram program = composition.program("probe.comp");
     GlBuffer buffer(probes.size() * sizeof(glm::vec4), std::as_bytes(std::span(probes)), gpu, "the probes");
-    bindField(program, features, info, source);
+    bindField(VolumeUniforms(program), features, info, source);
     program.set("uCount", static_cast<int>(probes.size()));
     buffer.bind(composition.binding("PROBES"));
     program.use();

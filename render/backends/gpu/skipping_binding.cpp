@@ -62,7 +62,7 @@ std::size_t refineSkipping(const GlTexture3d& map, const Occupancy& occupancy, c
     const GlProgram program = composition.program("skipping_masks.comp");
     FieldSource plain;
     plain.atlas = source.atlas;
-    bindField(program, own, info, plain);
+    bindField(VolumeUniforms(program), own, info, plain);
     program.set("uExtentVoxels", info.extentVoxels);
     program.set("uGrid", occupancy.grid());
     program.set("uTableScale", optics.scale);

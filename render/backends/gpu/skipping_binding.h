@@ -23,8 +23,8 @@ inline void uploadSkipping(GlTexture3d& texture, const Occupancy& occupancy, con
                    GL_UNSIGNED_INT, occupancy.map().data() + linearIndex({0, 0, slices.first}, grid));
 }
 
-inline void setSkippingUniforms(const GlProgram& program, const Occupancy& occupancy) {
-    program.set("uSkipping", static_cast<int>(kSkippingUnit));
+inline void setSkippingUniforms(const VolumeUniforms& program, const Occupancy& occupancy) {
+    program.set("uSkipping", static_cast<int>(unitOf(program, kSkippingUnit)));
     program.set("uSkippingLast", occupancy.extentVoxels() - 1);
     program.set("uSkippingShift", boxShift(occupancy.scale()));
 }

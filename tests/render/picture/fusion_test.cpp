@@ -3,6 +3,7 @@
 #include "core/image/image_metrics.h"
 #include "render/picture/several_volumes.h"
 #include "tests/support/fused.h"
+#include "tests/support/labelled.h"
 #include "tests/support/lights.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/refusals.h"
@@ -16,12 +17,30 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kSize(37, 29); // no packet's edges divide it
 
-enum class Lit { no, head, lights };
+Scene shadowed(Scene scene) {
+    Light key;
+    key.kind = LightKind::directional;
+    key.direction = {0.3, 0.8, 0.5};
+    key.shadow = true;
+    scene.lighting.lights = {key};
+    return scene;
+}
+
+/// Labels on the first of fusedStores().
+const std::filesystem::path& labelsOfFirst() {
+    static const BallsOfLabels labels([] {
+        MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+        return StoreReader(fusedStores()[0], ram).info();
+    }());
+    return labels.store;
+}
+
+enum class Lit { no, head, lights, shadows };
 struct FusedCase {
     std::vector<int> volumes;
     Fusion rule;
     Lit lit = Lit::head;
-    bool cuts = false, grades = false;
+    bool cuts = false, grades = false, labels = false;
     Scene scene(const glm::ivec2& size = kSize) const {
         Scene s = fusedScene(volumes, size);
         s.fusion = rule;
@@ -29,6 +48,12 @@ struct FusedCase {
         if (lit == Lit::lights)
             s.lighting.lights =
                 fourLights(gridAt({0, 0, 0}, {140, 132, 144}, {0.45, 0.5, 0.4}, 0, ValueType::i16));
+        if (lit == Lit::shadows)
+            s = shadowed(s);
+        if (labels)
+            for (std::size_t n = 0; n < volumes.size(); ++n)
+                if (volumes[n] == 0)
+                    s.volumes[n].labels.path = s.volumes[n].labels.store = labelsOfFirst();
         if (cuts)
             s.cuts.boxes.push_back({{-8, -20, -9}, {12, 9, 14}, CropBox::Space::patient, Keep::outside});
         if (grades)
@@ -40,15 +65,22 @@ struct FusedCase {
 };
 std::ostream& operator<<(std::ostream& out, const FusedCase& c) {
     return out << c.volumes.size() << " volumes, " << nameOf(c.rule) << ", light " << static_cast<int>(c.lit)
-               << (c.cuts ? ", cut" : "") << (c.grades ? ", graded" : "");
+               << (c.cuts ? ", cut" : "") << (c.grades ? ", graded" : "") << (c.labels ? ", labels" : "");
 }
 class Fused : public testing::TestWithParam<FusedCase> {};
+class FusedMarch : public testing::TestWithParam<FusedCase> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Fused,
                          testing::Values(FusedCase{{0, 1}, Fusion::mix},
                                          FusedCase{{1, 0}, Fusion::over, Lit::no},
                                          FusedCase{{0, 1, 2}, Fusion::maximum, Lit::lights},
                                          FusedCase{{2, 1, 0}, Fusion::over, Lit::lights, true},
                                          FusedCase{{0, 2}, Fusion::mix, Lit::head, true, true}));
+/// What the mirror draws on the rays of others alone.
+INSTANTIATE_TEST_SUITE_P(BesideTheVolumes, FusedMarch,
+                         testing::Values(FusedCase{{0, 1}, Fusion::mix, Lit::shadows},
+                                         FusedCase{{2, 0, 1}, Fusion::over, Lit::shadows, true, true},
+                                         FusedCase{{0, 1}, Fusion::over, Lit::head, false, false, true},
+                                         FusedCase{{1, 0}, Fusion::maximum, Lit::lights, false, true, true}));
 
 TEST_P(Fused, NativeHasTheMirrorsBits) {
     PreparedFusion prepared(GetParam().scene());
@@ -78,6 +110,46 @@ TEST_P(Fused, NativeHasTheMirrorsBitsAcrossLevels) {
             plan->setSelection(randomShownLevels(plan->layer().selection, 7 * next++));
         EXPECT_EQ(differing(nativePicture(prepared), mirrorPicture(prepared.p)), 0u);
     }
+}
+
+/// @param prepared  with their levels
+/// @param all  the same without skipping
+void expectTheMirrorOnItsOwnRays(PreparedFusion& prepared, PreparedFusion& all) {
+    Slicing shreds;
+    shreds.fixedTile = 24;
+    shreds.fixedIterations = 7;
+    const std::vector<Image> pictures = gpuPictures(prepared, {Slicing{}, shreds});
+    const Image& gpu = pictures[0];
+    EXPECT_FALSE(isBlank(gpu));
+    EXPECT_LE(compare(gpu, mirrorPicture(prepared, gpuRays(raysOf(prepared.p), prepared.budgets.gpu))).maxAbs,
+              2e-5);
+    EXPECT_TRUE(bitEqual(pictures[1], gpu)) << "seven turns at a time";
+    EXPECT_TRUE(bitEqual(gpuPictures(all)[0], gpu)) << "without skipping";
+}
+void marchEqualsTheMirror(const FusedCase& given) {
+    const GlContext context({"software"});
+    Scene scene = given.scene({24, 18});
+    PreparedFusion prepared(scene);
+    scene.quality.skipping = false;
+    PreparedFusion all(scene);
+    for (PreparedFusion* both : {&prepared, &all})
+        for (Planner* plan : both->plans())
+            plan->view.shadowQuality.mapSize = 64; // made soon
+    expectTheMirrorOnItsOwnRays(prepared, all);
+    // Levels of some are mixed, of one they are not.
+    for (std::size_t n = 1; n < prepared.plans().size(); ++n) {
+        Planner &one = *prepared.plans()[n], &other = *all.plans()[n];
+        one.setSelection(randomShownLevels(one.layer().selection, static_cast<unsigned>(7 * n)));
+        other.setSelection(Selection(one.layer().selection));
+    }
+    expectTheMirrorOnItsOwnRays(prepared, all);
+    EXPECT_TRUE(context.errors().empty());
+}
+TEST_P(Fused, MarchEqualsTheMirrorOnItsOwnRays) {
+    marchEqualsTheMirror(GetParam());
+}
+TEST_P(FusedMarch, EqualsTheMirrorOnItsOwnRays) {
+    marchEqualsTheMirror(GetParam());
 }
 
 TEST_P(Fused, ComesToTheReference) {
@@ -114,6 +186,42 @@ TEST_P(Fused, PassesGiveTheSamePicture) {
     EXPECT_GT(tight.passes, 1);
     EXPECT_EQ(differing(tight.image, ample.image), 0u);
     EXPECT_EQ(differing(drawn(EngineKind::mirror, kAmple).image, ample.image), 0u);
+}
+
+TEST(FusedGpu, PassesGiveTheSamePicture) {
+    Scene scene = FusedCase{{1, 2}, Fusion::over}.scene({16, 12});
+    scene.quality.pixels.samples = 1;
+    constexpr std::size_t kAmple = std::size_t{1} << 30;
+    const auto drawn = [&](std::size_t gpu) {
+        return fusedPicture(scene, EngineKind::gpu, gpu, kAmple, LevelChoice::finest);
+    };
+    const RenderResult ample = drawn(kAmple);
+    EXPECT_FALSE(isBlank(ample.image));
+    EXPECT_EQ(ample.engine, EngineKind::gpu);
+    RenderResult tight;
+    for (std::size_t halves = 4; tight.passes == 0 && halves < 32; ++halves)
+        try { // the least budget
+            tight = drawn(halves << 19);
+        } catch (const InputError&) {
+        }
+    EXPECT_GT(tight.passes, 1);
+    EXPECT_EQ(differing(tight.image, ample.image), 0u);
+}
+
+TEST(FusedGpu, AutomaticTakesAnEngineThatCanDraw) {
+    const auto drawn = [](const std::vector<int>& volumes) {
+        Scene scene = fusedScene(volumes, {4, 4});
+        scene.quality.pixels.samples = 1;
+        return fusedPicture(scene, EngineKind::automatic);
+    };
+    EXPECT_EQ(drawn({0, 1}).engine, EngineKind::gpu);
+    const RenderResult many = drawn({0, 1, 2, 0, 1, 2, 0, 1});
+    EXPECT_EQ(many.engine, EngineKind::native);
+    EXPECT_NE(many.engineReason.find("8 volumes"), std::string::npos) << many.engineReason;
+    EXPECT_NE(refusalOf([] {
+                  fusedPicture(fusedScene({0, 1, 2, 0, 1, 2, 0, 1}, {4, 4}), EngineKind::gpu);
+              }).find("--engine: expected native"),
+              std::string::npos);
 }
 
 TEST(FusedForms, AVolumeThatShowsNothingChangesNoBit) {
@@ -177,7 +285,8 @@ TEST(FusedForms, TwoEvenMedia) {
         return glm::vec4(alpha * colour, alpha);
     };
     const double left = T::kFirst * std::exp(-T::kSecond * T::kUnit);
-    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror, EngineKind::reference}) {
+    for (const EngineKind engine :
+         {EngineKind::gpu, EngineKind::native, EngineKind::mirror, EngineKind::reference}) {
         const float near = engine == EngineKind::reference ? 1e-7f : 2e-5f;
         const auto expect = [&](Fusion rule, const glm::vec4& wanted) {
             const glm::vec4 found = shown(rule, engine);
@@ -279,15 +388,6 @@ TEST(FusedForms, CamerasAreFittedToAll) {
     }
 }
 
-Scene shadowed(Scene scene) {
-    Light key;
-    key.kind = LightKind::directional;
-    key.direction = {0.3, 0.8, 0.5};
-    key.shadow = true;
-    scene.lighting.lights = {key};
-    return scene;
-}
-
 TEST(FusedLight, NativeHasTheMirrorsBitsAndComesToTheReference) {
     Scene scene = shadowed(fusedScene({0, 1, 2}, {24, 20}));
     constexpr std::size_t kAmple = std::size_t{1} << 30;
@@ -334,7 +434,8 @@ TEST(FusedLight, AVolumeShadesAnother) {
         return double{fusedPicture(here, engine).image.at(4, 4).r};
     };
     const double way = kThick * std::sqrt(1 + 0.4 * 0.4);
-    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror, EngineKind::reference})
+    for (const EngineKind engine :
+         {EngineKind::gpu, EngineKind::native, EngineKind::mirror, EngineKind::reference})
         EXPECT_NEAR(brightness(engine, 1) / brightness(engine, 0), std::exp(-kExtinction * way), 0.015)
             << name(engine);
 }
@@ -490,6 +591,20 @@ TEST(FusedValues, ArePicturesOverOneAnother) {
     }
 }
 
+TEST(FusedRefusals, ADeviceWithFewTextures) {
+    const FuseLimits ample{32, 192, 2048};
+    Scene two = fusedScene({0, 1}, {8, 8});
+    EXPECT_EQ(cannotFuse(two, ample), "");
+    EXPECT_EQ(cannotFuse(two, {12, 96, 1024}), "");
+    EXPECT_EQ(cannotFuse(two, {11, 96, 1024}),
+              "the scene's 2 volumes need 12 textures in a shader, and this device allows 11");
+    EXPECT_NE(cannotFuse(shadowed(two), {12, 96, 1024}), "");
+    EXPECT_NE(cannotFuse(two, {32, 20, 1024}).find("texture units"), std::string::npos);
+    EXPECT_NE(cannotFuse(two, {32, 96, 512}).find("uniforms"), std::string::npos);
+    EXPECT_NE(cannotFuse(fusedScene({0, 1, 2, 0, 1, 2}, {8, 8}), ample), "");
+    EXPECT_EQ(cannotFuse(fusedScene({0}, {8, 8}), {1, 1, 1}), "");
+}
+
 TEST(FusedRefusals, NameWhatIsNotDrawn) {
     const auto refused = [](const char* words, const auto& change, EngineKind engine = EngineKind::native) {
         Scene scene = fusedScene({0, 1}, {8, 8});
@@ -502,8 +617,6 @@ TEST(FusedRefusals, NameWhatIsNotDrawn) {
     refused("patient space", [](Scene& s) {
         s.cuts.boxes.push_back({{0, 0, 0}, {9, 9, 9}, CropBox::Space::voxels, Keep::inside});
     });
-    refused(
-        "--engine", [](Scene&) {}, EngineKind::gpu);
     refused("near to each other",
             [](Scene& s) { s.volumes[1].transform = glm::translate(glm::dmat4(1), glm::dvec3(0, 0, 1e9)); });
 }

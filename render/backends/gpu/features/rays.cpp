@@ -66,6 +66,13 @@ FeatureModule passes() {
                          UINT32_MAX}}};
 }
 
+// Rays go through several volumes.
+FeatureModule fused() {
+    return {.define = "FEATURE_FUSED",
+            .meaning = "several volumes",
+            .excludes = kFeatureVisibility | kFeatureValues | kFeatureSurfaces | kIntegratorFeatures};
+}
+
 // Rays count the light that reaches each brick.
 FeatureModule visibility() {
     static_assert(sizeof(SeenBrick) == kSeenBytes, "two words in march.comp");

@@ -46,8 +46,10 @@ void GlTexture3d::bindForWriting(GLuint unit) const {
 }
 
 void GlTexture3d::bind(GLuint unit) const {
+    constexpr GLuint kImageUnitsEverywhere = 8;
     glBindTextureUnit(unit, name_);
-    glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_READ_ONLY, format_);
+    if (unit < kImageUnitsEverywhere)
+        glBindImageTexture(unit, name_, 0, GL_TRUE, 0, GL_READ_ONLY, format_);
 }
 
 void GlTexture3d::bindTexture(GLuint unit) const {
@@ -83,6 +85,11 @@ void GlBuffer::bind(GLuint binding) const {
 
 void GlBuffer::fill(std::uint32_t word) {
     glClearNamedBufferData(name_, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
+}
+
+void GlBuffer::fill(std::uint32_t word, std::size_t offset, std::size_t bytes) {
+    glClearNamedBufferSubData(name_, GL_R32UI, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes),
+                              GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
 }
 
 void GlBuffer::read(std::size_t offset, std::span<std::byte> out) const {

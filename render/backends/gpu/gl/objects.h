@@ -33,7 +33,7 @@ class GlTexture3d {
     /// Copies tightly packed texels [z][y][x] into a box.
     void upload(const glm::ivec3& offset, const glm::ivec3& extent, GLenum format, GLenum type,
                 const void* texels);
-    /// As a texture and, for imageLoad() from a shader, as an image.
+    /// As a texture and, for imageLoad() from a shader, as an image where every device has a unit of these.
     void bind(GLuint unit) const;
     /// As a texture alone: there are more units of these than of images.
     void bindTexture(GLuint unit) const;
@@ -70,6 +70,8 @@ class GlBuffer {
     GLuint name() const { return name_; }
     void bind(GLuint binding) const;
     void fill(std::uint32_t word);
+    /// A part of it; bytes, whole words.
+    void fill(std::uint32_t word, std::size_t offset, std::size_t bytes);
     void clear() { fill(0); }
     void read(std::size_t offset, std::span<std::byte> out) const;
     std::size_t bytes() const { return charge_.bytes(); }

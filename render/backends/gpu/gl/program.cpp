@@ -14,8 +14,22 @@ namespace tessera {
 namespace {
 
 constexpr const char* kInclude = "#include \"";
+constexpr std::string_view kOfVolume = "OF_VOLUME ";
 
-void append(const EmbeddedFiles& files, const std::string& name, ComposedShader& out) {
+/// The declaration of a line behind kOfVolume: "type name;" or "type name[n];", and perhaps a comment.
+/// @param here  the directive that gives the next line its number
+std::string ofVolumes(const std::string& line, const std::string& here) {
+    static const std::regex form(R"(^(.*?)(\w+)((?:\[\w+\])?;.*)$)");
+    std::smatch match;
+    if (!std::regex_match(line, match, form))
+        throw Error("shader: expected OF_VOLUME type name; found " + line);
+    const std::string name = match[2];
+    return "uniform " + match[1].str() + name + "Of[VOLUMES]" + match[3].str() + "\n#define " + name + " " +
+           name + "Of[gVolume]\n" + here;
+}
+
+/// @param several  volumes
+void append(const EmbeddedFiles& files, const std::string& name, bool several, ComposedShader& out) {
     if (std::find(out.files.begin(), out.files.end(), name) != out.files.end())
         return; // once each
     const auto found = files.find(name);
@@ -27,13 +41,20 @@ void append(const EmbeddedFiles& files, const std::string& name, ComposedShader&
     std::istringstream lines{std::string(found->second)};
     std::string line;
     for (int lineNumber = 1; std::getline(lines, line); ++lineNumber) {
+        const std::string next =
+            "#line " + std::to_string(lineNumber + 1) + " " + std::to_string(number) + "\n";
+        if (line.starts_with(kOfVolume)) {
+            const std::string declared = line.substr(kOfVolume.size());
+            out.text += several ? ofVolumes(declared, next) : "uniform " + declared + "\n";
+            continue;
+        }
         if (!line.starts_with(kInclude)) {
             out.text += line + "\n";
             continue;
         }
         const std::size_t start = std::string_view(kInclude).size();
-        append(files, line.substr(start, line.find('"', start) - start), out);
-        out.text += "#line " + std::to_string(lineNumber + 1) + " " + std::to_string(number) + "\n";
+        append(files, line.substr(start, line.find('"', start) - start), several, out);
+        out.text += next;
     }
 }
 
@@ -73,7 +94,7 @@ ComposedShader composeShader(const EmbeddedFiles& files, const std::string& main
                              const std::string& defines) {
     ComposedShader out;
     out.text = "#version 450 core\n" + defines;
-    append(files, main, out);
+    append(files, main, defines.find("#define VOLUMES ") != std::string::npos, out);
     checkFeatures(main, defines, out.text);
     return out;
 }
@@ -125,6 +146,14 @@ GlProgram::GlProgram(const std::string& main, const std::string& defines, const 
 GlProgram::~GlProgram() {
     if (name_)
         glDeleteProgram(name_);
+}
+
+std::string VolumeUniforms::nameOf(const std::string& uniform) const {
+    if (number_ < 0)
+        return uniform;
+    std::string name = uniform;
+    return name.insert(std::min(name.find_first_of("[."), name.size()),
+                       "Of[" + std::to_string(number_) + "]");
 }
 
 void GlProgram::use() const {

@@ -1,5 +1,8 @@
 // render/backends/gpu/gl/program.h: compute programs from shader files. The host resolves `#include "name"`
 // once per file. `#line` numbers files, so that a driver's message can be mapped back to a file and a line.
+//
+// A line `OF_VOLUME type name;` declares a uniform of a volume. Where the defines have VOLUMES, it declares
+// an array of them, nameOf, and name stands for the item of gVolume.
 #pragma once
 
 #include "core/base/embedded.h"
@@ -58,6 +61,28 @@ class GlProgram {
   private:
     GLint location(const char* uniform) const;
     GLuint name_ = 0;
+};
+
+/// The name of an item of an array of uniforms.
+inline std::string element(const char* array, std::size_t i) {
+    return array + ("[" + std::to_string(i) + "]");
+}
+
+/// The uniforms of one of a program's volumes, named as the shaders name them. Others are not set by it.
+class VolumeUniforms {
+  public:
+    /// @param number  of several; -1: the program has one
+    explicit VolumeUniforms(const GlProgram& program, int number = -1) : program_(program), number_(number) {}
+    template <typename T> void set(const std::string& uniform, const T& value) const {
+        program_.set(nameOf(uniform).c_str(), value);
+    }
+    int number() const { return number_; }
+
+  private:
+    std::string nameOf(const std::string& uniform) const;
+
+    const GlProgram& program_;
+    int number_;
 };
 
 } // namespace tessera

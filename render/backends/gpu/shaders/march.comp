@@ -5,6 +5,9 @@
 layout(local_size_x = 64) in; // 8 x 8 pixels
 
 #include "common_ray.glsl"
+#if FEATURE_FUSED
+int gVolume = 0; // the volume at hand, VOLUMES of them: what OF_VOLUME declares is its own
+#endif
 #include "sampler_field.glsl"
 #include "march_optics.glsl"
 #include "march_gradient_opacity.glsl"
@@ -13,8 +16,12 @@ layout(local_size_x = 64) in; // 8 x 8 pixels
 #include "sampler_channels.glsl"
 #include "sampler_light.glsl"
 #include "sampler_labels.glsl"
+#include "march_seen.glsl"
 #include "march_strides.glsl"
 #include "march_skipping.glsl"
+#if FEATURE_FUSED
+#include "march_fused.glsl"
+#endif
 #if FEATURE_SURFACES
 #include "march_surface.glsl"
 #endif
@@ -33,13 +40,6 @@ uniform ivec2 uTileOrigin, uTileEnd;
 uniform int uMaxIterations;
 #if FEATURE_TERMINATION
 uniform float uTermination; // transmittance below which a ray ends
-#endif
-
-// A sample that may add something: of a medium of labels too, which needs no extinction of the function.
-#if FEATURE_LABELS
-#define MAY_SHOW true
-#else
-#define MAY_SHOW (extinction > 0.0)
 #endif
 
 // Devices run neighbours of this order side by side, and all of them wait for the slowest. So 4 x 1, 4 x 2, 4 x 4 and
@@ -64,7 +64,9 @@ void main() {
     if (opaque && i == 0) ray.count = 0; // nothing behind the intervals before is seen
 #endif
 #endif
+#if !FEATURE_FUSED
     beginSkipping(ray);
+#endif
     uint iterations = 0u;
     uint segments = 0u;
     uint shown = 0u;
@@ -79,6 +81,9 @@ void main() {
 #endif
 #if FEATURE_VALUES
 #include "march_values_loop.glsl"
+#elif FEATURE_FUSED
+    uint volumeSamples = 0u;
+#include "march_fused_loop.glsl"
 #elif FEATURE_SURFACES
     uint surfaceSamples = 0u;
 #if FEATURE_HITS
@@ -187,37 +192,8 @@ void main() {
         const bool waits = false;
 #endif
         if (!taken && !waits) break;
-#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY || FEATURE_LABELS
         vec3 middle = stridePosition(ray, i, length);
-#endif
-#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
-        vec3 gradient = fieldGradient(middle);
-#elif FEATURE_LABELS
-        vec3 gradient = vec3(0.0);
-#endif
-#if FEATURE_GRADIENT_OPACITY
-        precise float graded = extinction * gradientOpacity(gradient);
-        extinction = graded;
-#endif
-#if FEATURE_LABELS
-        LabelShares shares = labelsAt(middle, extinction, gradient);
-        float medium = labelledMedium(shares, uLabelDensity);
-        float function = labelledFunction(shares, extinction);
-        precise float labelledSum = function + medium;
-        float ofLabels = labelledSum > 0.0 ? labelledPart(shares, extinction, medium, labelledSum) : 0.0;
-        extinction = labelledSum;
-#endif
-        precise float depth = extinction * (length * ray.segmentMm);
-        precise float alpha = opacityOf(depth);
-        vec3 colour = segmentColour(front, back, depth, alpha, n);
-#if FEATURE_LABELS
-        colour = labelled(shares, ofLabels, colour);
-#endif
-#if FEATURE_LIGHTS
-        colour = shadeByLights(colour, gradient, ray.direction, middle, materialPlace(front, back), receivedLight(middle));
-#elif FEATURE_SHADING
-        colour = shade(colour, gradient, ray.direction);
-#endif
+        SeenSegment seen = seenSegment(front, back, extinction, middle, ray.direction, length * ray.segmentMm, n);
 #if FEATURE_PASSES
         if (gNaming) {
             waiting = true;
@@ -234,7 +210,7 @@ void main() {
             continue;
         }
 #endif
-        compositeBehind(sum.rgb, sum.a, colour, alpha);
+        compositeBehind(sum.rgb, sum.a, seen.colour, seen.alpha);
         ++segments;
         ++shown;
         i += n;
@@ -262,6 +238,8 @@ void main() {
     atomicAdd(uSegments, segments);
 #if FEATURE_SURFACES
     atomicAdd(uSamples, surfaceSamples);
+#elif FEATURE_FUSED
+    atomicAdd(uSamples, volumeSamples + kGradientValues * uint(FEATURE_SHADING | FEATURE_GRADIENT_OPACITY) * shown);
 #else
     atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING | FEATURE_GRADIENT_OPACITY) * shown);
 #endif

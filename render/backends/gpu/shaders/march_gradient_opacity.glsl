@@ -4,8 +4,8 @@
 #if FEATURE_GRADIENT_OPACITY
 // As in render/contract/scene_numbers.h.
 const int kMostGradientPoints = 16;
-uniform int uGradientPoints;
-uniform vec3 uGradientOpacity[kMostGradientPoints]; // length, stored units per mm; factor; slope from there on
+OF_VOLUME int uGradientPoints;
+OF_VOLUME vec3 uGradientOpacity[kMostGradientPoints]; // length, stored units per mm; factor; slope from there on
 
 // gradient: voxel space, stored units.
 float gradientOpacity(vec3 gradient) {

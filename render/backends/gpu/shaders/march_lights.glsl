@@ -1,18 +1,24 @@
 // march_lights.glsl: the scene's own lights, and materials; the loop of litBy() in render/contract/leaves.h. Needs
-// FEATURE_LIGHTS, FEATURE_MATERIALS, FEATURE_EMISSION, march_optics.glsl, march_segment.glsl. Gives ReceivedLight,
-// allLight(), materialPlace(front, back), shadeByLights(...).
+// FEATURE_LIGHTS, FEATURE_MATERIALS, FEATURE_EMISSION, FEATURE_FUSED, march_optics.glsl, march_segment.glsl. Gives
+// HAS_LIGHTS, ReceivedLight, allLight(), materialPlace(front, back), shadeByLights(...).
 
 #if FEATURE_LIGHTS
 // As in render/contract/scene_numbers.h.
 const int kMostLights = 4;
 const int kDirectional = 1;
 const int kPoint = 2;
-uniform int uLights;
-uniform int uLightSort[kMostLights];
-uniform vec3 uLightPlace[kMostLights];  // directional: towards it, unit, patient space, or 0; point: voxels
-uniform vec3 uLightColour[kMostLights]; // times intensity
-uniform vec3 uLightFading[kMostLights]; // point: constant, linear, quadratic
-uniform LightModel uLightModel;
+#if FEATURE_FUSED
+OF_VOLUME int uHasLights; // 0: a head light's shading is the volume's
+#define HAS_LIGHTS (uHasLights != 0)
+#else
+#define HAS_LIGHTS true
+#endif
+OF_VOLUME int uLights;
+OF_VOLUME int uLightSort[kMostLights];
+OF_VOLUME vec3 uLightPlace[kMostLights]; // directional: towards it, unit, patient space, or 0; point: voxels
+OF_VOLUME vec3 uLightColour[kMostLights]; // times intensity
+OF_VOLUME vec3 uLightFading[kMostLights]; // point: constant, linear, quadratic
+OF_VOLUME LightModel uLightModel;
 
 // Shares of light that reach a sample.
 struct ReceivedLight {
@@ -28,10 +34,10 @@ struct Material {
 };
 #if FEATURE_MATERIALS
 const int kMostMaterials = 8;
-uniform int uMaterials;
-uniform vec2 uMaterialPlaces[kMostMaterials]; // from up to, not with, to, of the table's entries
-uniform vec3 uMaterialPhong[kMostMaterials];
-uniform int uMaterialPower[kMostMaterials];
+OF_VOLUME int uMaterials;
+OF_VOLUME vec2 uMaterialPlaces[kMostMaterials]; // from up to, not with, to, of the table's entries
+OF_VOLUME vec3 uMaterialPhong[kMostMaterials];
+OF_VOLUME int uMaterialPower[kMostMaterials];
 
 Material materialAt(float place) {
     Material material = Material(uPhong, uSpecularPower);
@@ -43,7 +49,7 @@ Material materialAt(float place) {
 }
 
 #if FEATURE_EMISSION
-uniform vec3 uMaterialEmission[kMostMaterials];
+OF_VOLUME vec3 uMaterialEmission[kMostMaterials];
 
 // Emission of such a value.
 vec3 emissionAt(float place) {
@@ -72,7 +78,7 @@ float materialPlace(SegmentEnd front, SegmentEnd back) { return 0.0; }
 // gradient: voxel space, any scale; direction: the ray's, unit in voxel space; p: voxels; place: of the value.
 vec3 shadeByLights(vec3 colour, vec3 gradient, vec3 direction, vec3 p, float place, ReceivedLight received) {
     vec3 g = transformed(uVoxelFromPatientTransposed, gradient);
-    vec3 d = transformed(uPatientFromVoxel, direction);
+    vec3 d = transformed(uPatientFromVolume, direction);
     Material m = materialAt(place);
     vec3 n;
     vec3 v;
@@ -88,7 +94,7 @@ vec3 shadeByLights(vec3 colour, vec3 gradient, vec3 direction, vec3 p, float pla
         if (uLightSort[i] == kPoint) {
             precise vec3 o = uLightPlace[i] - p;
             vec3 fading = uLightFading[i];
-            meetPoint(transformed(uPatientFromVoxel, o), fading.x, fading.y, fading.z, kMaxFloat, l, shares);
+            meetPoint(transformed(uPatientFromVolume, o), fading.x, fading.y, fading.z, kMaxFloat, l, shares);
         }
         precise float received_ = received.from[i] * shares;
         float slant = dot3(n, l);

@@ -79,7 +79,7 @@ vec3 segmentColour(SegmentEnd front, SegmentEnd back, float depth, float alpha, 
                     texelFetch(uSums, at + uPreintegrationEdge + 1).rgb, fx, fy);
 }
 #else
-vec4 entryOf(int i) { return vec4(texelFetch(uColours, i).rgb, texelFetch(uExtinctions, i).x); }
+vec4 entryOf(int i) { return vec4(texelFetch(uColours, i).rgb, EXTINCTION(i)); }
 
 vec4 entryAt(float place) {
     float x = onTable(place);

@@ -15,14 +15,14 @@ uniform int uReduction;
 
 #if FEATURE_SKIPPING
 #if FEATURE_VALUES
-TEXELS_R32F uBrickBounds; // places of the table that no value lies beyond
-TEXELS_R32F uCellBounds;
+uniform TEXELS_R32F uBrickBounds; // places of the table that no value lies beyond
+uniform TEXELS_R32F uCellBounds;
 uniform int uBoundsOfCells; // 0: there are none
 #else
-TEXELS_RG32UI uSkipping; // two words a texel: see render/empty_space/distance_map.h
-uniform int uSkippingShift;   // log2 of a box's edge, voxels
+OF_VOLUME TEXELS_RG32UI uSkipping; // two words a texel: see render/empty_space/distance_map.h
+OF_VOLUME int uSkippingShift;   // log2 of a box's edge, voxels
 #endif
-uniform ivec3 uSkippingLast;  // voxel that no position is beyond
+OF_VOLUME ivec3 uSkippingLast; // voxel that no position is beyond
 
 const float kLeapMargin = 1.0 / 64.0; // voxels: far more than positions are rounded by
 
@@ -151,7 +151,7 @@ int nextShown(Ray ray, int i, inout int left, inout uint iterations) {
 #endif
 
 #if FEATURE_SURFACES
-TEXELS_RG32UI uSurfaceMap; // of the surfaces alone; in shape as uSkipping
+uniform TEXELS_RG32UI uSurfaceMap; // of the surfaces alone; in shape as uSkipping
 
 // True if everything between two places is proven empty: the same as isClear() in render/empty_space/occupancy.h.
 bool isClear(UINT_TEXELS map, vec3 a, vec3 b) {

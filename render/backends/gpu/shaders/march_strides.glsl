@@ -1,9 +1,9 @@
 // march_strides.glsl: the number of segments that a ray takes at once: the same as render/contract/strides.h, for
 // shaders.
-// Needs FEATURE_MIXED, common_ray.glsl, sampler_field.glsl. Gives strideAt(ray, i), strideStart(ray, i), and for the
+// Needs FEATURE_MIXED, FEATURE_FUSED, common_ray.glsl, sampler_field.glsl. Gives strideAt(ray, i), strideStart(ray, i), and for the
 // brick at hand startsInCurrentBrick(ray, i), currentBrickStride(i).
 
-#if FEATURE_MIXED
+#if FEATURE_MIXED && !FEATURE_FUSED
 uniform int uNaive; // 1: as the brick at hand, whatever its neighbours
 
 int strideExponent(uvec2 corner, Place place) {

@@ -1,5 +1,5 @@
 // sampler_atlas.glsl: texels of the atlas and stored values; nothing here knows how samples are blended.
-// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING, FEATURE_PASSES. Gives storedFromTexel,
+// Needs FEATURE_HARDWARE, FEATURE_NORMALISED, FEATURE_COUNTING, FEATURE_PASSES, FEATURE_FUSED. Gives storedFromTexel,
 // storedFromFiltered, brickEntry(brick), slotOrigin(entry, shift), trilinearOverBricks, trilinearInSlot.
 
 #include "common_turns.glsl"
@@ -7,17 +7,30 @@
 #include "common_leaves.glsl"
 #include "leaf_field.h"
 
-#if FEATURE_NORMALISED
-TEXELS_R16 uTexels; // atlas pages
-uniform float uStoredBias; // stored value = 65535 * texel + bias, exactly
+#if FEATURE_FUSED
+OF_VOLUME sampler3D uVoxels; // atlas pages: of either type, for single texels and filtered
+#define uTexels uVoxels
+#elif FEATURE_NORMALISED
+OF_VOLUME TEXELS_R16 uTexels; // atlas pages
 #else
-TEXELS_R32F uTexels;
+OF_VOLUME TEXELS_R32F uTexels;
+#endif
+#if FEATURE_NORMALISED
+OF_VOLUME float uStoredBias; // stored value = 65535 * texel + bias, exactly
 #endif
 #if FEATURE_HARDWARE
-uniform sampler3D uVoxels; // the same, filtered
-uniform vec3 uTexelSize; // 1 / extent of uVoxels
+#if !FEATURE_FUSED
+OF_VOLUME sampler3D uVoxels; // the same, filtered
 #endif
-TEXELS_RG32UI uIndex; // one texel per brick: see render/residency/brick_residency.h
+OF_VOLUME vec3 uTexelSize; // 1 / extent of uVoxels
+#endif
+#if FEATURE_FUSED && FEATURE_NORMALISED
+OF_VOLUME int uStoredAsFloats; // 1: stored value = texel; another volume has texels of 16 bits
+#define STORED(text) (uStoredAsFloats != 0 ? texel : text)
+#else
+#define STORED(text) text
+#endif
+OF_VOLUME TEXELS_RG32UI uIndex; // one texel per brick: see render/residency/brick_residency.h
 const uint kEntryValue = 0x80000000u;
 
 #if FEATURE_COUNTING
@@ -29,7 +42,7 @@ uint gFetches = 0u;
 
 float storedFromTexel(float texel) {
 #if FEATURE_NORMALISED
-    return floor(texel * 65535.0 + 0.5) + uStoredBias;
+    return STORED(floor(texel * 65535.0 + 0.5) + uStoredBias);
 #else
     return texel;
 #endif
@@ -37,7 +50,7 @@ float storedFromTexel(float texel) {
 
 float storedFromFiltered(float texel) {
 #if FEATURE_NORMALISED
-    return texel * 65535.0 + uStoredBias;
+    return STORED(texel * 65535.0 + uStoredBias);
 #else
     return texel;
 #endif
@@ -51,15 +64,22 @@ layout(std430, binding = BINDING_WANTED) buffer Wanted { uint uWanted[]; }; // p
 bool gMissing = false; // the sample at hand needs an absent brick
 bool gNaming = false;
 uint gRayNumber = 0u;
+#if FEATURE_FUSED
+OF_VOLUME int uFirstWanted;   // of the volume's bricks
+OF_VOLUME ivec3 uWantedGrid;  // of them; llvmpipe knows the extent of the first texture of an array alone
+#else
+#define uFirstWanted 0
+#define uWantedGrid texelsExtent(uIndex)
+#endif
 #endif
 
 uvec2 brickEntry(ivec3 brick) {
     uvec2 entry = texelAt(uIndex, brick).xy;
 #if FEATURE_PASSES
     if ((entry.x & (kEntryAbsent | kEntryValue)) == kEntryAbsent) gMissing = true;
-    ivec3 bricks = texelsExtent(uIndex);
+    ivec3 bricks = uWantedGrid;
     if (gNaming && (entry.x & kEntryValue) == 0u)
-        atomicMin(uWanted[(brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
+        atomicMin(uWanted[uFirstWanted + (brick.z * bricks.y + brick.y) * bricks.x + brick.x], gRayNumber);
 #endif
     return entry;
 }
@@ -76,13 +96,36 @@ float texelValue(ivec3 at) {
     return storedFromTexel(texelAt(uTexels, at).r);
 }
 
+#if FEATURE_FUSED && DRIVER_LLVMPIPE
+// It compiles each fetch once for every volume. So a loop that it cannot unroll takes the corners of a cell.
+uniform int uCellCorners; // 8
+#define LOOP_OVER_CORNERS 1
+#define CORNERS(Type, v, low, high, corner, fetched)                                                                   \
+    Type v[8];                                                                                                         \
+    for (int n = 0; n < uCellCorners; ++n) {                                                                           \
+        TURN;                                                                                                          \
+        ivec3 corner = mix(low, high, bvec3((n & 1) != 0, (n & 2) != 0, (n & 4) != 0));                                \
+        Type found = fetched;                                                                                          \
+        for (int k = 0; k < 8; ++k) v[k] = n == k ? found : v[k];                                                      \
+    }
+#else
+#define LOOP_OVER_CORNERS 0
+#endif
+
 // Between texels of one slot.
+#if LOOP_OVER_CORNERS
+float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
+    CORNERS(float, v, low, high, at, texelValue(at))
+    return trilinear(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f.x, f.y, f.z);
+}
+#else
 float trilinearInSlot(ivec3 low, ivec3 high, vec3 f) {
     return trilinear(texelValue(low), texelValue(ivec3(high.x, low.yz)), texelValue(ivec3(low.x, high.y, low.z)),
                       texelValue(ivec3(high.xy, low.z)), texelValue(ivec3(low.xy, high.z)),
                       texelValue(ivec3(high.x, low.y, high.z)), texelValue(ivec3(low.x, high.yz)),
                       texelValue(high), f.x, f.y, f.z);
 }
+#endif
 
 // shift: log2 of the samples per brick edge
 float latticeValue(ivec3 i, int shift) {
@@ -94,6 +137,12 @@ float latticeValue(ivec3 i, int shift) {
 }
 
 // Between samples of one level, whichever bricks they are in.
+#if LOOP_OVER_CORNERS
+float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
+    CORNERS(float, v, low, high, at, latticeValue(at, shift))
+    return trilinear(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f.x, f.y, f.z);
+}
+#else
 float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
     return trilinear(latticeValue(low, shift), latticeValue(ivec3(high.x, low.yz), shift),
                       latticeValue(ivec3(low.x, high.y, low.z), shift), latticeValue(ivec3(high.xy, low.z), shift),
@@ -101,3 +150,4 @@ float trilinearOverBricks(ivec3 low, ivec3 high, vec3 f, int shift) {
                       latticeValue(ivec3(high.x, low.y, high.z), shift),
                       latticeValue(ivec3(low.x, high.yz), shift), latticeValue(high, shift), f.x, f.y, f.z);
 }
+#endif

@@ -27,12 +27,19 @@ vec4 latticeTexels(sampler3D texels, sampler3D standing, ivec3 i, int shift) {
 }
 
 // Between samples of one level, whichever bricks they are in.
+#if LOOP_OVER_CORNERS
+vec4 texelsOverBricks(sampler3D texels, sampler3D standing, ivec3 low, ivec3 high, vec3 f, int shift) {
+    CORNERS(vec4, v, low, high, at, latticeTexels(texels, standing, at, shift))
+    return mixTexels(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f);
+}
+#else
 vec4 texelsOverBricks(sampler3D texels, sampler3D standing, ivec3 low, ivec3 high, vec3 f, int shift) {
     return mixTexels(latticeTexels(texels, standing, low, shift), latticeTexels(texels, standing, ivec3(high.x, low.yz), shift),
                     latticeTexels(texels, standing, ivec3(low.x, high.y, low.z), shift), latticeTexels(texels, standing, ivec3(high.xy, low.z), shift),
                     latticeTexels(texels, standing, ivec3(low.xy, high.z), shift), latticeTexels(texels, standing, ivec3(high.x, low.y, high.z), shift),
                     latticeTexels(texels, standing, ivec3(low.x, high.yz), shift), latticeTexels(texels, standing, high, shift), f);
 }
+#endif
 
 #if FEATURE_MIXED
 vec4 brickTexels(sampler3D texels, sampler3D standing, ivec3 brick, uint code, vec3 p) {
@@ -47,9 +54,14 @@ vec4 brickTexels(sampler3D texels, sampler3D standing, ivec3 brick, uint code, v
     ivec3 high = min(low + 1, last);
     precise vec3 f = at - vec3(low);
     ivec3 o = slotOrigin(entry, 5 - level);
+#if LOOP_OVER_CORNERS
+    CORNERS(vec4, v, low, high, inside, texelsAt(texels, o + inside))
+    return mixTexels(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], f);
+#else
     return mixTexels(texelsAt(texels, o + low), texelsAt(texels, o + ivec3(high.x, low.yz)), texelsAt(texels, o + ivec3(low.x, high.y, low.z)),
                     texelsAt(texels, o + ivec3(high.xy, low.z)), texelsAt(texels, o + ivec3(low.xy, high.z)),
                     texelsAt(texels, o + ivec3(high.x, low.y, high.z)), texelsAt(texels, o + ivec3(low.x, high.yz)), texelsAt(texels, o + high), f);
+#endif
 }
 
 vec4 channelsAt(sampler3D texels, sampler3D standing, vec3 position) {

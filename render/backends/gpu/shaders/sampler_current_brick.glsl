@@ -16,8 +16,8 @@ vec3 gBrickOffset, gFirstTexel, gLastTexel;
 ivec3 gBrickFirst, gBrickLast, gBrickOrigin;            // samples
 #endif
 #if FEATURE_MIXED
-TEXELS_R32UI uFacts; // one texel per brick: see render/contract/level_map.h
-uniform int uMostStride;   // no stride above 2^this
+OF_VOLUME TEXELS_R32UI uFacts; // one texel per brick: see render/contract/level_map.h
+OF_VOLUME int uMostStride; // no stride above 2^this
 uniform float uStepVoxels; // length of a segment
 vec3 gStartLow = vec3(kFar), gStartHigh = vec3(-kFar); // voxels: where no finer brick limits the stride
 int gBrickStride = 0;

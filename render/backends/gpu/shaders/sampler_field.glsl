@@ -9,10 +9,10 @@
 #include "sampler_interblock.glsl"
 #else
 
-uniform ivec3 uLevelExtent;     // samples
-uniform float uSamplesPerVoxel; // 2^-level
-uniform float uVoxelsPerSample; // 2^level
-uniform int uBrickShift;        // log2 of the samples per brick edge: 5 - level
+OF_VOLUME ivec3 uLevelExtent;     // samples
+OF_VOLUME float uSamplesPerVoxel; // 2^-level
+OF_VOLUME float uVoxelsPerSample; // 2^level
+OF_VOLUME int uBrickShift;        // log2 of the samples per brick edge: 5 - level
 
 #if FEATURE_HARDWARE
 // at: lattice coordinates, between samples of this one brick.

@@ -1,9 +1,14 @@
 // sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
 // FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT, FEATURE_CUBIC_GRADIENT say, else
 // by central differences over a pitch to either side; as render/contract/sampler.h has them.
-// Needs sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
+// Needs FEATURE_FUSED, sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
 // kGradientValues, how many values of the field it takes.
 
+#if FEATURE_FUSED
+uniform int uAxes; // 3, which compilers would unroll loops by: some compile every fetch once for each volume
+#else
+#define uAxes 3
+#endif
 const float kMostReach = 16.0; // voxels: no difference reaches further to a side, so the 27 bricks around suffice
 
 #if FEATURE_ANALYTIC_GRADIENT
@@ -32,7 +37,7 @@ vec3 fieldGradient(vec3 p) {
     float here = valueNear(p);
     vec3 ahead;
     TURNS(3);
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < uAxes; ++axis) {
         vec3 offset = vec3(0.0);
         offset[axis] = h;
         precise vec3 at = p + offset;
@@ -75,7 +80,7 @@ vec3 centralDifferences(vec3 p) {
     vec3 ahead;
     vec3 behind;
     int outside = 0; // bits: ahead along x, y, z, then behind
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < uAxes; ++axis) {
         vec3 offset = vec3(0.0);
         offset[axis] = h;
         precise vec3 up = p + offset;

@@ -4,11 +4,11 @@
 
 #include "leaf_bricks.h"
 
-TEXELS_RG32UI uCorners;  // one texel per brick corner: see render/contract/level_map.h
-uniform ivec3 uBricks;        // grid of bricks
-uniform ivec3 uExtentVoxels;
-uniform int uEdgeFunction;    // 0 nearest, 1 minimum, 2 split, 3 maximum
-uniform int uFinest;          // level of the selection
+OF_VOLUME TEXELS_RG32UI uCorners; // one texel per brick corner: see render/contract/level_map.h
+OF_VOLUME ivec3 uBricks;        // grid of bricks
+OF_VOLUME ivec3 uExtentVoxels;
+OF_VOLUME int uEdgeFunction;    // 0 nearest, 1 minimum, 2 split, 3 maximum
+OF_VOLUME int uFinest;          // level of the selection
 
 const uint kCodeEmpty = uint(kEmptyCode), kCodeOutside = uint(kOutsideCode), kNoReach = 15u, kAgreeBit = 1u << 12;
 

@@ -1,15 +1,28 @@
 // sampler_labels.glsl: labels of samples (docs/sampling.md, "Labels"), as labelShares() and mediumGradient() of
 // render/contract/leaves.h have them.
-// Needs FEATURE_LABELS, sampler_channels.glsl. Gives labelsAt(p, extinction, gradient), labelled(shares, part, colour).
+// Needs FEATURE_LABELS, FEATURE_FUSED, sampler_channels.glsl. Gives HAS_LABELS, labelsAt(p, extinction, gradient),
+// labelled(shares, part, colour).
 
 #if FEATURE_LABELS
 #include "leaf_labels.h"
 
-uniform sampler3D uLabelTexels, uLabelStanding;         // the first four channels
-uniform sampler3D uMoreLabelTexels, uMoreLabelStanding; // the others
-uniform int uLabelPlain, uLabelTinted, uLabelSolid, uLabelDense, uLabelColour; // channels; -1: none
-uniform float uLabelDensity;
-uniform int uLabelSlopes; // 6 where a medium is lit, else 0
+OF_VOLUME sampler3D uLabelTexels; // the first four channels
+OF_VOLUME sampler3D uLabelStanding;
+OF_VOLUME sampler3D uMoreLabelTexels; // the others
+OF_VOLUME sampler3D uMoreLabelStanding;
+OF_VOLUME int uLabelPlain; // channels; -1: none
+OF_VOLUME int uLabelTinted;
+OF_VOLUME int uLabelSolid;
+OF_VOLUME int uLabelDense;
+OF_VOLUME int uLabelColour;
+OF_VOLUME float uLabelDensity;
+#if FEATURE_FUSED
+OF_VOLUME int uHasLabels;
+#define HAS_LABELS (uHasLabels != 0)
+#else
+#define HAS_LABELS true
+#endif
+OF_VOLUME int uLabelSlopes; // 6 where a medium is lit, else 0
 
 float labelChannel(vec4 first, vec4 more, int channel) {
     if (channel < 0) return 0.0;

@@ -2,12 +2,12 @@
 // Needs FEATURE_VOXEL_LIGHT, FEATURE_EMISSION, sampler_channels.glsl, march_lights.glsl. Gives receivedLight(p).
 
 #if FEATURE_VOXEL_LIGHT
-uniform sampler3D uLightTexels;   // a component a channel, at the texels of the atlas
-uniform sampler3D uLightStanding; // of bricks that stand as one value
-uniform int uOcclusionChannel;    // -1: none
-uniform int uLightChannel[kMostLights];
+OF_VOLUME sampler3D uLightTexels;   // a component a channel, at the texels of the atlas
+OF_VOLUME sampler3D uLightStanding; // of bricks that stand as one value
+OF_VOLUME int uOcclusionChannel;    // -1: none
+OF_VOLUME int uLightChannel[kMostLights];
 #if FEATURE_EMISSION
-uniform int uAmbientChannels; // of light from all sides: one for all colours, or the first three
+OF_VOLUME int uAmbientChannels; // of light from all sides: one for all colours, or the first three
 #endif
 
 ReceivedLight receivedLight(vec3 p) {
