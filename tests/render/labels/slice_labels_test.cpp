@@ -274,7 +274,8 @@ Scene overlappingScene() {
     Labels& labels = scene.volumes[0].labels;
     labels.fill = 0.4;
     labels.outline = 1.5;
-    labels.each = {{"2", LabelLook::tint, 0.7, glm::dvec3(0, 1, 0.5)}, {"3", {}, {}, {}, 0.9, 0.0}};
+    labels.each = {{"2", LabelLook::tint, 0.7, glm::dvec3(0, 1, 0.5)},
+                   {.of = "3", .fill = 0.9, .outline = 0.0}};
     return scene;
 }
 
@@ -302,7 +303,7 @@ TEST(SliceLabels, FillByTheirLooks) {
     Labels& labels = scene.volumes[0].labels;
     labels.outline = 0;
     const glm::vec3 red(1, 0.25f, 0), green(0, 1, 0.5f);
-    labels.each = {{"1", LabelLook::solid, 0.3, glm::dvec3(red), {}, {}},
+    labels.each = {{"1", LabelLook::solid, 0.3, glm::dvec3(red)},
                    {"2", LabelLook::tint, 0.7, glm::dvec3(green), {}, {}},
                    {"3", LabelLook::plain, {}, {}, {}, {}}};
     labels.fill.reset();

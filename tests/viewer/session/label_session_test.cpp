@@ -91,7 +91,7 @@ TEST(LabelSession, PlanesAndSlicesShowLabels) {
         return glm::ivec3(code & 255, code >> 8 & 255, code >> 16 & 255);
     };
     const auto isGrey = [](const glm::ivec3& c) { return c.r == c.g && c.g == c.b; };
-    on.labels().each = {{"12", {}, {}, glm::dvec3(0, 1, 0), 0.5, {}}};
+    on.labels().each = {{.of = "12", .colour = glm::dvec3(0, 1, 0), .fill = 0.5}};
     const auto bare = planesOf(nullptr), labelled = planesOf(&on.labels());
     on.labels().hide = {"12"};
     const auto hidden = planesOf(&on.labels());
