@@ -3,16 +3,19 @@ The working tree is never touched."""
 import fcntl
 import os
 import re
-import resource
 import shutil
-import signal
 import subprocess
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
+
+import processes
+from processes import Limits
 
 ROOT = Path(__file__).resolve().parents[2]
-MEMORY_BYTES = 16 << 30  # of address space for a test program: a mutant may allocate without end
+MEMORY_BYTES = 16 << 30  # of address space for a test program: a mutant may allocate without end,
+FILE_BYTES = 4 << 30  # or write
 
 
 @dataclass
@@ -31,6 +34,12 @@ class Mutant:
     why: str = ""
     edits: list = field(default_factory=list)
     tests: list = field(default_factory=list)  # (program, gtest filter), nearest first
+
+
+class Tested(NamedTuple):
+    by: str  # who failed; "" where all passed
+    text: str  # what they wrote
+    seconds: float  # of processors
 
 
 class Stale(Exception):
@@ -106,36 +115,23 @@ class Copy:
 
     def make(self, targets):
         """Builds; returns what the compiler said where that fails."""
-        done = subprocess.run(["cmake", "--build", self.build, "-j", str(self.jobs), "--target", *targets],
-                              cwd=self.root, env=self.env, capture_output=True, text=True)
-        return "" if done.returncode == 0 else done.stdout + done.stderr
+        done = processes.run(["ninja", "-C", self.build, "-j", self.jobs, *targets], self.root, self.env)
+        return "" if done.status == 0 else done.text
 
     def call(self, command, timeout=None, env=None):
-        """Runs a command; returns its exit status, None where it hangs, and its output."""
+        """Runs a command, which hangs after `timeout` seconds of a processor, or far more by the clock."""
+        timeout = timeout or self.timeout
         os.makedirs(self.env["TMPDIR"], exist_ok=True)
-        process = subprocess.Popen(
-            command, cwd=self.build, env=env or self.env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES)))
-        try:
-            text, _ = process.communicate(timeout=timeout or self.timeout)
-            return process.returncode, text
-        except subprocess.TimeoutExpired:
-            return None, ""
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)  # its own group: what it started goes with it
-                process.wait()
-            process.stdout.close()
+        return processes.run(command, self.build, env or self.env,
+                             Limits(60 + 3 * timeout, timeout, MEMORY_BYTES, FILE_BYTES))
 
     def run_tests(self, program, tests, timeout=None):
-        """Runs tests; returns who failed, or "" where all passed, and the output."""
-        code, text = self.call([str(self.build / program), f"--gtest_filter={tests}", "--gtest_fail_fast",
-                                "--gtest_color=no"], timeout)
-        if code is None:
-            return f"{program}: hangs", ""
+        """Runs tests until one fails."""
+        code, text, seconds = self.call([self.build / program, f"--gtest_filter={tests}", "--gtest_fail_fast",
+                                         "--gtest_color=no"], timeout)
         if code == 0:
-            return "", text
+            return Tested("", text, seconds)
         failed = re.search(r"\[  FAILED  \] ([\w/.]+)", text)
-        begun = re.findall(r"\[ RUN      \] (\S+)", text)
-        return failed.group(1) if failed else f"{begun[-1] if begun else program}: ends with {code}", text
+        begun = (re.findall(r"\[ RUN      \] (\S+)", text) or [program])[-1]
+        ends = f"{begun}: hangs" if code is None else f"{begun}: ends with {code}"
+        return Tested(failed.group(1) if failed else ends, text, seconds)
