@@ -1,6 +1,7 @@
 """What run.py and sample.py share: a mutant, and the copy of the sources in which one is planted, built and tested.
 The working tree is never touched."""
 import fcntl
+import hashlib
 import os
 import re
 import shutil
@@ -59,9 +60,10 @@ def planted(edit, text, place):
 class Copy:
     """The copy of the sources in which mutants are planted, and its build."""
 
-    # What cmake is told; a kind of copy has its own. A change that compiles with a warning is no mutant,
-    # because it would not be kept.
-    CONFIGURE = ("--preset", "release", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON")
+    # What cmake is told. A change that compiles with a warning is no mutant, because it would not be kept. Nor does a
+    # build run test programs for the names of their tests: on a busy machine they may be too late.
+    CONFIGURE = ("--preset", "release", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON",
+                 "-DCMAKE_GTEST_DISCOVER_TESTS_DISCOVERY_MODE=PRE_TEST")
     BUILD = "release"  # folder of the build, in build/ of the copy
 
     def __init__(self, folder, jobs, timeout):
@@ -117,6 +119,20 @@ class Copy:
         """Builds; returns what the compiler said where that fails."""
         done = processes.run(["ninja", "-C", self.build, "-j", self.jobs, *targets], self.root, self.env)
         return "" if done.status == 0 else done.text
+
+    def remember(self, parts):
+        """What programs are without a mutant. `parts`: by program, the files of the build that it is made of, starts or
+        loads."""
+        self.parts = parts
+        self.sums = {part: self.sum(part) for part in set().union(*parts.values())}
+
+    def sum(self, part):
+        path = self.build / part
+        return hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b""
+
+    def is_changed(self, program):
+        """False where the compiler makes the same of the mutant."""
+        return any(self.sum(part) != self.sums[part] for part in self.parts[program])
 
     def call(self, command, timeout=None, env=None):
         """Runs a command, which hangs after `timeout` seconds of a processor, or far more by the clock."""

@@ -75,8 +75,11 @@ class Reach:
     def __init__(self, copy):
         self.copy, self.release = copy, Build(copy, copy.build)
         self.counted = Build(copy, copy.root / "build" / "coverage")
-        self.objects = {p: {line for line in self.release.ninja("-t", "inputs", p) if line.endswith(".o")}
-                        for p in self.release.tests()}
+        inputs = {p: self.release.ninja("-t", "inputs", p) for p in self.release.tests()}
+        self.objects = {p: {line for line in of if line.endswith(".o")} for p, of in inputs.items()}
+        # Objects, and the programs and modules at the top of the build.
+        self.parts = {p: {p} | {line for line in of if line.endswith((".o", ".so")) or "/" not in line}
+                      for p, of in inputs.items()}
         self.lines, self.places = {}, {}  # functions by a file's lines with code, and by (first, last) line
         # By program and test: seconds, functions, and how many of them each file of the product has.
         self.seconds, self.ran, self.files = {}, {}, {}
@@ -84,8 +87,8 @@ class Reach:
 
     def learn(self):
         """Builds with counters, runs what is not known yet, and reads all."""
-        configure = ["cmake", "-S", self.copy.root, "-B", self.counted.folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                     "-DTESSERA_WITH_TESTS=ON", "-DCMAKE_CXX_FLAGS=--coverage"]
+        configure = ["cmake", "-S", self.copy.root, "-B", self.counted.folder, *self.copy.CONFIGURE,
+                     "-DCMAKE_COMPILE_WARNING_AS_ERROR=OFF", "-DTESSERA_WITH_TESTS=ON", "-DCMAKE_CXX_FLAGS=--coverage"]
         for command in (configure, ["ninja", "-C", self.counted.folder, "-j", self.copy.jobs]):
             done = processes.run(command, self.copy.root, self.copy.env)
             if done.status != 0:

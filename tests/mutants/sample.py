@@ -65,11 +65,12 @@ def draws(texts, seed):
 def judge(copy, tests, mutant, limit):
     """Plants a mutant and runs the tests that reach it until they have taken their processor time; what a result says of
     that."""
-    ran, built, begun, used = [], set(), time.time(), 0
+    ran, built, begun, used = [], {}, time.time(), 0  # built: whether the program is another with the mutant
 
     def found(verdict, by, whole=True):
         return {"verdict": verdict, "by": by, "tests": ran, "whole": whole, "reached": sum(len(names) for _, names, _ in tests),
-                "seconds": round(time.time() - begun, 1), "processor": round(used, 1)}
+                "seconds": round(time.time() - begun, 1), "processor": round(used, 1),
+                "same": whole and bool(built) and not any(built.values())}
     try:
         copy.plant(mutant)
         if not tests and (error := unbuilt(copy.make(["all"]))):
@@ -81,7 +82,10 @@ def judge(copy, tests, mutant, limit):
                 if error := unbuilt(text):
                     return found("no build", error)
                 return found("killed", f"{program}: cannot list its tests")
-            built.add(program)
+            if program not in built:
+                built[program] = copy.is_changed(program)
+            if not built[program]:
+                continue
             ran.append(f"{program} {names[0] if len(names) == 1 else len(names)}")
             done = copy.run_tests(program, ":".join(names), min(copy.timeout, 30 + 10 * seconds))
             used += done.seconds
@@ -150,6 +154,7 @@ def sampled(options, copies, path, drawn):
     chosen = iter(chosen)
     for copy in copies:
         copy.jobs = 1
+        copy.remember(reach.parts)
 
     def work(copy):
         nonlocal left

@@ -125,8 +125,8 @@ class Order(unittest.TestCase):
 class Told:
     """A copy whose tests take so many seconds of a processor, and fail or not."""
 
-    def __init__(self, *tests):
-        self.left, self.restored, self.timeout = list(tests), False, 100
+    def __init__(self, *tests, same=()):
+        self.left, self.same, self.restored, self.timeout = list(tests), same, False, 100
 
     def plant(self, mutant):
         pass
@@ -136,6 +136,9 @@ class Told:
 
     def make(self, targets):
         return ""
+
+    def is_changed(self, program):
+        return program not in self.same
 
     def run_tests(self, program, tests, timeout):
         seconds, by = self.left.pop(0)
@@ -154,6 +157,12 @@ class Judged(unittest.TestCase):
         found = judge(Told((6, ""), (6, "")), self.TESTS, None, 10)
         self.assertEqual((found["verdict"], found["whole"], found["tests"], found["reached"]), ("survived", False, ["p a", "p b"], 3))
         self.assertTrue(judge(Told((6, ""), (1, ""), (6, "")), self.TESTS, None, 10)["whole"])
+
+    def test_not_by_programs_that_are_the_same(self):
+        found = judge(Told((6, ""), same=["p"]), self.TESTS, None, 10)
+        self.assertEqual((found["verdict"], found["tests"], found["whole"], found["same"]), ("survived", ["q c"], True, False))
+        found = judge(Told(same=["p", "q"]), self.TESTS, None, 10)
+        self.assertEqual((found["verdict"], found["tests"], found["whole"], found["same"]), ("survived", [], True, True))
 
     def test_only_in_part_where_this_program_ends(self):
         def stopped(*_):
@@ -245,6 +254,8 @@ class Score(unittest.TestCase):
         self.assertIn("without 1 argued equivalent: 2 of 3", text)
         self.assertIn("written for survivors: 3 of 3", text)
         self.assertIn("equivalent: it is nothing", text)
+        text = score.report([result("killed", 1), dict(result("survived", 2), same=True)], [])
+        self.assertIn("without 1 argued equivalent: 1 of 1", text)
 
     def test_is_kept_between_runs(self):
         with tempfile.TemporaryDirectory() as folder:
