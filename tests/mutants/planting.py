@@ -17,6 +17,7 @@ from processes import Limits
 ROOT = Path(__file__).resolve().parents[2]
 MEMORY_BYTES = 16 << 30  # of address space for a test program: a mutant may allocate without end,
 FILE_BYTES = 4 << 30  # or write
+IDLE_SECONDS, CLOCK_SECONDS = 120, 7200  # a command that waits for ever: without a processor, or at all
 
 
 @dataclass
@@ -135,11 +136,11 @@ class Copy:
         return any(self.sum(part) != self.sums[part] for part in self.parts[program])
 
     def call(self, command, timeout=None, env=None):
-        """Runs a command, which hangs after `timeout` seconds of a processor, or far more by the clock."""
+        """Runs a command, which hangs after `timeout` seconds of a processor, or where it takes none any more."""
         timeout = timeout or self.timeout
         os.makedirs(self.env["TMPDIR"], exist_ok=True)
         return processes.run(command, self.build, env or self.env,
-                             Limits(60 + 3 * timeout, timeout, MEMORY_BYTES, FILE_BYTES))
+                             Limits(CLOCK_SECONDS, IDLE_SECONDS, timeout, MEMORY_BYTES, FILE_BYTES))
 
     def run_tests(self, program, tests, timeout=None):
         """Runs tests until one fails."""

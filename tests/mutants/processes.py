@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from pathlib import Path
 from typing import NamedTuple
 
 TEXT_BYTES = 16 << 20  # of a command's output, its end, are kept
@@ -30,6 +31,7 @@ class Ended(NamedTuple):
 class Limits(NamedTuple):
     """What a command may take; None: as much as it likes."""
     clock: float = None  # seconds
+    idle: float = None  # seconds by the clock in which none of its session takes any of a processor
     processor: float = None  # seconds, of each process
     memory: int = None  # bytes of address space, of each process
     file: int = None  # bytes of a file that it writes
@@ -52,15 +54,34 @@ def stop_on_signals():
         signal.signal(number, stop)
 
 
-def ended(leader, ending, clock):
+def taken(session):
+    """Ticks of processors that a session's processes have taken, and those of their children that ended."""
+    ticks = 0
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()  # from the state on: man 5 proc
+        except OSError:
+            continue
+        if int(fields[3]) == session:
+            ticks += sum(map(int, fields[11:15]))
+    return ticks
+
+
+def ended(leader, ending, limits):
     """Waits for a leader and ends its group; whether it came to its own end. Who is asked to end can remove what is half
     written, as compilers do."""
     def wait(seconds):
         return bool(select.select([ending], [], [], seconds)[0])
     try:
-        begun = time.time()
-        while not (own := wait(0.5)) and not stopping.is_set() and (clock is None or time.time() - begun < clock):
-            pass
+        begun = worked = time.time()
+        ticks = 0
+        while not (own := wait(0.5)) and not stopping.is_set():
+            now = time.time()
+            if limits.idle is not None and (by := taken(leader)) != ticks:
+                ticks, worked = by, now
+            if (limits.clock is not None and now - begun > limits.clock) or \
+                    (limits.idle is not None and now - worked > limits.idle):
+                break
         return own
     finally:
         if not wait(0):
@@ -78,7 +99,7 @@ def run(command, folder, env, limits=Limits()):
                                    stdout=output, stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=limits.set)
         ending = os.pidfd_open(process.pid)
         try:
-            own = ended(process.pid, ending, limits.clock)
+            own = ended(process.pid, ending, limits)
         finally:
             _, status, used = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)  # Popen need not wait any more

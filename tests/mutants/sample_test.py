@@ -214,6 +214,9 @@ class Processes(unittest.TestCase):
         self.assertEqual(done.status, None)
         self.assertGreater(done.seconds, 0.8)
         self.assertEqual(self.run_it("sleep", "60", clock=0.1).status, None)
+        self.assertEqual(self.run_it("sh", "-c", "sleep 60 & wait", idle=1, clock=60).status, None)
+        busy = "import time\nwhile time.process_time() < 1.5: pass"
+        self.assertEqual(self.run_it(sys.executable, "-c", busy, idle=1, clock=60).status, 0, "slow is no hang")
         self.assertLess(time.time() - begun, 40)
 
     def test_leave_nobody(self):
