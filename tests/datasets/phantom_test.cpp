@@ -1,12 +1,16 @@
 // tests/datasets/phantom_test.cpp: the generated volumes: their formulas, gradients and determinism.
+#include "core/base/brick.h"
 #include "core/base/error.h"
 #include "datasets/analytic_field.h"
 #include "datasets/colon_shape.h"
 #include "datasets/phantom.h"
 #include "datasets/torso_parts.h"
+#include "tests/support/folders.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -273,6 +277,38 @@ TEST(Torso, OrgansLieWhereTheyShould) {
     EXPECT_NEAR(share(lung), 0.065, 0.02);
     EXPECT_NEAR(share(fat), 0.14, 0.05);
     EXPECT_NEAR(share(bone), 0.015, 0.008);
+}
+
+/// Means over boxes of the body, HU: tissue stays where it is recorded to be. Voxels at a border may differ
+/// from machine to machine.
+TEST(Torso, IsThatOfTheRecord) {
+    const glm::ivec3 boxes(6, 5, 15), voxels(15, 13, 7), extent = boxes * voxels;
+    constexpr double kTolerance = 1;
+    for (const std::string& name : phantomNames()) {
+        if (!isTorso(name))
+            continue;
+        const std::vector<std::int16_t> values = valuesOf<std::int16_t>(name, extent);
+        std::vector<double> means(cellCount(boxes));
+        for (std::size_t i = 0; i < values.size(); ++i)
+            means[linearIndex(gridPosition(i, extent) / voxels, boxes)] +=
+                static_cast<double>(values[i]) / static_cast<double>(cellCount(voxels));
+        const std::filesystem::path file = test::sourceFolder() / "tests/datasets/recorded" / (name + ".txt");
+        if (std::getenv("TESSERA_RECORD")) {
+            std::ofstream out(file);
+            for (std::size_t n = 0; n < means.size(); ++n)
+                out << std::round(10 * means[n]) / 10
+                    << ((n + 1) % static_cast<std::size_t>(boxes.x) ? ' ' : '\n');
+            continue;
+        }
+        std::ifstream in(file);
+        for (std::size_t n = 0; n < means.size(); ++n) {
+            double recorded = 0;
+            ASSERT_TRUE(in >> recorded) << file << " is too short";
+            const glm::ivec3 at = gridPosition(n, boxes);
+            EXPECT_NEAR(means[n], recorded, kTolerance)
+                << name << ", box " << at.x << " " << at.y << " " << at.z;
+        }
+    }
 }
 
 /// Between the muscles of the back and the flank fat shows as lines in every slice of the chest.

@@ -1,18 +1,23 @@
 """What run.py and sample.py share: a mutant, and the copy of the sources in which one is planted, built and tested.
 The working tree is never touched."""
 import fcntl
+import hashlib
 import os
 import re
-import resource
 import shutil
-import signal
 import subprocess
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
+
+import processes
+from processes import Limits
 
 ROOT = Path(__file__).resolve().parents[2]
-MEMORY_BYTES = 16 << 30  # of address space for a test program: a mutant may allocate without end
+MEMORY_BYTES = 16 << 30  # of address space for a test program: a mutant may allocate without end,
+FILE_BYTES = 4 << 30  # or write
+IDLE_SECONDS, CLOCK_SECONDS = 120, 7200  # a command that waits for ever: without a processor, or at all
 
 
 @dataclass
@@ -33,6 +38,12 @@ class Mutant:
     tests: list = field(default_factory=list)  # (program, gtest filter), nearest first
 
 
+class Tested(NamedTuple):
+    by: str  # who failed; "" where all passed
+    text: str  # what they wrote
+    seconds: float  # of processors
+
+
 class Stale(Exception):
     """A mutant that no longer fits the sources, or is written wrongly."""
 
@@ -50,9 +61,10 @@ def planted(edit, text, place):
 class Copy:
     """The copy of the sources in which mutants are planted, and its build."""
 
-    # What cmake is told; a kind of copy has its own. A change that compiles with a warning is no mutant,
-    # because it would not be kept.
-    CONFIGURE = ("--preset", "release", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON")
+    # What cmake is told. A change that compiles with a warning is no mutant, because it would not be kept. Nor does a
+    # build run test programs for the names of their tests: on a busy machine they may be too late.
+    CONFIGURE = ("--preset", "release", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON",
+                 "-DCMAKE_GTEST_DISCOVER_TESTS_DISCOVERY_MODE=PRE_TEST")
     BUILD = "release"  # folder of the build, in build/ of the copy
 
     def __init__(self, folder, jobs, timeout):
@@ -106,36 +118,37 @@ class Copy:
 
     def make(self, targets):
         """Builds; returns what the compiler said where that fails."""
-        done = subprocess.run(["cmake", "--build", self.build, "-j", str(self.jobs), "--target", *targets],
-                              cwd=self.root, env=self.env, capture_output=True, text=True)
-        return "" if done.returncode == 0 else done.stdout + done.stderr
+        done = processes.run(["ninja", "-C", self.build, "-j", self.jobs, *targets], self.root, self.env)
+        return "" if done.status == 0 else done.text
+
+    def remember(self, parts):
+        """What programs are without a mutant. `parts`: by program, the files of the build that it is made of, starts or
+        loads."""
+        self.parts = parts
+        self.sums = {part: self.sum(part) for part in set().union(*parts.values())}
+
+    def sum(self, part):
+        path = self.build / part
+        return hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b""
+
+    def is_changed(self, program):
+        """False where the compiler makes the same of the mutant."""
+        return any(self.sum(part) != self.sums[part] for part in self.parts[program])
 
     def call(self, command, timeout=None, env=None):
-        """Runs a command; returns its exit status, None where it hangs, and its output."""
+        """Runs a command, which hangs after `timeout` seconds of a processor, or where it takes none any more."""
+        timeout = timeout or self.timeout
         os.makedirs(self.env["TMPDIR"], exist_ok=True)
-        process = subprocess.Popen(
-            command, cwd=self.build, env=env or self.env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES)))
-        try:
-            text, _ = process.communicate(timeout=timeout or self.timeout)
-            return process.returncode, text
-        except subprocess.TimeoutExpired:
-            return None, ""
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)  # its own group: what it started goes with it
-                process.wait()
-            process.stdout.close()
+        return processes.run(command, self.build, env or self.env,
+                             Limits(CLOCK_SECONDS, IDLE_SECONDS, timeout, MEMORY_BYTES, FILE_BYTES))
 
     def run_tests(self, program, tests, timeout=None):
-        """Runs tests; returns who failed, or "" where all passed, and the output."""
-        code, text = self.call([str(self.build / program), f"--gtest_filter={tests}", "--gtest_fail_fast",
-                                "--gtest_color=no"], timeout)
-        if code is None:
-            return f"{program}: hangs", ""
+        """Runs tests until one fails."""
+        code, text, seconds = self.call([self.build / program, f"--gtest_filter={tests}", "--gtest_fail_fast",
+                                         "--gtest_color=no"], timeout)
         if code == 0:
-            return "", text
+            return Tested("", text, seconds)
         failed = re.search(r"\[  FAILED  \] ([\w/.]+)", text)
-        begun = re.findall(r"\[ RUN      \] (\S+)", text)
-        return failed.group(1) if failed else f"{begun[-1] if begun else program}: ends with {code}", text
+        begun = (re.findall(r"\[ RUN      \] (\S+)", text) or [program])[-1]
+        ends = f"{begun}: hangs" if code is None else f"{begun}: ends with {code}"
+        return Tested(failed.group(1) if failed else ends, text, seconds)

@@ -9,12 +9,15 @@ import shutil
 import subprocess
 import sys
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import gcov
+import processes
 
-CHEAP_SECONDS = 2.0  # tests that take less, with counters, run together and before all others
+START_SECONDS = 0.5  # to start a test, and a share of what it takes to link its program
+FIRST_SECONDS, MORE = 5.0, 4  # of the first tests, and how much longer later ones may run together
 
 
 class Build:
@@ -72,20 +75,24 @@ class Reach:
     def __init__(self, copy):
         self.copy, self.release = copy, Build(copy, copy.build)
         self.counted = Build(copy, copy.root / "build" / "coverage")
-        self.objects = {p: {line for line in self.release.ninja("-t", "inputs", p) if line.endswith(".o")}
-                        for p in self.release.tests()}
+        inputs = {p: self.release.ninja("-t", "inputs", p) for p in self.release.tests()}
+        self.objects = {p: {line for line in of if line.endswith(".o")} for p, of in inputs.items()}
+        # Objects, and the programs and modules at the top of the build.
+        self.parts = {p: {p} | {line for line in of if line.endswith((".o", ".so")) or "/" not in line}
+                      for p, of in inputs.items()}
         self.lines, self.places = {}, {}  # functions by a file's lines with code, and by (first, last) line
-        self.seconds, self.ran = {}, {}  # by program and test: seconds, functions
+        # By program and test: seconds, functions, and how many of them each file of the product has.
+        self.seconds, self.ran, self.files = {}, {}, {}
         self.learn()
 
     def learn(self):
         """Builds with counters, runs what is not known yet, and reads all."""
-        configure = ["cmake", "-S", self.copy.root, "-B", self.counted.folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                     "-DTESSERA_WITH_TESTS=ON", "-DCMAKE_CXX_FLAGS=--coverage"]
-        for command in (configure, ["cmake", "--build", self.counted.folder, "-j", str(self.copy.jobs)]):
-            done = subprocess.run(command, env=self.copy.env, capture_output=True, text=True)
-            if done.returncode != 0:
-                sys.exit(f"the sources do not build with counters:\n{(done.stdout + done.stderr)[-3000:]}")
+        configure = ["cmake", "-S", self.copy.root, "-B", self.counted.folder, *self.copy.CONFIGURE,
+                     "-DCMAKE_COMPILE_WARNING_AS_ERROR=OFF", "-DTESSERA_WITH_TESTS=ON", "-DCMAKE_CXX_FLAGS=--coverage"]
+        for command in (configure, ["ninja", "-C", self.counted.folder, "-j", self.copy.jobs]):
+            done = processes.run(command, self.copy.root, self.copy.env)
+            if done.status != 0:
+                sys.exit(f"the sources do not build with counters:\n{done.text[-3000:]}")
         stores = self.counted.folder / "test-stores"
         if not stores.exists():
             self.copy.call([str(self.counted.folder / "prepare_test_stores"), str(stores)], 40 * self.copy.timeout)
@@ -122,21 +129,23 @@ class Reach:
         functions = known["functions"]
         self.seconds[program] = {name: told["seconds"] for name, told in known["tests"].items()}
         self.ran[program] = {name: {functions[n] for n in told["ran"]} for name, told in known["tests"].items()}
+        place = [function.split(" ")[0] for function in functions]
+        self.files[program] = {name: Counter(place[n] for n in told["ran"] if not place[n].startswith(("..", "tests/")))
+                               for name, told in known["tests"].items()}
 
     def count(self, name, command, identities):
-        """A test's seconds and the functions that it, and what it starts, runs; None where it does not pass."""
+        """A test's seconds of a processor, and the functions that it, and what it starts, runs; None where it does not pass."""
         folder = self.copy.root / "build" / "counts" / hashlib.sha256(name.encode()).hexdigest()[:16]
         strip = len(self.counted.folder.parts) - 1
         env = dict(self.copy.env, GCOV_PREFIX=str(folder), GCOV_PREFIX_STRIP=str(strip))
-        begun = time.time()
         try:
-            if self.copy.call(command, 10 * self.copy.timeout, env)[0] != 0:
+            done, ran = self.copy.call(command, 10 * self.copy.timeout, env), set()
+            if done.status != 0:
                 return None
-            took, ran = time.time() - begun, set()
             for counts in folder.rglob("*.gcda"):
                 own = identities.get(str(counts.relative_to(folder))[:-len(".gcda")], {})
                 ran |= {own[identity] for identity in gcov.ran(counts) if identity in own}
-            return {"seconds": round(took, 2), "ran": ran}
+            return {"seconds": round(done.seconds, 2), "ran": ran}
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -161,14 +170,25 @@ class Reach:
         return sorted((p for p in self.objects if self.objects[p] & objects), key=distance)
 
     def tests(self, file, line):
-        """Tests that reach a line, (program, names, seconds): cheap ones of the nearest program first, then of others,
-        then dear ones."""
-        functions, cheap, dear = self.functions(file, line), [], []
+        """Tests that reach a line, (program, names, seconds): those first that meet a fault most likely in a second. The
+        likelihood is taken for the share of the file among the functions that a test runs."""
+        functions, likely = self.functions(file, line), {}
         for program in self.programs(file):
-            seconds = {name: s for name, s in self.seconds[program].items()
-                       if functions is None or not functions.isdisjoint(self.ran[program][name])}
-            few = [name for name, s in seconds.items() if s < CHEAP_SECONDS]
-            if few:
-                cheap.append((program, few, sum(seconds[name] for name in few)))
-            dear += [(program, [name], s) for name, s in seconds.items() if name not in few]
-        return cheap + sorted(dear, key=lambda test: test[2])
+            for name, ran in self.ran[program].items():
+                if functions is None or not functions.isdisjoint(ran):
+                    of = self.files[program][name]
+                    likely[program, name] = (of.get(file, 0) + 1) / (sum(of.values()) + 1)
+        cost = {test: START_SECONDS + self.seconds[test[0]][test[1]] for test in likely}
+        return in_rounds(sorted(likely, key=lambda test: -likely[test] / cost[test]), cost)
+
+
+def in_rounds(ordered, cost):
+    """Joins tests that run one after another in one program: few at first, later more. `ordered`: (program, name), the
+    first first; `cost`: their seconds."""
+    rounds, most, taken = [{}], FIRST_SECONDS, 0
+    for program, name in ordered:
+        if taken > most:
+            rounds, most, taken = rounds + [{}], MORE * most, 0
+        rounds[-1].setdefault(program, []).append(name)
+        taken += cost[program, name]
+    return [(program, names, sum(cost[program, name] for name in names)) for of in rounds for program, names in of.items()]

@@ -10,12 +10,12 @@ import os
 import re
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import processes
 from planting import ROOT, Copy, Edit, Mutant, Stale, planted
 
 KEYS = ("why", "in", "test", "before")
@@ -108,14 +108,14 @@ class Bench(Copy):
 
     def test(self, program, tests):
         """Runs tests with as much patience as they need; returns who failed, or "" where all passed."""
-        return self.run_tests(program, tests, self.patience.get((program, tests)))[0]
+        return self.run_tests(program, tests, self.patience.get((program, tests))).by
 
     def learn(self, program, filters):
         """Runs the tests of all filters once, without a mutant; learns how long those of each take."""
-        by, text = self.run_tests(program, ":".join(filters), 10 * self.timeout)
-        if by:
-            sys.exit(f"{by} fails without a mutant")
-        taken = {name: int(ms) / 1000 for name, ms in re.findall(r"\[  (?:     OK|SKIPPED) \] (\S+) \((\d+) ms\)", text)}
+        done = self.run_tests(program, ":".join(filters), 10 * self.timeout)
+        if done.by:
+            sys.exit(f"{done.by} fails without a mutant")
+        taken = {name: int(ms) / 1000 for name, ms in re.findall(r"\[  (?:     OK|SKIPPED) \] (\S+) \((\d+) ms\)", done.text)}
         for tests in filters:
             parts = tests.split(":")
             seconds = [s for name, s in taken.items() if any(fnmatch.fnmatchcase(name, part) for part in parts)]
@@ -182,7 +182,7 @@ def arguments():
     parser.add_argument("--only", action="append", help="only mutants of this name, or pattern; may be repeated")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="of builds (default: all processors)")
     parser.add_argument("--timeout", type=float, default=240,
-                        help="seconds after which a test program hangs, which counts as caught (default: 240)")
+                        help="seconds of a processor after which a test program hangs, which counts as caught (default: 240)")
     parser.add_argument("--nearest", action="store_true",
                         help="only the tests that a mutant names, not the rest of their programs")
     parser.add_argument("--gate", action="store_true",
@@ -252,6 +252,5 @@ def main():
 
 
 if __name__ == "__main__":
-    for number in (signal.SIGINT, signal.SIGTERM):  # a shell's background jobs ignore the first
-        signal.signal(number, signal.default_int_handler)
+    processes.stop_on_signals()
     sys.exit(main())

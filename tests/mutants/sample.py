@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from pathlib import Path
 
+import processes
 import score
 from operators import faults_of
 from planting import ROOT, Copy, Edit, Mutant
@@ -62,27 +63,34 @@ def draws(texts, seed):
 
 
 def judge(copy, tests, mutant, limit):
-    """Plants a mutant and runs the tests that reach it until its time is up; what a result says of that."""
-    ran, built, begun = [], set(), time.time()
+    """Plants a mutant and runs the tests that reach it until they have taken their processor time; what a result says of
+    that."""
+    ran, built, begun, used = [], {}, time.time(), 0  # built: whether the program is another with the mutant
 
     def found(verdict, by, whole=True):
         return {"verdict": verdict, "by": by, "tests": ran, "whole": whole, "reached": sum(len(names) for _, names, _ in tests),
-                "seconds": round(time.time() - begun, 1)}
+                "seconds": round(time.time() - begun, 1), "processor": round(used, 1),
+                "same": whole and bool(built) and not any(built.values())}
     try:
         copy.plant(mutant)
         if not tests and (error := unbuilt(copy.make(["all"]))):
             return found("no build", error)
         for program, names, seconds in tests:
-            if time.time() - begun > limit:
+            if used > limit:
                 return found("survived", "", False)
             if program not in built and (text := copy.make([program])):
                 if error := unbuilt(text):
                     return found("no build", error)
                 return found("killed", f"{program}: cannot list its tests")
-            built.add(program)
+            if program not in built:
+                built[program] = copy.is_changed(program)
+            if not built[program]:
+                continue
             ran.append(f"{program} {names[0] if len(names) == 1 else len(names)}")
-            if by := copy.run_tests(program, ":".join(names), min(copy.timeout, 60 + 10 * seconds))[0]:
-                return found("killed", by)
+            done = copy.run_tests(program, ":".join(names), min(copy.timeout, 30 + 10 * seconds))
+            used += done.seconds
+            if done.by:
+                return found("killed", done.by)
         return found("survived", "")
     finally:
         copy.restore()
@@ -102,7 +110,7 @@ def arguments():
     parser.add_argument("--room", action="append",
                         help="only files below this folder, such as bricking/store/; may be repeated")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin nothing more after so many")
-    parser.add_argument("--limit", type=float, default=300, help="seconds for a mutant that lives (default: 300)")
+    parser.add_argument("--limit", type=float, default=300, help="seconds of a processor for the tests of a mutant that lives (default: 300)")
     parser.add_argument("--again", action="store_true", help="judge survivors again: with a longer --limit")
     parser.add_argument("--new-tests", action="store_true",
                         help="as --again, after tests were written: told as a score of its own")
@@ -112,7 +120,7 @@ def arguments():
                         help="folder of the first copy, as run.py has it; others beside it")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants side by side, each in its copy")
     parser.add_argument("--timeout", type=float, default=120,
-                        help="seconds after which tests hang: a kill (default: 120)")
+                        help="seconds of a processor after which tests hang: a kill (default: 120)")
     return parser.parse_args()
 
 
@@ -146,6 +154,7 @@ def sampled(options, copies, path, drawn):
     chosen = iter(chosen)
     for copy in copies:
         copy.jobs = 1
+        copy.remember(reach.parts)
 
     def work(copy):
         nonlocal left
@@ -160,7 +169,7 @@ def sampled(options, copies, path, drawn):
             with one:
                 score.append(path, result)
                 left += result["verdict"] == "no build"
-                print(f"{result['verdict']:9} {result['seconds']:5.0f} s  {mutant[1].place:60} {mutant[1].why:18} "
+                print(f"{result['verdict']:9} {result['seconds']:5.0f} s {result['processor']:5.0f} s  {mutant[1].place:60} {mutant[1].why:18} "
                       f"{result['by'] or result['reached']}", flush=True)
     with ThreadPoolExecutor(len(copies)) as threads:
         list(threads.map(work, copies))
@@ -184,4 +193,8 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    processes.stop_on_signals()
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit("stopped; what was judged is kept")

@@ -59,6 +59,7 @@ def report(results, equivalent):
     """Text: the score, that without what is argued equivalent, that with tests written since, and the survivors."""
     first, last = judged(results, False), judged(results, True)
     argued = {key(entry): entry["because"] for entry in equivalent}
+    argued |= {name: "the compiler makes the same programs of it" for name, result in last.items() if result.get("same")}
     real = [result for name, result in first.items() if name not in argued]
     unbuilt = len({key(result) for result in results} - set(first))
     text = [f"{told(first.values())}; {unbuilt} more did not build", *table(first.values(), "room"),

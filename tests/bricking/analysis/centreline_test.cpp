@@ -194,6 +194,8 @@ TEST(Centreline, SeedsBehindAGapAreMetInOrder) {
                      {{0, 0, 104}, "--to"}};
     const Centrelines found = find(chunks, request);
     ASSERT_EQ(found.bridges.size(), 1u);
+    EXPECT_NEAR(static_cast<double>(found.lumenVoxels), M_PI * 25 * (30 + 60) + 2 * 4 / 3.0 * M_PI * 125, 500)
+        << "of both parts";
     const std::vector<glm::dvec3>& points = found.lines[0].points;
     EXPECT_NEAR(points.front().z, 4, 2);
     EXPECT_NEAR(points.back().z, 104, 2);

@@ -1,12 +1,14 @@
 // tests/bricking/import/dicom_values_test.cpp: values and positions from DICOM headers, with numbers that
 // expose faults. These are both ends of ranges, both signs, stored bits that do not begin at 0, and the worst
 // slice of several.
+#include "bricking/import/dicom/dicom_structure.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
+#include <map>
 
 namespace tessera::test {
 namespace {
@@ -39,6 +41,44 @@ class DicomValues : public ::testing::Test {
   private:
     int written_ = 0;
 };
+
+/// PS3.5, table 6.2-1: a length is a multiple of the size of one value.
+TEST_F(DicomValues, LengthsAreOfWholeValues) {
+    const auto irregularityOf = [&](const std::string& kind, std::size_t length) {
+        const auto number = [](std::size_t n, int bytes) {
+            std::string text;
+            for (int i = 0; i < bytes; ++i)
+                text += static_cast<char>(n >> (8 * i) & 255);
+            return text;
+        };
+        const bool isLong = kind.starts_with("O") || kind == "SV" || kind == "UV" || kind == "UN" ||
+                            kind == "UT" || kind == "UC" || kind == "UR";
+        const std::string syntax = std::string("1.2.840.10008.1.2.1") + '\0';
+        const std::string meta = number(2, 2) + number(0x10, 2) + "UI" + number(syntax.size(), 2) + syntax;
+        const std::string value = kind == "UI" ? std::string("1.2") + '\0' : std::string(length, ' ');
+        writeFile(folder / "one", std::string(128, '\0') + "DICM" + number(2, 2) + number(0, 2) + "UL" +
+                                      number(4, 2) + number(meta.size(), 4) + meta + number(0x11, 2) +
+                                      number(0x1010, 2) + kind + (isLong ? number(0, 2) : "") +
+                                      number(value.size(), isLong ? 4 : 2) + value);
+        return structureOf(folder / "one").irregularity;
+    };
+    const std::map<std::size_t, std::vector<std::string>> kinds = {
+        {1,
+         {"AE", "AS", "CS", "DA", "DS", "DT", "IS", "LO", "LT", "OB", "PN", "SH", "ST", "TM", "UC", "UI",
+          "UN", "UR", "UT"}},
+        {2, {"OW", "SS", "US"}},
+        {4, {"AT", "FL", "OF", "OL", "SL", "UL"}},
+        {8, {"FD", "OD", "OV", "SV", "UV"}}};
+    for (const auto& [bytes, ofSize] : kinds)
+        for (const std::string& kind : ofSize)
+            for (std::size_t length = 2; length <= 24; length += 2)
+                EXPECT_EQ(irregularityOf(kind, length).find("a length that does not suit " + kind) ==
+                              std::string::npos,
+                          length % bytes == 0)
+                    << kind << ", " << length;
+    EXPECT_EQ(irregularityOf("FD", 24), "");
+    EXPECT_EQ(irregularityOf("OD", 8), "");
+}
 
 TEST_F(DicomValues, ARangeOfPaddingIsAirFromEndToEnd) {
     const std::vector<int> stored = {-2001, -2000, -1995, -1990, -1989, 40};

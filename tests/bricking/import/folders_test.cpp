@@ -2,6 +2,7 @@
 // scouts and reports beside them, duplicates, phases, files without a preamble, and what other programs
 // wrote. Nothing may be left out without a word.
 #include "bricking/import/catalogue.h"
+#include "bricking/import/files/file_format.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/import_test_tools.h"
 
@@ -642,6 +643,26 @@ TEST_F(Folder, WhatOtherProgramsWroteIsNamed) {
         expectNamed(path, what, "");
         expectNamed(path.parent_path(), what, "");
     }
+}
+
+/// Archives are to be unpacked, volumes to be converted; of the rest there is nothing to say but what they
+/// are.
+TEST_F(Folder, EveryEndingHasTheAdviceOfItsKind) {
+    const auto expectAdvice = [&](std::initializer_list<const char*> endings, const char* advice) {
+        for (const char* ending : endings) {
+            const fs::path path = folder / (std::string("A.b") + ending);
+            writeFile(path, "nothing to know it by");
+            const ForeignFormat format = foreignFormatOf(path);
+            EXPECT_TRUE(format.known()) << ending;
+            EXPECT_THAT(format.advice, ::testing::StartsWith(advice)) << ending;
+            EXPECT_EQ(format.advice.empty(), !*advice) << ending;
+        }
+    };
+    expectAdvice({".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".RAR"}, "unpack it");
+    expectAdvice({".nrrd", ".nhdr", ".mha", ".mhd", ".hdr", ".img", ".mgz", ".mgh", ".mnc", ".vti", ".vtk",
+                  ".tif", ".TIFF", ".h5"},
+                 "convert it to .nii.gz");
+    expectAdvice({".vdb", ".stl", ".ply", ".obj"}, "");
 }
 
 TEST_F(Folder, SeveralNiftiFilesAreAChoiceByName) {

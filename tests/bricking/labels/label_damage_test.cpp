@@ -147,6 +147,7 @@ TEST_F(DamagedLabels, ALyingTableIsRefused) {
          }},
         {"a group without a name", [](Json& t) { t["labels"][0]["group"] = 3; }},
         {"a set of an unknown label", [](Json& t) { t["sets"][1] = {4}; }},
+        {"a set that is no list", [](Json& t) { t["sets"][1] = Json(t["sets"][1][0]); }},
         {"an empty set more", [](Json& t) { t["sets"][1] = Json::array(); }},
         {"a first set with a label", [](Json& t) { t["sets"][0] = {0}; }},
         {"sets out of order", [](Json& t) { std::swap(t["sets"][1], t["sets"][2]); }},

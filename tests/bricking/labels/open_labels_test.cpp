@@ -162,7 +162,9 @@ TEST(OpenLabels, AFolderOfMasks) {
     const VolumeInfo scan = openSource(scratch / "masks/aorta.nii", {})->info(); // in LPS
     const LabelImportReport report = importAtFloor(file, scan, scratch / "l.zarr");
     EXPECT_THAT(report.notes, Contains(AllOf(HasSubstr("aorta"), HasSubstr("255"))));
-    EXPECT_THAT(report.notes, Contains(HasSubstr("1 file")));
+    EXPECT_THAT(report.notes, Contains("1 file that is no mask is left out"));
+    writeFile(scratch / "masks/notes.txt", "x");
+    EXPECT_THAT(openLabels(scratch / "masks", {}).notes, Contains("2 files that are no masks are left out"));
     // x and y run the other way in the scan; lung_left lies one voxel to the side.
     const std::vector<LabelSet> voxels = readBack(scratch / "l.zarr").voxels();
     EXPECT_THAT(voxels,

@@ -341,6 +341,8 @@ TEST_F(MeshFiles, GltfWithMoreThanItHolds) {
               "");
     EXPECT_NE(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"uri":"a.glb.bin","byteLength":72})"),
               "");
+    EXPECT_THAT(with(R"("buffers":[{"byteLength":72})", R"("buffers":[{"byteLength":72},{"byteLength":7})"),
+                HasSubstr("the binary chunk as the first buffer"));
     EXPECT_NE(with(R"({"mesh":0})", R"({"mesh":0,"children":[0]})"), "") << "a ring";
     EXPECT_NE(with(R"({"mesh":0})", R"({"mesh":1})"), "");
     EXPECT_NE(with(R"("POSITION":0)", R"("POSITION":2)"), "");

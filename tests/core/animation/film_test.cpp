@@ -86,6 +86,19 @@ TEST(Flight, IsHeldWithinTheWall) {
                 1e-12);
 }
 
+/// The room of a camera beside the line is that of the places around it, whichever way one flies.
+TEST(Flight, TheWayBackIsAsFree) {
+    CentreLine line = helixLine(60, 0.73, 0);
+    for (std::size_t i = 0; i < line.radiusMm.size(); ++i) // narrowest at its ends
+        line.radiusMm[i] =
+            3 + 2 * std::sin(M_PI * static_cast<double>(i) / static_cast<double>(line.radiusMm.size() - 1));
+    Flight flight, back;
+    back.backwards = true;
+    const FlightCurve there({line}, flight), again({line}, back);
+    for (double mm = 0; mm <= there.lengthMm(); mm += 0.31)
+        EXPECT_NEAR(there.at(mm).freeMm, again.at(there.lengthMm() - mm).freeMm, 1e-6) << mm;
+}
+
 TEST(Flight, LooksAround) {
     const Pose pose{{1, 2, 3}, {0, 1, 0}, {0, 0, 1}, 5};
     Flight flight;

@@ -2,6 +2,7 @@
 #include "core/base/budget.h"
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/threads.h"
 #include "core/image/colour.h"
 
@@ -92,6 +93,33 @@ TEST(Threads, SharesReachOne) {
         });
     std::sort(shares.begin(), shares.end());
     EXPECT_EQ(shares, (std::vector<double>{0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1}));
+}
+
+TEST(Cancellations, OfNestedOnesTheInnerCountsWhileItLives) {
+    const Cancellation::Flag goesOn{false};
+    Cancellation::Flag outer{false}, inner{true};
+    {
+        const Cancellation first(&outer);
+        EXPECT_NO_THROW(checkInterrupted());
+        {
+            const Cancellation second(&inner);
+            EXPECT_THROW(checkInterrupted(), Cancelled);
+            EXPECT_THROW(parallelFor(8, 3, [](std::size_t) {}), Cancelled) << "in other threads too";
+            for (const Cancellation::Flag* flag :
+                 {&goesOn, static_cast<const Cancellation::Flag*>(nullptr)}) {
+                const Cancellation third(flag);
+                EXPECT_EQ(Cancellation::current(), flag);
+                EXPECT_NO_THROW(checkInterrupted());
+            }
+            EXPECT_THROW(checkInterrupted(), Cancelled);
+        }
+        EXPECT_EQ(Cancellation::current(), &outer);
+        EXPECT_NO_THROW(checkInterrupted());
+        outer = true;
+        EXPECT_THROW(checkInterrupted(), Cancelled);
+    }
+    EXPECT_EQ(Cancellation::current(), nullptr);
+    EXPECT_NO_THROW(checkInterrupted());
 }
 
 TEST(Colour, KnownValues) {

@@ -31,6 +31,22 @@ class Bricks {
     NativeEngine engine_;
 };
 
+/// Ranges in other units, as of a table's entries, are the same ranges.
+void expectInOtherUnits(const native::CellRanges& r, const native::CellRanges& other, float scale,
+                        float offset) {
+    const auto expectScaled = [&](float value, float scaled) {
+        const float expected = scale * value + offset;
+        EXPECT_TRUE(std::abs(scaled - expected) <= (std::abs(scale * value) + std::abs(offset)) / 131072.0f)
+            << scaled << ", expected " << expected;
+    };
+    for (int block = 0; block < 64; ++block) {
+        expectScaled(r.blockLow[block], other.blockLow[block]);
+        expectScaled(r.blockHigh[block], other.blockHigh[block]);
+    }
+    expectScaled(r.low, other.low);
+    expectScaled(r.high, other.high);
+}
+
 /// Random points of every block of cells: each value within the block's range. If nothing is blended a
 /// block's range is no wider than that of dense points, so that it is not "everything".
 /// @param wasted  excess of ranges over the values found, in the mean, as a share of all cells' ranges
@@ -40,7 +56,9 @@ void expectWithinRanges(Prepared& prepared, bool ghostLayers, unsigned seed, dou
     const HostPlane& plane = bricks.plane();
     const LevelMap* const map = p.layer().mixed() ? &p.layer().levels : nullptr;
     const int level = p.layer().selection.finest();
+    constexpr float kScale = 0.37f, kOffset = -12;
     BlockRanges ranges(plane, map, level, 1, 0, native::packetTarget());
+    BlockRanges inOtherUnits(plane, map, level, kScale, kOffset, native::packetTarget());
     NativeField field(plane, map, level, Gradient::central);
     std::mt19937 random(seed);
     const glm::ivec3 extent = p.info().extentVoxels, cells = cellGrid(extent);
@@ -51,6 +69,7 @@ void expectWithinRanges(Prepared& prepared, bool ghostLayers, unsigned seed, dou
                               static_cast<int>(random() % static_cast<unsigned>(cells.y)),
                               static_cast<int>(random() % static_cast<unsigned>(cells.z)));
         const native::CellRanges& r = ranges.of(cell);
+        expectInOtherUnits(r, inOtherUnits.of(cell), kScale, kOffset);
         for (int block = 0; block < 64; ++block) {
             const glm::ivec3 at(block % 4, block / 4 % 4, block / 16);
             const glm::vec3 first(8 * cell + 2 * at);

@@ -157,6 +157,18 @@ TEST(MeshShapes, HitsComeInOrderAndEqualOnesByNumber) {
     EXPECT_TRUE(allHits(shape, ray, none).empty());
 }
 
+// No plane parts them.
+TEST(MeshShapes, AThousandOfOnePlaceAreAllMet) {
+    Ram ram;
+    TriangleMesh mesh = quadMesh({0, 0, 2}, {4, 0, 0}, {0, 4, 0});
+    mesh.triangles.assign(1000, mesh.triangles[0]);
+    const MeshShape shape(mesh, ram.budget, "triangles");
+    std::uint32_t part = 0;
+    for (const ShapeHit& hit : allHits(shape, {{3, 1, 0}, {0, 0, 1}}))
+        EXPECT_EQ(hit.at.part, part++);
+    EXPECT_EQ(part, 1000u);
+}
+
 TEST(MeshShapes, ATriangleFromItsEdgeIsNotMet) {
     Ram ram;
     const MeshShape shape(quadMesh({0, 0, 2}, {4, 0, 0}, {0, 4, 0}), ram.budget, "a quad");

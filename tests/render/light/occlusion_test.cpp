@@ -3,6 +3,7 @@
 #include "core/scene/preset.h"
 #include "render/light/directions.h"
 #include "render/light/occlusion.h"
+#include "render/light/voxel_light.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/surface_fixture.h"
 
@@ -242,6 +243,29 @@ TEST(Occluder, ReadsWhatShowsAlone) {
         BrickCache cache(prepared->reader, prepared->budgets.ram, std::size_t{64} << 20, 1);
         occluder.find({0, chunk, 0, 0}, {}, true, cache, room);
         EXPECT_EQ(cache.counters().misses, 1u) << chunk;
+    }
+}
+
+/// Bricks drawn as one value have the light of the coarsest sample: dark deep in a medium, bright beside it.
+TEST(VoxelLight, OfBricksOfOneValueFollowsWhatIsAround) {
+    const Stored stored([](const glm::dvec3& p) { return p.x > 64 ? 1 : 0; }, {192, 160, 160}, true);
+    Scene scene = stored.scene({});
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{0.5, 0}, {1, 1}}, {});
+    const auto prepared = stored.prepare(scene);
+    const Planner& p = prepared->p;
+    Lighting lighting;
+    lighting.occlusion = Occlusion{.rays = 32, .radiusMm = 100, .bias = 0, .gamma = 1};
+    VoxelLight light(p.info(), p.layer().statistics, lighting, 1);
+    light.functionChanged(p.layer().table, p.layer().optics);
+    BrickCache cache(prepared->reader, prepared->budgets.ram, std::size_t{64} << 20, 1);
+    const auto share = [&](const glm::ivec3& brick) {
+        return static_cast<double>(light.standing(linearIndex(brick, {6, 5, 5}), 0, 0, cache)) /
+               static_cast<double>(lightTexel(1));
+    };
+    for (int turn = 0; turn < 2; ++turn) {
+        EXPECT_LT(share({4, 2, 2}), 0.2);
+        EXPECT_GT(share({0, 0, 0}), 0.5);
+        EXPECT_GT(share({0, 2, 2}), share({1, 2, 2}));
     }
 }
 
