@@ -34,7 +34,7 @@ void spread(std::vector<std::uint8_t>& shows, const glm::ivec3& cells) {
 
 } // namespace
 
-/// True if something changes in a cell, or from it to the next along an axis.
+/// True if something changes in a cell, or between it and one with which it has a face in common.
 bool DrawnLabels::hasBorder(const glm::ivec3& cell) const {
     const auto sharesOf = [&](const glm::ivec3& at) { return volume_->cells().of(linearIndex(at, cells_)); };
     const auto own = sharesOf(cell);
@@ -42,9 +42,10 @@ bool DrawnLabels::hasBorder(const glm::ivec3& cell) const {
     const auto differs = [&](const LabelCells::Share& share) { return bySet_[share.set] != one; };
     if (std::any_of(own.begin(), own.end(), differs))
         return true;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int side = 0; side < 6; ++side) {
         glm::ivec3 next = cell;
-        if (++next[axis] < cells_[axis] && differs(sharesOf(next).front()))
+        next[side / 2] += side % 2 == 0 ? 1 : -1;
+        if (next[side / 2] >= 0 && next[side / 2] < cells_[side / 2] && differs(sharesOf(next).front()))
             return true;
     }
     return false;
