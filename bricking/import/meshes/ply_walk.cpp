@@ -135,7 +135,7 @@ class PlyWalk {
 
     /// An element's fewest bytes, of the file's rest.
     void checkSize(const PlyElement& element) const {
-        std::uint64_t fewest = coding_ == PlyCoding::text ? 1 : 0;
+        std::uint64_t fewest = 0; // of text a digit and what parts it from the next
         for (const PlyProperty& p : element.properties)
             fewest += coding_ == PlyCoding::text ? 2
                       : !p.countType             ? p.type->bytes

@@ -210,6 +210,11 @@ TEST_F(MeshFiles, NoTriangles) {
                                                           {"d.stl", stlText(none)},
                                                           {"e.obj", objText(none)}})
         EXPECT_THAT(refusal(name, bytes), HasSubstr("expected triangles, found none")) << name;
+    const std::string shortest =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 0\nproperty list uchar int vertex_indices\n"
+        "end_header\n0 0 0\n1 0 0\n0 1 0";
+    EXPECT_THAT(refusal("f.ply", shortest), HasSubstr("expected triangles, found none"));
     EXPECT_NE(refusal("empty.ply", ""), "");
     EXPECT_NE(refusal("empty.stl", ""), "");
     EXPECT_NE(refusal("empty.obj", ""), "");
