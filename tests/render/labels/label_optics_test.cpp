@@ -125,7 +125,7 @@ TEST(LabelOptics, ComeToTheReference) {
 
 // A function that is the volume's own changes nothing but rounding; so does a material that is the scene's.
 TEST(LabelOptics, ThatAreTheVolumesChangeNothing) {
-    Halves halves(wave);
+    Halves halves(wave, true); // some tissue has no label
     Scene& scene = halves.scene;
     const Image plain = drawn(scene, EngineKind::native).image;
     halves.labels().each = {{.of = "two", .transferFunction = scene.volumes[0].transferFunction}};
@@ -137,7 +137,8 @@ TEST(LabelOptics, ThatAreTheVolumesChangeNothing) {
     EXPECT_LT(compare(drawn(scene, EngineKind::native).image, plain).maxAbs, 2e-5);
     // One that shows colours as they are is a picture without shading.
     halves.labels().show = {"two"};
-    halves.labels().each[0].material = MaterialResponse{1, 0, 0, 1};
+    halves.labels().each = {{.of = "one", .material = MaterialResponse{0, 0.1, 1, 2}},
+                            {.of = "two", .material = MaterialResponse{1, 0, 0, 1}}};
     const Image flat = drawn(scene, EngineKind::native).image;
     halves.labels().each.clear();
     EXPECT_GT(compare(flat, drawn(scene, EngineKind::native).image).rms, 0.02);

@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
                     s.volumes[0].labels.show = {"group:pair", "7"};
                 },
                 3,
-                12},
+                32},
         Mixture{"labels with functions of their own",
                 {0},
                 [](Scene& s) {
