@@ -106,10 +106,10 @@ const Fields<Labels>& labelsFields() {
                    "a number from 0 to 16");
         f.add("borders", &Labels::borders, named<LabelBorders>(),
               "Borders of labels between voxels. smooth: where their shares are equal; nearest: the voxels' "
-              "faces, in slices alone.")
+              "faces.")
             .unlessDefault()
             .setBy("--label-borders", "borders of labels between voxels: {names} (default: {default}); "
-                                      "nearest: in slices alone");
+                                      "nearest: the voxels' faces");
         f.add("show", &Labels::show, patternsKind(),
               "The labels that show, by names with * and ?, values or group:NAME; empty: all.")
             .unlessDefault()

@@ -9,6 +9,13 @@ const float kLabelSteepness = 1e4f;
 /// The border of the medium, as its share there: nothing of it lies where its share is less.
 const float kLabelBorder = 0.42f;
 
+/// The middle of the sample that holds a place, along an axis: there nearest borders take factors.
+/// @param pitch, perVoxel  of samples there, voxels, a power of two; and its inverse
+LEAF V middleOfSample(V p, V pitch, V perVoxel) {
+    LEAF_LET middle = (floor(p * perVoxel) + V(0.5f)) * pitch;
+    return middle;
+}
+
 LEAF_STRUCT LabelShares {
     V plain, tinted, solid;
     V dense;            // solid times the medium's extinction there, relative to the densest

@@ -163,6 +163,17 @@ TESSERA_LEAF ReceivedLight<V> receivedLight(const LightingNumbers& lighting, con
     return received;
 }
 
+/// Where the labels of a sample at p are taken.
+/// @param pitch  of the samples of the brick that p lies in, voxels, a power of two: f()
+template <typename Vec, typename Pitch, typename V = Number<Vec>>
+TESSERA_LEAF Vec placeOfLabels(const LabelNumbers& labels, const Vec& p, const Pitch& pitch) {
+    if (!labels.nearest)
+        return p;
+    const V own = pitch(), perVoxel = V(1.0f) / own;
+    return Vec{middleOfSample(p.x, own, perVoxel), middleOfSample(p.y, own, perVoxel),
+               middleOfSample(p.z, own, perVoxel)};
+}
+
 /// From the channels that voxels have.
 /// @param channel  its factor: f(number)
 template <typename V, typename Channel>

@@ -196,6 +196,12 @@ struct LevelMap {
     const BrickCorner& at(const glm::ivec3& corner) const {
         return corners[linearIndex(corner, cornerGrid())];
     }
+    /// Of the brick that p lies in; an empty one counts as the finest.
+    template <typename Real> int levelAt(const glm::vec<3, Real>& p) const {
+        const auto place = cornerPlace(p, glm::vec<3, Real>(extentVoxels), bricks);
+        const std::uint32_t code = at(place.corner).code(place.current);
+        return static_cast<int>(code == BrickCorner::kEmpty ? finest : code);
+    }
     static std::size_t bytes(const glm::ivec3& bricks) {
         return sizeof(BrickCorner) * cellCount(bricks + 1) + sizeof(std::uint32_t) * cellCount(bricks);
     }

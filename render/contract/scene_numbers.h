@@ -45,6 +45,7 @@ struct LabelNumbers {
     std::int32_t dense = -1;  // that share times the medium's relative extinction; -1: it is 1
     std::int32_t colour = -1; // the first of three: the labels' colour times (tinted + solid)
     float density = 0;        // extinction per mm of the densest medium
+    bool nearest = false;     // a place has the factors of the sample that holds it
 };
 constexpr int kMostLabelChannels = 7;
 

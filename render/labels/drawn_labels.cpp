@@ -41,10 +41,11 @@ struct DrawnLabels::Sum {
 };
 
 DrawnLabels::DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table,
-                         std::vector<LabelFactors> bySet, float density)
+                         std::vector<LabelFactors> bySet, float density, LabelBorders borders)
     : volume_(std::move(volume)), table_(std::move(table)), extent_(volume_->voxels().info().extentVoxels),
       cells_(cellGrid(extent_)), bricks_(brickGrid(extent_)),
-      voxelMm_(std::cbrt(std::abs(glm::determinant(glm::dmat3(volume_->voxels().info().patientFromVoxel))))) {
+      voxelMm_(std::cbrt(std::abs(glm::determinant(glm::dmat3(volume_->voxels().info().patientFromVoxel))))),
+      borders_(borders) {
     setFactors(std::move(bySet), density);
 }
 
@@ -60,6 +61,7 @@ void DrawnLabels::setFactors(std::vector<LabelFactors> bySet, float density) {
     }
     numbers_ = {};
     numbers_.density = density;
+    numbers_.nearest = borders_ == LabelBorders::nearest;
     const auto channels = [&](bool needed, std::int32_t& first, int count) {
         if (needed || numbers_.count == 0) { // one at least
             first = numbers_.count;

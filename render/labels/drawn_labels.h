@@ -7,6 +7,7 @@
 #include "bricking/statistics/statistics.h"
 #include "core/base/brick.h"
 #include "core/base/budget.h"
+#include "core/scene/labels.h"
 #include "render/contract/scene_numbers.h"
 
 #include <cstddef>
@@ -35,8 +36,9 @@ class DrawnLabels {
     /// @param table    its labels, with the names and colours that they have in the picture
     /// @param bySet    of every set of the table
     /// @param density  extinction per mm of the labels' medium
+    /// @param borders  between samples: blended factors, or each sample's own
     DrawnLabels(std::unique_ptr<LabelVolume> volume, LabelTable table, std::vector<LabelFactors> bySet,
-                float density);
+                float density, LabelBorders borders = LabelBorders::smooth);
 
     const LabelVolume& volume() const { return *volume_; }
     const LabelTable& table() const { return table_; }
@@ -80,6 +82,7 @@ class DrawnLabels {
     LabelTable table_;
     glm::ivec3 extent_{0}, cells_{0}, bricks_{0};
     double voxelMm_; // the edge of a cube with a voxel's volume
+    LabelBorders borders_;
     std::vector<LabelFactors> bySet_;
     leaf::LabelNumbers numbers_;
     std::vector<std::uint16_t> texelsBySet_, standing_; // numbers_.count a set; a brick

@@ -75,7 +75,10 @@ class LabelField {
     };
 
     template <typename Real> leaf::LabelShares<Real> shares(const glm::vec<3, Real>& p) {
-        return leaf::labelShares<Real>(labels().numbers(), [&](int channel) { return factor(channel, p); });
+        const auto at = leaf::placeOfLabels(labels().numbers(), p, [&] {
+            return static_cast<Real>(1 << (map_ ? map_->levelAt(p) : level_));
+        });
+        return leaf::labelShares<Real>(labels().numbers(), [&](int channel) { return factor(channel, at); });
     }
     /// Of the labels' medium.
     template <typename Real> glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {

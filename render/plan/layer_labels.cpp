@@ -26,10 +26,6 @@ OpenedLabels openLabels(const Labels& labels, MemoryBudget& ram, const VolumeInf
     OpenedLabels opened;
     opened.volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
     requireSameGrid(opened.volume->voxels(), info);
-    if (labels.borders == LabelBorders::nearest)
-        throw InputError(
-            "labels.borders: expected smooth, because nearest borders are drawn in slices alone, found " +
-            nameOf(labels.borders));
     opened.table = namedLabels(opened.volume->table(), labels);
     opened.medium = labelLooks(opened.table, labels, typicalVoxelMm(info), kWhere);
     return opened;
@@ -117,8 +113,9 @@ void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, int th
             "integrator: expected midpoint with labels, whose shares change within a segment, found " +
             integratorNames()[static_cast<std::size_t>(named)]);
     OpenedLabels opened = openLabels(labels, ram, layer.info());
-    layer.labels = std::make_unique<DrawnLabels>(std::move(opened.volume), std::move(opened.table),
-                                                 std::move(opened.medium.bySet), opened.medium.density);
+    layer.labels =
+        std::make_unique<DrawnLabels>(std::move(opened.volume), std::move(opened.table),
+                                      std::move(opened.medium.bySet), opened.medium.density, labels.borders);
     layer.labelBricks = std::make_unique<LabelBricks>(*layer.labels, ram);
     layer.labels->showOnly(layer.statistics, ram);
 }

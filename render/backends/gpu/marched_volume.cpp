@@ -56,6 +56,7 @@ void MarchedVolume::setFunction(const VolumeUniforms& uniforms, std::uint32_t fe
     uniforms.set("uLabelDense", static_cast<int>(optics.labels.dense));
     uniforms.set("uLabelColour", static_cast<int>(optics.labels.colour));
     uniforms.set("uLabelDensity", optics.labels.density);
+    uniforms.set("uLabelNearest", optics.labels.nearest ? 1 : 0);
     uniforms.set("uLabelSlopes", optics.shading && optics.labels.solid >= 0 ? 6 : 0);
     const leaf::GradientNumbers<double>& factor = optics.gradientOpacity;
     uniforms.set("uGradientPoints", static_cast<int>(factor.count));

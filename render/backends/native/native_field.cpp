@@ -80,11 +80,7 @@ float NativeField::value(const glm::vec3& p) {
 }
 
 float NativeField::pitch(const glm::vec3& p) const {
-    if (!map_)
-        return static_cast<float>(1 << level_);
-    const auto place = cornerPlace(p, glm::vec3(map_->extentVoxels), map_->bricks);
-    const std::uint32_t code = map_->at(place.corner).code(place.current);
-    return static_cast<float>(1 << (code == BrickCorner::kEmpty ? map_->finest : code));
+    return static_cast<float>(1 << (map_ ? map_->levelAt(p) : level_));
 }
 
 glm::vec3 NativeField::gradient(const glm::vec3& p) {
@@ -128,7 +124,8 @@ float NativeField::labelAt(int channel, const glm::vec3& p) {
 }
 
 leaf::LabelShares<float> NativeField::labels(const glm::vec3& p) {
-    return leaf::labelShares<float>(numbers_, [&](int channel) { return labelAt(channel, p); });
+    const glm::vec3 at = leaf::placeOfLabels(numbers_, p, [&] { return pitch(p); });
+    return leaf::labelShares<float>(numbers_, [&](int channel) { return labelAt(channel, at); });
 }
 
 glm::vec3 NativeField::mediumGradient(const glm::vec3& p) {

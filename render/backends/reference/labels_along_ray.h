@@ -14,13 +14,19 @@ namespace tessera {
 
 class LabelsAlongRay {
   public:
+    /// Voxels between the planes that cut rays: the samples' middles, and their faces where borders are
+    /// nearest.
+    static double planes(const leaf::LabelNumbers& labels) { return labels.nearest ? 0.5 : 1.0; }
     /// @param position  by parameter, voxels
     template <typename Position>
     LabelsAlongRay(LabelField& field, const Position& position, double ta, double tb)
         : numbers_(field.labels().numbers()) {
         std::array<leaf::LabelShares<double>, 4> at;
-        for (std::size_t i = 0; i < at.size(); ++i)
-            at[i] = field.shares(placeAt(position, ta, tb, i));
+        if (numbers_.nearest)
+            at.fill(field.shares(position(0.5 * (ta + tb))));
+        else
+            for (std::size_t i = 0; i < at.size(); ++i)
+                at[i] = field.shares(placeAt(position, ta, tb, i));
         const auto along = [&](double leaf::LabelShares<double>::*part) {
             return Cubic(at[0].*part, at[1].*part, at[2].*part, at[3].*part);
         };

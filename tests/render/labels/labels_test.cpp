@@ -35,6 +35,7 @@ struct LabelCase {
     LabelLook look;
     bool isolates = false, grades = false;
     Gradient gradient = Gradient::central;
+    LabelBorders borders = LabelBorders::smooth;
     Scene scene(const glm::ivec2& size, const char* store = "torso") const {
         Scene s = sceneOn(infoOf(store), preset, camera, size);
         s.shading.on = lit != Lit::no;
@@ -50,6 +51,7 @@ struct LabelCase {
         label(s, torsoLabels(), look);
         Labels& labels = s.volumes[0].labels;
         labels.hide = {"two"};
+        labels.borders = borders;
         labels.each = {{"40", LabelLook::plain, 0.5, {}},
                        {"3", LabelLook::tint, {}, glm::dvec3(0, 1, 0)},
                        {"7", {}, 0.05, {}}};
@@ -60,7 +62,8 @@ struct LabelCase {
 };
 std::ostream& operator<<(std::ostream& out, const LabelCase& c) {
     return out << c.preset << ", camera " << c.camera << ", light " << static_cast<int>(c.lit) << ", "
-               << nameOf(c.look) << (c.isolates ? ", isolated" : "") << (c.grades ? ", graded" : "");
+               << nameOf(c.look) << (c.isolates ? ", isolated" : "") << (c.grades ? ", graded" : "") << ", "
+               << nameOf(c.borders);
 }
 class Labelled : public testing::TestWithParam<LabelCase> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Labelled,
@@ -71,7 +74,11 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Labelled,
                                          LabelCase{"soft-tissue", 0, Lit::head, LabelLook::tint, false, true},
                                          LabelCase{"soft-tissue", 0, Lit::shadows, LabelLook::solid},
                                          LabelCase{"bone-1", 1, Lit::head, LabelLook::solid, true, true,
-                                                   Gradient::sobel}));
+                                                   Gradient::sobel},
+                                         LabelCase{"soft-tissue", 0, Lit::head, LabelLook::solid, true, false,
+                                                   Gradient::central, LabelBorders::nearest},
+                                         LabelCase{"soft-tissue", 2, Lit::shadows, LabelLook::tint, false,
+                                                   false, Gradient::central, LabelBorders::nearest}));
 
 TEST_P(Labelled, NativeHasTheMirrorsBits) {
     Prepared prepared("torso", GetParam().scene(kSize));
@@ -328,22 +335,30 @@ TEST(LabelForms, WhatIsHiddenIsNotThere) {
 
 // Halved steps come nearer to the true integral.
 TEST(LabelConvergence, TheMirrorComesToTheReference) {
-    const auto difference = [](LabelLook look, double step, bool shading) {
+    const auto difference = [](LabelLook look, double step, bool shading, LabelBorders borders) {
         Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {24, 24});
         scene.shading.on = shading;
         scene.quality.stepVoxels = step;
         label(scene, torsoLabels(), look);
+        scene.volumes[0].labels.borders = borders;
         Prepared prepared("torso", scene);
         ReferenceInput input = referenceInput(prepared, scene);
         input.labels = prepared.p.layer().labelBricks.get();
         return compare(mirrorPicture(prepared), referencePicture(input, prepared)).rms;
     };
+    constexpr LabelBorders smooth = LabelBorders::smooth, nearest = LabelBorders::nearest;
     for (const LabelLook look : {LabelLook::solid, LabelLook::tint, LabelLook::plain}) {
-        const double coarse = difference(look, 1, false), fine = difference(look, 0.125, false);
+        const double coarse = difference(look, 1, false, smooth),
+                     fine = difference(look, 0.125, false, smooth);
         EXPECT_LT(fine, 0.2 * coarse) << nameOf(look);
         EXPECT_LT(fine, 2e-3) << nameOf(look);
+        // A segment across a face has the labels of one side: the error falls as the step, not its square.
+        const double steps = difference(look, 0.5, false, nearest),
+                     faces = difference(look, 0.0625, false, nearest);
+        EXPECT_LT(faces, 0.3 * steps) << nameOf(look);
     }
-    EXPECT_LT(difference(LabelLook::solid, 0.125, true), 0.6 * difference(LabelLook::solid, 1, true));
+    EXPECT_LT(difference(LabelLook::solid, 0.125, true, smooth),
+              0.6 * difference(LabelLook::solid, 1, true, smooth));
 }
 
 // What statistics say is empty has no factor anywhere that a sample can reach.

@@ -463,16 +463,5 @@ TEST(SliceLabels, ThatCannotBeReadAreNamed) {
     EXPECT_NE(damage.find(scan.labels.string()), std::string::npos) << damage;
 }
 
-TEST(SliceLabels, RefuseNearestBordersOfVolumes) {
-    SlicedScan& scan = overlapping();
-    Scene scene = overlappingScene();
-    scene.volumes[0].labels.borders = LabelBorders::nearest;
-    for (const Mode mode : {Mode::composite, Mode::maximum}) {
-        scene.mode = mode;
-        const std::string refusal = refusalOf([&] { scan.draw(scene); });
-        EXPECT_NE(refusal.find("labels.borders: expected smooth"), std::string::npos) << refusal;
-    }
-}
-
 } // namespace
 } // namespace tessera

@@ -24,6 +24,23 @@ OF_VOLUME int uHasLabels;
 #endif
 OF_VOLUME int uLabelSlopes; // 6 where a medium is lit, else 0
 
+OF_VOLUME int uLabelNearest; // 1: a place has the factors of the sample that holds it
+
+vec3 placeOfLabels(vec3 p) {
+    if (uLabelNearest == 0) return p;
+#if FEATURE_MIXED
+    Place place = placeOf(p);
+    uint code = codeOf(cornerTexel(place.corner), place.current);
+    int level = int(code == kCodeEmpty ? uint(uFinest) : code);
+    float perVoxel = samplesPerVoxel(level);
+    float pitch = samplesPerVoxel(-level);
+#else
+    float perVoxel = uSamplesPerVoxel;
+    float pitch = 1.0 / uSamplesPerVoxel;
+#endif
+    return vec3(middleOfSample(p.x, pitch, perVoxel), middleOfSample(p.y, pitch, perVoxel), middleOfSample(p.z, pitch, perVoxel));
+}
+
 float labelChannel(vec4 first, vec4 more, int channel) {
     if (channel < 0) return 0.0;
     return channel < 4 ? first[channel] : more[channel - 4];
@@ -33,12 +50,13 @@ float labelChannel(vec4 first, vec4 more, int channel) {
 // the places for both: compilers repeat what is called twice.
 LabelShares labelsAt(vec3 p, float extinction, inout vec3 gradient) {
     LabelShares shares;
+    vec3 middle = placeOfLabels(p);
     float low = 0.0;
     for (int n = 0; n <= uLabelSlopes; ++n) {
         TURNS(2);
         int axis = (n - 1) >> 1;
         bool isHigh = (n & 1) == 0;
-        vec3 at = p;
+        vec3 at = n > 0 ? p : middle;
         if (n > 0) {
             precise float place = isHigh ? p[axis] + kLabelReach : p[axis] - kLabelReach;
             at[axis] = place;
@@ -50,7 +68,7 @@ LabelShares labelsAt(vec3 p, float extinction, inout vec3 gradient) {
             continue;
         }
         precise vec4 more = vec4(0.0);
-        if (max(uLabelColour + 2, uLabelDense) >= 4) more = channelsAt(uMoreLabelTexels, uMoreLabelStanding, p) * (1.0 / 16384.0);
+        if (max(uLabelColour + 2, uLabelDense) >= 4) more = channelsAt(uMoreLabelTexels, uMoreLabelStanding, middle) * (1.0 / 16384.0);
         shares.plain = labelChannel(first, more, uLabelPlain);
         shares.tinted = labelChannel(first, more, uLabelTinted);
         shares.solid = labelChannel(first, more, uLabelSolid);
