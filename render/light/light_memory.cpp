@@ -26,10 +26,10 @@ ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamByte
 }
 
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
-                          int threads, bool meshes) {
+                          int threads, bool meshes, bool amongOthers) {
     return lightChannels(lighting) == 0 ? 0
                                         : mapBytesOf(lighting, quality) * (meshes ? 2 : 1) +
-                                              VoxelLight::bytes(info, lighting, threads);
+                                              VoxelLight::bytes(info, lighting, threads, amongOthers);
 }
 
 } // namespace tessera

@@ -14,7 +14,8 @@ ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamByte
 
 /// Shadow maps, and all other memory for computing light. 0: no light per voxel is needed.
 /// @param meshes  have maps of their own, of the volume without them
+/// @param amongOthers  of a picture with several volumes
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
-                          int threads, bool meshes = false);
+                          int threads, bool meshes = false, bool amongOthers = false);
 
 } // namespace tessera

@@ -70,6 +70,8 @@ void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
     table_ = &table;
     optics_ = &optics;
     extinctions_->clear();
+    if (withOthers_)
+        withOthers_->clear();
     extinctionOf_.clear();
     emissionOf_.clear();
     const auto fill = [&](int lowest, int highest) {
@@ -258,8 +260,7 @@ void Occluder::takeLabels(const ChunkKey& key, ChunkExtinctions::Samples& out) c
         out.extinction.reset();
 }
 
-std::shared_ptr<const ChunkExtinctions::Samples> Occluder::extinctionsOf(const ChunkKey& key,
-                                                                         BrickCache& cache) const {
+Occluder::SharedSamples Occluder::ownExtinctions(const ChunkKey& key, BrickCache& cache) const {
     return extinctions_->get(key, [&](ChunkExtinctions::Samples& out) {
         const ChunkPointer chunk = cache.get(key);
         withValueType(info_.type, [&](auto typed) { fillExtinctions<decltype(typed)>(key, *chunk, out); });
@@ -372,7 +373,8 @@ void Occluder::read(const ChunkKey& chunk, bool occludes, BrickCache& cache, Occ
                 const ChunkKey key{chunk.level, x, y, z};
                 const glm::ivec3 corner = glm::ivec3(x, y, z) * kChunkExtent;
                 const glm::ivec3 from = glm::max(low, corner), to = glm::min(high, corner + kChunkExtent);
-                if (letsAllThrough(rangeOf(key))) // as does everything within a voxel of it
+                // As does everything within a voxel of it.
+                if (letsAllThrough(rangeOf(key)) && othersLetThrough(key))
                     continue;
                 const auto shown = occludes ? extinctionsOf(key, cache) : nullptr;
                 const bool shows = shown && shown->extinction;

@@ -66,7 +66,8 @@ class ChunkExtinctions {
         std::unique_ptr<float[]> extinction; // in the chunk's layout; none: nowhere any
         std::vector<std::uint8_t> rowShows;  // every row along x: it has some
     };
-    /// @param make  called where a chunk is not kept: fills its samples, a function of the key alone
+    /// @param make  called where a chunk is not kept: fills its samples, a function of the key alone. It may
+    /// read others of other objects.
     std::shared_ptr<const Samples> get(const ChunkKey& key, const std::function<void(Samples&)>& make);
     void clear();
 
@@ -90,6 +91,14 @@ class Occluder {
              const native::PacketTarget* target = nullptr);
     /// Labels, or null; they outlive this. setFunction() must follow.
     void setLabels(const DrawnLabels* labels) { labels_ = labels; }
+    /// Another volume, whose tissue takes this one's light too. Its function is set; both outlive this, or
+    /// the next call.
+    struct Other {
+        const Occluder* tissue;
+        BrickCache* cache;
+    };
+    /// Call it again where a function of theirs is another.
+    void setOthers(std::vector<Other> others);
     /// Sets the transfer function.
     void setFunction(const TransferTable& table, const Optics& optics);
 
@@ -121,8 +130,11 @@ class Occluder {
         }
     };
     void read(const ChunkKey& chunk, bool occludes, BrickCache& cache, OcclusionRoom& room) const;
-    std::shared_ptr<const ChunkExtinctions::Samples> extinctionsOf(const ChunkKey& key,
-                                                                   BrickCache& cache) const;
+    using SharedSamples = std::shared_ptr<const ChunkExtinctions::Samples>;
+    SharedSamples extinctionsOf(const ChunkKey& key, BrickCache& cache) const;
+    SharedSamples ownExtinctions(const ChunkKey& key, BrickCache& cache) const;
+    void add(const Other& other, const ChunkKey& key, float* extinction) const;
+    bool othersLetThrough(const ChunkKey& chunk) const;
     template <typename Stored>
     void fillExtinctions(const ChunkKey& key, const Chunk& chunk, ChunkExtinctions::Samples& out) const;
     template <typename Stored>
@@ -155,6 +167,8 @@ class Occluder {
     std::vector<float> extinctionOf_;
     std::vector<glm::vec3> emissionOf_; // empty if nothing is gathered, too
     std::unique_ptr<ChunkExtinctions> extinctions_ = std::make_unique<ChunkExtinctions>();
+    std::vector<Other> others_;
+    std::unique_ptr<ChunkExtinctions> withOthers_; // none: there are none
 };
 
 } // namespace tessera

@@ -68,6 +68,8 @@ LightParts SceneLight::lightingChanged() {
         if (!litTable_.empty())
             light_->functionChanged(scene_.layer().table, scene_.layer().optics);
         light_->setShadows(shadows_);
+        tissueNumber_ = PlanRevisions::next();
+        amidst_.clear();
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }
     if (!sameShadows(casting, castingLights(lighting_.lights))) {
@@ -91,6 +93,7 @@ LightParts SceneLight::takeChanges() {
     litTable_ = optics.table;
     litMaterials_ = optics.materials;
     light_->functionChanged(scene_.layer().table, optics);
+    tissueNumber_ = PlanRevisions::next();
     takeMaps({}, Maps::none);
     next_.clear();
     return kAllLight;
@@ -144,17 +147,27 @@ bool SceneLight::makeMaps() {
 }
 
 LightParts SceneLight::shadedBy(std::span<SceneLight* const> others) {
-    std::vector<std::uint64_t> numbers;
+    std::vector<std::uint64_t> maps, tissues;
     std::vector<std::span<const ShadowMaps>> shadows;
+    std::vector<Occluder::Other> tissue;
     for (const SceneLight* other : others) {
-        numbers.push_back(other->mapsNumber_);
+        maps.push_back(other->mapsNumber_);
         shadows.emplace_back(other->shadows_);
+        tissues.push_back(other->tissueNumber_);
+        tissue.push_back({&other->light_->tissue(), other->scene_.layer().cache.get()});
     }
-    if (!casts_ || numbers == shadedBy_)
-        return 0;
-    shadedBy_ = std::move(numbers);
-    light_->setOtherShadows(std::move(shadows));
-    return kShadowLight;
+    LightParts changed = 0;
+    if (casts_ && maps != shadedBy_) {
+        shadedBy_ = std::move(maps);
+        light_->setOtherShadows(std::move(shadows));
+        changed |= kShadowLight;
+    }
+    if (lighting_.occlusion && tissues != amidst_) {
+        amidst_ = std::move(tissues);
+        light_->setOtherTissue(std::move(tissue));
+        changed |= kAmbientLight;
+    }
+    return changed;
 }
 
 bool SceneLight::makeMapsUntil(Deadline deadline) {

@@ -61,8 +61,9 @@ class SceneLight {
     bool makeMapsUntil(Deadline deadline);
     /// Makes coarse maps if there are none, or if the camera moved a light and this matters.
     bool makeCoarseMaps(bool viewCounts);
-    /// Shadows of other volumes fall on this one too. Their maps must be whole, and stay until the next call.
-    /// Returns the changed parts of light.
+    /// Shadows of other volumes fall on this one too, and their tissue takes its ambient light. Changes of
+    /// all must have been taken and their maps be whole; they stay until the next call. Returns the changed
+    /// parts of light.
     LightParts shadedBy(std::span<SceneLight* const> others);
     /// True if the camera has moved a light since maps were made.
     bool viewIsNew() const { return viewIsNew_; }
@@ -90,8 +91,9 @@ class SceneLight {
     Lighting lighting_;  // by which light is computed
     bool casts_ = false; // some light has shadows
     std::vector<ShadowMaps> shadows_;
-    std::uint64_t mapsNumber_ = 0;        // of these among all maps that were made
-    std::vector<std::uint64_t> shadedBy_; // those of other volumes
+    /// Of these among all maps that were made; of the tissue, likewise.
+    std::uint64_t mapsNumber_ = 0, tissueNumber_ = 0;
+    std::vector<std::uint64_t> shadedBy_, amidst_; // those of other volumes
     Maps maps_ = Maps::none;
     std::vector<ShadowMaps> next_; // maps in progress
     std::size_t nextBuilt_ = 0;    // of them complete

@@ -55,14 +55,15 @@ VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, con
     TESSERA_CHECK(channels_[0] + channels_[1] <= leaf::kMostLightChannels);
 }
 
-std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads) {
+std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads,
+                              bool amongOthers) {
     const int used = threads > 0 ? threads : defaultThreads();
     glm::ivec3 reach(0);
     if (lighting.occlusion)
         for (int level = occlusionLevel(*lighting.occlusion, info); level < kLevelCount; ++level)
             reach = glm::max(reach, occlusionRays(*lighting.occlusion, info, level).reach);
     return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, ambientChannels(lighting) > 1) +
-           (lighting.occlusion ? ChunkExtinctions::bytes(info, used) : 0) +
+           (lighting.occlusion ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
                static_cast<std::size_t>(lightChannels(lighting));
 }
@@ -83,6 +84,11 @@ void VoxelLight::setOtherShadows(std::vector<std::span<const ShadowMaps>> others
         TESSERA_CHECK(static_cast<int>(shadows.size()) == channels_[1]);
     otherShadows_ = std::move(others);
     forgetPart(1);
+}
+
+void VoxelLight::setOtherTissue(std::vector<Occluder::Other> others) {
+    occluder_.setOthers(std::move(others));
+    forgetPart(0);
 }
 
 void VoxelLight::forgetPart(std::size_t part) {

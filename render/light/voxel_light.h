@@ -44,7 +44,8 @@ class VoxelLight {
     /// All must outlive it.
     VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting, int threads);
     /// RAM for the threads' working sets, and for chunks.
-    static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads);
+    /// @param amongOthers  of a picture with several volumes
+    static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads, bool amongOthers);
 
     /// Channels of a part, and the first of them.
     int channelsOf(std::size_t part) const { return channels_[part]; }
@@ -59,6 +60,9 @@ class VoxelLight {
     void setShadows(std::span<const ShadowMaps> shadows);
     /// Shadows of other volumes, of the same lights: likewise.
     void setOtherShadows(std::vector<std::span<const ShadowMaps>> others);
+    /// Other volumes, whose tissue takes ambient light here.
+    void setOtherTissue(std::vector<Occluder::Other> others);
+    const Occluder& tissue() const { return occluder_; }
 
     /// Receives the samples of a brick, edge^3, x fastest, for one channel.
     using Put = std::function<void(const BrickToLight&, int channel, const Chunk& samples, int edge)>;

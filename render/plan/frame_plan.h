@@ -54,6 +54,7 @@ struct ViewState {
     std::vector<Isosurface> surfaces;
     std::vector<SceneMesh> meshes; // those that are drawn
     bool meshesShade = true;       // the volume's shadow maps hold them
+    bool amongOthers = false;      // of one of several volumes
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 

@@ -139,10 +139,12 @@ Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& conte
         auto volume = std::make_unique<FurtherVolume>(context, ram[n], gpu[n]);
         volume->plan = planVolume(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, 0);
         volume->plan.view.meshesShade = false; // the first volume's maps hold them
+        volume->plan.view.amongOthers = true;
         further.add(std::move(volume));
     }
     Planner p = planVolume(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, bytesPerPixel);
     p.further = std::move(further);
+    p.view.amongOthers = true;
     return p;
 }
 

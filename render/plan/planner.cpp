@@ -111,7 +111,8 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
 
 bool Planner::setLight(const Scene& scene) {
     const auto bytes = [&](const Lighting& lighting) {
-        return lightRamBytes(lighting, info(), view.shadowQuality, threads, !view.meshes.empty());
+        return lightRamBytes(lighting, info(), view.shadowQuality, threads, !view.meshes.empty(),
+                             view.amongOthers);
     };
     const Shading& shading = scene.shading;
     if (layer().reduces() || shading.on != layer().optics.shading ||
@@ -393,7 +394,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light per voxel while it is computed",
-                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads, !view.meshes.empty()),
+                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads, !view.meshes.empty(),
+                              view.amongOthers),
                 0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
@@ -421,8 +423,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 }
 
 void Planner::openCache(bool readsOnce) {
-    if (const std::size_t light =
-            lightRamBytes(view.lighting, info(), view.shadowQuality, threads, !view.meshes.empty()))
+    if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads,
+                                                !view.meshes.empty(), view.amongOthers))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
     // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();

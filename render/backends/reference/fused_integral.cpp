@@ -63,6 +63,14 @@ class FusedIntegral {
                     if (other != volume)
                         other->integral.shade(place, shares);
             });
+        for (const auto& volume : volumes_) {
+            std::vector<LightRays*> others;
+            for (const auto& other : volumes_)
+                if (other != volume && other->integral.lightRays())
+                    others.push_back(other->integral.lightRays());
+            if (LightRays* rays = volume->integral.lightRays())
+                rays->setOthers(std::move(others));
+        }
     }
     FusedIntegral(const FusedIntegral&) = delete;
     FusedIntegral& operator=(const FusedIntegral&) = delete;

@@ -142,7 +142,17 @@ GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& dir
     if (!(mm > 0))
         return {1, {}}; // its limit as the ends meet
     const glm::dvec3 first = place + from * direction;
-    const Walk light = walk<true>(first, direction, mm);
+    std::optional<LeftByOthers> past;
+    if (!others_.empty())
+        past_ = &past.emplace(mm, [&](double a, double b) {
+            double left = 1;
+            for (LightRays* other : others_)
+                left *= other->walk<false>(first + a * direction, direction, b - a).left;
+            return left;
+        });
+    Walk light = walk<true>(first, direction, mm);
+    light.left *= past_ ? past_->at(mm) : 1;
+    past_ = nullptr;
     if (sources_.occlusion.method == OcclusionMethod::local)
         return {light.seen / mm, light.sent / mm};
     return {light.left, {}};
@@ -156,17 +166,18 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
     double t0 = 0, t1 = 0;
     const RayLine<double> line{ray.base, ray.direction, 0, 1};
     if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1) || !(t0 < mm)) {
-        walk.seen = mm;
+        walk.seen = clear(0, mm);
         return walk;
     }
     t1 = std::min(t1, mm);
-    walk.seen = t0;
-    const double planes = optics_.grades() ? planesOfGradient(optics_.gradient) : 1.0;
+    walk.seen = clear(0, t0);
+    const double gradients = optics_.grades() ? planesOfGradient(optics_.gradient) : 1.0;
+    const double planes = std::min(gradients, LabelsAlongRay::planes(optics_.labels));
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
         if (walk.left < kDark)
             return;
         if (emptyCells_.hold(ray, ta, tb)) {
-            walk.seen += walk.left * (tb - ta);
+            walk.seen += walk.left * clear(ta, tb);
             return;
         }
         forEachInterval(ray, ta, tb, planes, 0.5, [&](double a, double b) {
@@ -177,7 +188,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
     if (walk.left < kDark)
         walk.left = 0;
     else if (t1 < mm)
-        walk.seen += walk.left * (mm - t1);
+        walk.seen += walk.left * clear(t1, mm);
     return walk;
 }
 
@@ -192,7 +203,7 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
         labels.emplace(*labels_, position, ta, tb);
     const bool hasMedium = labels && labels->hasMedium();
     if (obstacles_.emptyOver(lo, hi) && !hasMedium) {
-        walk.seen += walk.left * length;
+        walk.seen += walk.left * clear(ta, tb);
         return;
     }
     const auto stored = [&](double t) { return cell.at(position(t)); };
@@ -227,7 +238,7 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     for (int n = 1; labels && rejects && n < kPartsOfLabels; ++n)
         cuts_.insert(cuts_.end() - 1, static_cast<double>(n) / kPartsOfLabels);
     std::sort(cuts_.begin(), cuts_.end());
-    const CellOnWay onWay{cubic, length, gradient ? &*gradient : nullptr, labels ? &*labels : nullptr};
+    const CellOnWay onWay{cubic, ta, length, gradient ? &*gradient : nullptr, labels ? &*labels : nullptr};
     for (std::size_t i = 0; i + 1 < cuts_.size() && walk.left >= kDark; ++i) {
         const double from = cuts_[i], to = cuts_[i + 1];
         if (!(to > from))
@@ -237,11 +248,11 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
         const auto extinctionAt = [&](double u) {
             return onWay.total(u, function.extinctionAt(function.value(cubic(u))));
         };
-        const bool isEven = function.hasOneExtinction() && !gradient && !labels;
+        const bool isEven = function.hasOneExtinction() && !gradient && !labels && !past_;
         const bool isNothing = function.isTransparent() && behind == 0 && !hasMedium;
         const double seenBefore = walk.seen;
         if (isNothing || (rejects && !isEven && extinctionAt(to) < extinctionAt(from))) {
-            walk.seen += walk.left * length * (to - from);
+            walk.seen += walk.left * clear(ta + length * from, ta + length * to);
         } else if (isEven) {
             const double depth = (function.extinction() + behind) * length * (to - from);
             walk.seen += walk.left * length * (to - from) * meanLeft(depth);
@@ -272,7 +283,9 @@ void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& functio
         depth += rule.weight[i] * extinction[i];
     }
     depth *= mm;
-    if ((depth > kMostDepth || ((cell.gradient || cell.labels) && u1 - u0 > kMostGraded)) &&
+    const auto placeOf = [&](double u) { return cell.begins + u * cell.length; };
+    const double ofOthers = past_ ? past_->depth(placeOf(u1)) - past_->depth(placeOf(u0)) : 0;
+    if ((depth + ofOthers > kMostDepth || ((cell.gradient || cell.labels) && u1 - u0 > kMostGraded)) &&
         halvings < kMostHalvings) {
         const double middle = 0.5 * (u0 + u1);
         throughPiece<withSeen>(cell, function, behind, u0, middle, walk, halvings + 1);
@@ -286,7 +299,8 @@ void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& functio
             double before = 0;
             for (std::size_t j = 0; j < Rule::kPoints; ++j)
                 before += rule.inner[i][j] * extinction[j];
-            mean += rule.weight[i] * std::exp(-mm * before);
+            const double past = past_ ? past_->at(placeOf(u0 + (u1 - u0) * rule.node[i])) : 1;
+            mean += rule.weight[i] * past * std::exp(-mm * before);
         }
         walk.seen += walk.left * mm * mean;
     }

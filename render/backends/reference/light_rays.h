@@ -7,6 +7,7 @@
 #include "render/backends/reference/cell_gradients.h"
 #include "render/backends/reference/cells_on_ray.h"
 #include "render/backends/reference/labels_along_ray.h"
+#include "render/backends/reference/left_by_others.h"
 #include "render/backends/reference/light_sources.h"
 #include "render/backends/reference/reference.h"
 #include "render/backends/reference/stored_function.h"
@@ -16,6 +17,7 @@
 #include <array>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -59,6 +61,8 @@ class LightRays {
               const LightSources& sources, const EmptyCells& emptyCells, LatticeReader& samples,
               LabelField* labels, int panels);
 
+    /// Volumes whose tissue takes this one's ambient light, too. They outlive this, and are not it.
+    void setOthers(std::vector<LightRays*> others) { others_ = std::move(others); }
     /// @param place  voxels
     LightShares at(const glm::dvec3& place);
     /// Multiplies the shares of lights by what this volume leaves of them, at a place of another.
@@ -89,7 +93,7 @@ class LightRays {
     /// A part of a ray between two planes of sample centres.
     struct CellOnWay {
         Cubic cubic;                      // stored value
-        double length;                    // mm
+        double begins, length;            // mm
         const GradientAlongRay* gradient; // none: no gradient opacity
         const LabelsAlongRay* labels;     // none: no labels
         /// Of the function's extinction, and of all.
@@ -98,6 +102,8 @@ class LightRays {
             return labels ? labels->function(u, graded) + labels->medium(u) : graded;
         }
     };
+    /// The integral of the light that others leave, mm.
+    double clear(double from, double to) const { return past_ ? past_->between(from, to) : to - from; }
     template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
     template <bool withSeen>
@@ -115,6 +121,8 @@ class LightRays {
     bool rejects_, gathersEmission_;
     glm::dmat4 toPatient_, toVoxels_;
     std::vector<double> cuts_;
+    std::vector<LightRays*> others_;
+    const LeftByOthers* past_ = nullptr; // of the ray that is gathered; none: there are no others
 };
 
 } // namespace tessera

@@ -114,11 +114,16 @@ class RayIntegral {
         wayMm_ = wayMm;
         lastLit_ = std::numeric_limits<double>::quiet_NaN();
     }
-    double planes() const { return optics_.takesGradients() ? planesOfGradient(optics_.gradient) : 1.0; }
+    double planes() const {
+        const double gradients = optics_.takesGradients() ? planesOfGradient(optics_.gradient) : 1.0;
+        return std::min(gradients, LabelsAlongRay::planes(optics_.labels));
+    }
     /// Shadows of others: multiplies shares of light at a place, patient space.
     void setOthers(std::function<void(const glm::dvec3& place, LightShares& shares)> others) {
         others_ = std::move(others);
     }
+    /// Of the scene's light of voxels; null: it has none.
+    LightRays* lightRays() { return lightRays_ ? &*lightRays_ : nullptr; }
     /// Where the scene has light of voxels.
     void shade(const glm::dvec3& place, LightShares& shares) {
         if (lightRays_)
