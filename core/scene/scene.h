@@ -134,6 +134,7 @@ struct SceneVolume {
     Labels labels = {};
     double opacity = 1;                      // [0,1], times the extinction; of single values, of their colour
     glm::dmat4 transform{1};                 // moves the volume: patient space (LPS, mm) from the file's
+    Cuts cuts = {};                          // of this volume alone, besides the scene's
     std::optional<WindowChoice> window = {}; // of single values; none: the scene's
     std::optional<ValueColour> valueColour = {}; // likewise
 };

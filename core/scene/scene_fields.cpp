@@ -99,6 +99,9 @@ const Fields<SceneVolume>& volumeFields() {
               "Moves the volume: the first three rows, one after another, of the matrix from the file's "
               "patient space (LPS, mm) to that of the picture.")
             .unlessDefault();
+        f.add("cuts", &SceneVolume::cuts, objectOf(cutsFields()),
+              "Cuts through this volume alone, besides those of the scene.")
+            .unlessDefault();
         f.add("window", &SceneVolume::window, windowKind(),
               "Grey of this volume's values in modes that show single values; without it: the scene's.")
             .unlessDefault();

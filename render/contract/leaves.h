@@ -174,6 +174,25 @@ TESSERA_LEAF Vec placeOfLabels(const LabelNumbers& labels, const Vec& p, const P
                middleOfSample(p.z, own, perVoxel)};
 }
 
+/// Where a volume's own cuts keep a place.
+/// @param slabs  at least one; the last ends a body
+template <typename Vec, typename V = Number<Vec>>
+TESSERA_LEAF Condition<V> isKept(const CutSlab* slabs, int count, const Vec& p) {
+    const auto anywhere = V(0.0f) <= V(0.0f);
+    auto kept = anywhere, inside = anywhere;
+    for (int n = 0; n < count; ++n) {
+        const CutSlab& s = slabs[n];
+        const V along = placeAcross(V(s.normal[0]), V(s.normal[1]), V(s.normal[2]), p.x, p.y, p.z);
+        inside = inside & (V(s.low) <= along) & (along <= V(s.high));
+        if (s.endsBody) {
+            const V outside = select(inside, V(0.0f), V(1.0f));
+            kept = kept & (s.keepsOutside ? outside > V(0.0f) : inside);
+            inside = anywhere;
+        }
+    }
+    return kept;
+}
+
 /// From the channels that voxels have.
 /// @param channel  its factor: f(number)
 template <typename V, typename Channel>

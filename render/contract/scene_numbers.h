@@ -35,6 +35,14 @@ struct LightingNumbers {
 constexpr float kLightOne = 16384;
 constexpr int kMostLightChannels = 4;
 
+/// One slab of a body that cuts a volume apart from others, in its voxels (docs/sampling.md, "Several
+/// volumes"): the space where low <= normal * place <= high. A body is what its slabs have in common.
+struct CutSlab {
+    float normal[3] = {}, low = 0, high = 0;
+    bool endsBody = true;      // else the next slab is of the same body
+    bool keepsOutside = false; // of the body; else its inside is kept
+};
+
 /// Labels as planes of factors beside the values (docs/sampling.md, "Labels"). A channel that no voxel needs
 /// is -1, and its factor 0. They are kept as light is, by kLightOne.
 struct LabelNumbers {

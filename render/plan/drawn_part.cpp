@@ -86,6 +86,51 @@ bool DrawnPart::keeps(const glm::dvec3& point, double tolerance) const {
     return !cuts || cuts->keeps(point, tolerance);
 }
 
+namespace {
+
+/// Convex cuts: f(slabs of a body, the kept side).
+template <typename Visit> void forEachBody(const Cuts& cuts, const VolumeInfo& info, const Visit& visit) {
+    for (const CropBox& box : cuts.boxes) {
+        checkBox(box, "crop");
+        std::vector<RaySlab<double>> slabs;
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::dvec3 normal(0);
+            normal[axis] = 1;
+            slabs.push_back(box.space == CropBox::Space::patient
+                                ? slabOf(info, normal, box.low[axis], box.high[axis])
+                                : RaySlab<double>{normal, box.low[axis], box.high[axis]});
+        }
+        visit(slabs, box.keep);
+    }
+    for (const CutPlane& plane : cuts.planes) {
+        checkPlane(plane, "cut plane");
+        const glm::dvec3 normal = glm::normalize(plane.keep == Keep::inside ? plane.normal : -plane.normal);
+        visit({slabOf(info, normal, glm::dot(normal, plane.point), 2 * kUnbounded)}, Keep::inside);
+    }
+}
+
+} // namespace
+
+OwnCuts ownCuts(const Cuts& cuts, const VolumeInfo& info) {
+    if (!cuts.scissors.empty())
+        throw InputError("volumes[].cuts.scissors: expected none in a scene of several volumes, found " +
+                         std::to_string(cuts.scissors.size()));
+    OwnCuts own;
+    forEachBody(cuts, info, [&](const std::vector<RaySlab<double>>& slabs, Keep keep) {
+        own.exact.add(slabs, keep);
+        for (const RaySlab<double>& slab : slabs) {
+            leaf::CutSlab s;
+            for (int axis = 0; axis < 3; ++axis)
+                s.normal[axis] = static_cast<float>(slab.normal[axis]);
+            s.low = static_cast<float>(slab.low), s.high = static_cast<float>(slab.high);
+            s.endsBody = &slab == &slabs.back();
+            s.keepsOutside = keep == Keep::outside;
+            own.slabs.push_back(s);
+        }
+    });
+    return own;
+}
+
 DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info) {
     DrawnPart part;
     if (scene.mode == Mode::slice) {
@@ -104,26 +149,15 @@ DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info) {
         else
             others.add(slabs, keep);
     };
-    for (const CropBox& box : scene.cuts.boxes) {
-        checkBox(box, "crop");
-        std::vector<RaySlab<double>> slabs;
-        for (int axis = 0; axis < 3; ++axis) {
-            glm::dvec3 normal(0);
-            normal[axis] = 1;
-            slabs.push_back(box.space == CropBox::Space::patient
-                                ? slabOf(info, normal, box.low[axis], box.high[axis])
-                                : RaySlab<double>{normal, box.low[axis], box.high[axis]});
+    std::vector<const Cuts*> all = {&scene.cuts};
+    if (scene.volumes.size() == 1)
+        all.push_back(&scene.volumes.front().cuts);
+    for (const Cuts* cuts : all) {
+        forEachBody(*cuts, info, add);
+        for (const Scissors& scissors : cuts->scissors) {
+            checkScissors(scissors, "scissors");
+            others.add(scissors, info);
         }
-        add(slabs, box.keep);
-    }
-    for (const CutPlane& plane : scene.cuts.planes) {
-        checkPlane(plane, "cut plane");
-        const glm::dvec3 normal = glm::normalize(plane.keep == Keep::inside ? plane.normal : -plane.normal);
-        add({slabOf(info, normal, glm::dot(normal, plane.point), 2 * kUnbounded)}, Keep::inside);
-    }
-    for (const Scissors& scissors : scene.cuts.scissors) {
-        checkScissors(scissors, "scissors");
-        others.add(scissors, info);
     }
     if (others.any() || drawsMeshes(scene))
         part.cuts = std::make_shared<const RayCuts>(std::move(others));

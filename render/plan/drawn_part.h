@@ -8,6 +8,7 @@
 #include "core/scene/camera.h"
 #include "core/scene/scene.h"
 #include "render/contract/ray_cuts.h"
+#include "render/contract/scene_numbers.h"
 
 #include <memory>
 #include <vector>
@@ -30,6 +31,15 @@ struct DrawnPart {
     /// True if any of a box is in it. Voxels; the box is closed.
     bool meets(const glm::dvec3& low, const glm::dvec3& high) const;
 };
+/// The cuts of one of several volumes, besides those of all: as its samples meet them, and exactly.
+struct OwnCuts {
+    std::vector<leaf::CutSlab> slabs;
+    RayCuts exact;
+};
+/// Throws InputError for invalid cuts, and for scissors.
+OwnCuts ownCuts(const Cuts& cuts, const VolumeInfo& info);
+
+/// Of a scene's cuts; in that of one volume also of the volume's own.
 /// Throws InputError for invalid cuts, such as boxes without an inside.
 DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info);
 

@@ -256,6 +256,7 @@ struct FusedLattice {
     Fusion rule = Fusion::mix;
     VolumeInfo voxels;         // and the box of rays
     glm::dmat4 fromLattice{1}; // the first volume's voxels from its places
+    OwnCuts cuts;              // of the first volume alone
     DrawnPart part;            // of that box
 };
 

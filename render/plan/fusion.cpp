@@ -70,7 +70,7 @@ Scene sceneInFusion(const Scene& scene, std::size_t number) {
     }
     for (const CropBox& box : scene.cuts.boxes)
         if (box.space == CropBox::Space::voxels)
-            throw refuse("cuts: expected boxes in patient space", "one in voxels");
+            throw refuse("cuts: expected boxes in patient space, or in volumes[].cuts", "one in voxels");
     return alone;
 }
 
@@ -197,8 +197,12 @@ Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits
         return glm::inverse(info.patientFromVoxel) * fused.voxels.patientFromVoxel;
     };
     fused.fromLattice = from(p.info());
-    for (const auto& volume : p.further)
-        volume->fromLattice = from(volume->plan.info());
+    fused.cuts = ownCuts(scene.volumes.front().cuts, p.info());
+    for (std::size_t n = 0; n < p.further.size(); ++n) {
+        FurtherVolume& volume = p.further[n];
+        volume.fromLattice = from(volume.plan.info());
+        volume.cuts = ownCuts(scene.volumes[n + 1].cuts, volume.plan.info());
+    }
     takeCameras(scene, p);
     p.chooseAgain(scene, limits, context, choice);
     return p;

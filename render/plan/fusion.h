@@ -23,6 +23,7 @@ struct FurtherVolume {
     Charge heldRam, heldGpu;   // of the picture's budgets, for these
     Planner plan;              // of the volume alone; its rays are not drawn
     glm::dmat4 fromLattice{1}; // its voxels from places of the lattice
+    OwnCuts cuts;              // of it alone
 
     /// Throws InputError if the budgets cannot hold the shares.
     FurtherVolume(const FrameContext& context, std::size_t ramBytes, std::size_t gpuBytes);

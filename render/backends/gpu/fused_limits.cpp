@@ -20,6 +20,10 @@ std::string cannotFuse(const Scene& scene, const FuseLimits& limits) {
     const auto volumes = static_cast<int>(scene.volumes.size());
     if (volumes < 2)
         return {};
+    if (reductionOf(scene) == Reduction::composite &&
+        std::any_of(scene.volumes.begin(), scene.volumes.end(),
+                    [](const SceneVolume& volume) { return volume.cuts.any(); }))
+        return "a volume has cuts of its own";
     // Values, index, empty space, function; two of mixed levels. Shaders have an array of each for all
     // volumes.
     constexpr int kTextures = 6, kOfLight = 2, kOfLabels = 4;

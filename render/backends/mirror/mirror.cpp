@@ -16,8 +16,12 @@ MirrorInput mirrorInput(const FramePlan& scene, bool skipping) {
     if (scene.fused) {
         input.fused = &*scene.fused;
         input.fromLattice = scene.fused->fromLattice;
-        for (const auto& volume : scene.further)
-            input.further.emplace_back(mirrorInput(volume->plan, skipping)).fromLattice = volume->fromLattice;
+        input.ownCuts = scene.fused->cuts.slabs;
+        for (const auto& volume : scene.further) {
+            MirrorInput& further = input.further.emplace_back(mirrorInput(volume->plan, skipping));
+            further.fromLattice = volume->fromLattice;
+            further.ownCuts = volume->cuts.slabs;
+        }
     }
     input.cache = scene.layer().cache.get();
     input.info = &scene.info();
@@ -77,6 +81,7 @@ void withFields(const MirrorInput& input, std::vector<FusedField<Real>>& known, 
         fused.linear = glm::mat<3, 3, Real>(glm::dmat3(here.fromLattice));
         fused.offset = glm::vec<3, Real>(glm::dvec3(here.fromLattice[3]));
         fused.unitMm = static_cast<Real>(here.unitMm);
+        fused.cuts = here.ownCuts;
         fused.extent = glm::vec<3, Real>(here.info->extentVoxels);
         fused.see = [&](const FusedPlace<Real>& place, Work& work, SeenSegment<Real>& seen) {
             if (here.occupancy && emptyBoxAt(*here.occupancy, place.direction, place.middle))

@@ -27,6 +27,7 @@ template <typename Real> struct FusedField {
     glm::mat<3, 3, Real> linear{1}; // voxels from places of the lattice
     glm::vec<3, Real> offset{0}, extent{0};
     Real unitMm = 1; // unit distance of its function
+    std::span<const leaf::CutSlab> cuts = {};
     /// As seeSegment(); false also where its map has nothing.
     std::function<bool(const FusedPlace<Real>&, Work&, SeenSegment<Real>&)> see;
 };
@@ -53,6 +54,9 @@ void fusedAlong(const SegmentedRay<Real>& ray, const std::vector<FusedField<Real
         for (std::size_t v = 0; v < fields.size(); ++v) {
             const Vec p = leaf::placeAlong(lines[v].entry, lines[v].step, at);
             if (!glm::all(glm::lessThanEqual(Vec(0), p)) || !glm::all(glm::lessThan(p, fields[v].extent)))
+                continue;
+            if (!fields[v].cuts.empty() &&
+                !leaf::isKept(fields[v].cuts.data(), static_cast<int>(fields[v].cuts.size()), p))
                 continue;
             SeenSegment<Real> seen;
             if (!fields[v].see({p, lines[v].direction, length * ray.segmentMm, n}, work, seen) ||

@@ -38,10 +38,11 @@ struct MirrorInput {
     ShareDone progress = {};       // of a picture's rays
     /// Content of isosurfaces: distance along the ray, mm, in place of red.
     bool showsDistances = false;
-    const FusedLattice* fused = nullptr;   // of rays through several volumes, this and the further ones
-    std::vector<MirrorInput> further = {}; // then
-    glm::dmat4 fromLattice{1};             // then: the volume's voxels from places of the lattice
-    double unitMm = 1;                     // then: of the volume's function
+    const FusedLattice* fused = nullptr;         // of rays through several volumes, this and the further ones
+    std::vector<MirrorInput> further = {};       // then
+    glm::dmat4 fromLattice{1};                   // then: the volume's voxels from places of the lattice
+    double unitMm = 1;                           // then: of the volume's function
+    std::span<const leaf::CutSlab> ownCuts = {}; // then: of the volume alone
 };
 
 /// The mirror's inputs from a prepared scene; valid until the scene moves.

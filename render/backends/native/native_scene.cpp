@@ -56,7 +56,9 @@ native::PacketFusion packetFusionOf(const FramePlan& plan, const Strides& stride
     native::PacketFusion fusion;
     fusion.rule = static_cast<std::int32_t>(plan.fused->rule);
     fusion.segments = strides.uniformSegments;
-    const auto add = [&](const glm::dmat4& fromLattice, const FramePlan& volume) {
+    const auto add = [&](const glm::dmat4& fromLattice, const OwnCuts& cuts, const FramePlan& volume) {
+        fusion.cuts[fusion.count] = cuts.slabs.data();
+        fusion.cutCount[fusion.count] = static_cast<std::int32_t>(cuts.slabs.size());
         for (int column = 0; column < 3; ++column)
             for (int row = 0; row < 3; ++row)
                 fusion.linear[fusion.count][3 * column + row] = static_cast<float>(fromLattice[column][row]);
@@ -64,9 +66,9 @@ native::PacketFusion packetFusionOf(const FramePlan& plan, const Strides& stride
             fusion.offset[fusion.count][row] = static_cast<float>(fromLattice[3][row]);
         fusion.unitMm[fusion.count++] = static_cast<float>(volume.layer().function.referenceLengthMm());
     };
-    add(plan.fused->fromLattice, plan);
+    add(plan.fused->fromLattice, plan.fused->cuts, plan);
     for (const auto& volume : plan.further)
-        add(volume->fromLattice, volume->plan);
+        add(volume->fromLattice, volume->cuts, volume->plan);
     return fusion;
 }
 

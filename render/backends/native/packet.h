@@ -145,7 +145,9 @@ struct PacketFusion {
     const PacketScene* volumes[kMostVolumes] = {};
     /// From a place of the lattice to a volume's voxels: the linear part column by column; what is added.
     float linear[kMostVolumes][9] = {}, offset[kMostVolumes][3] = {};
-    float unitMm[kMostVolumes] = {}; // unit distances of the functions
+    float unitMm[kMostVolumes] = {};              // unit distances of the functions
+    const leaf::CutSlab* cuts[kMostVolumes] = {}; // of each volume alone
+    std::int32_t cutCount[kMostVolumes] = {};     // slabs of them
 };
 
 /// As SurfaceHit of render/contract/ray_state.h.

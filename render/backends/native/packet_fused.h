@@ -12,10 +12,12 @@ using native::PacketFusion;
 
 /// Rays in one of the volumes.
 struct VolumeRays {
-    F3 entry, step;   // voxels
-    F3 direction;     // patient space
-    F enters, leaves; // its box, in segments from the lattice's entry
-    F3 last;          // its extent
+    F3 entry, step;                      // voxels
+    F3 direction;                        // patient space
+    F enters, leaves;                    // its box within its cuts, in segments from the lattice's entry
+    F3 last;                             // its extent
+    const leaf::CutSlab* cuts = nullptr; // of it alone
+    int cutCount = 0;
     LeapingRays leaping;
     Here<false> here;     // of one level
     Here<true> hereMixed; // of mixed levels
@@ -93,6 +95,17 @@ inline __attribute__((noinline)) void volumeRays(const PacketFusion& fusion, int
     M misses = leaf::clip(rays.entry.x, rays.step.x, zero, rays.last.x, t0, t1);
     misses = misses | leaf::clip(rays.entry.y, rays.step.y, zero, rays.last.y, t0, t1);
     misses = misses | leaf::clip(rays.entry.z, rays.step.z, zero, rays.last.z, t0, t1);
+    rays.cuts = fusion.cuts[number_];
+    rays.cutCount = fusion.cutCount[number_];
+    for (int n = 0; n < rays.cutCount; ++n) { // whose inside is kept: nothing shows beyond
+        const leaf::CutSlab& slab = rays.cuts[n];
+        const auto across = [&](const F3& v) {
+            return leaf::placeAcross(F(slab.normal[0]), F(slab.normal[1]), F(slab.normal[2]), v.x, v.y, v.z);
+        };
+        if (!slab.keepsOutside)
+            misses =
+                misses | leaf::clip(across(rays.entry), across(rays.step), F(slab.low), F(slab.high), t0, t1);
+    }
     misses = misses | (t0 > t1);
     rays.enters = select(misses, F(kMostFloat), t0);
     rays.leaves = select(misses, F(-kMostFloat), t1);
@@ -110,7 +123,9 @@ inline __attribute__((noinline)) F lookInto(const PacketScene& s, VolumeRays& ra
     // Segments around the box's border, in which rounding decides: they are looked at one by one.
     constexpr float kAround = 2;
     const F3 p = leaf::placeAlong(rays.entry, rays.step, at), zero{F(0.0f), F(0.0f), F(0.0f)};
-    const M in = looking & within(p, zero, rays.last);
+    M in = looking & within(p, zero, rays.last);
+    if (rays.cutCount > 0)
+        in = in & leaf::isKept(rays.cuts, rays.cutCount, p);
     const F before = floor(rays.enters - F(kAround)), behind = rays.leaves + F(kAround);
     F next = select(at < before, before, select(at > behind, F(kMostFloat), F(0.0f)));
     M shows = in;

@@ -20,6 +20,7 @@ struct FusedVolume {
     // Of the ray at hand:
     ReferenceRay ray;
     double enters = 0, leaves = 0;
+    std::vector<RayCuts::Part> parts; // that its own cuts leave of it
     // Of the interval at hand:
     bool shows = false;
     RayIntegral::Interval interval;
@@ -35,19 +36,28 @@ struct FusedVolume {
         if (!clipToBox(line, glm::dvec3(input.info->extentVoxels), enters, leaves))
             enters = leaves = t1;
         enters = std::max(enters, t0), leaves = std::min(leaves, t1);
+        parts.assign(1, {enters, leaves});
+        if (leaves > enters && input.ownCuts && input.ownCuts->any())
+            input.ownCuts->parts(ray.base, ray.direction, enters, leaves, parts);
     }
     void addCuts(std::vector<double>& cuts) const {
         if (!(leaves > enters))
             return;
         const auto add = [&](double, double end) { cuts.push_back(end); };
         cuts.push_back(enters);
+        for (const RayCuts::Part& part : parts) {
+            cuts.push_back(part.from);
+            cuts.push_back(part.to);
+        }
         forEachInterval(ray, enters, leaves, integral.planes(), 0.5, add);
         forEachInterval(ray, enters, leaves, kCellExtent, 0, add);
     }
     void prepare(double ta, double tb, const ReferenceIntegrator& sum) {
         const double middle = 0.5 * (ta + tb);
-        shows = enters < middle && middle < leaves && !integral.holdsNothing(ray, ta, tb) &&
-                integral.prepare(ray, ta, tb, sum, interval);
+        const bool isKept = std::any_of(parts.begin(), parts.end(), [&](const RayCuts::Part& part) {
+            return part.from < middle && middle < part.to;
+        });
+        shows = isKept && !integral.holdsNothing(ray, ta, tb) && integral.prepare(ray, ta, tb, sum, interval);
     }
 };
 

@@ -55,6 +55,7 @@ struct ReferenceInput {
     /// and cuts are. Null: the volume is alone.
     const FusedLattice* fused = nullptr;
     glm::dmat4 fromLattice{1};
+    const RayCuts* ownCuts = nullptr; // of this volume alone, in its voxels; null: it is alone
     std::vector<ReferenceInput> further = {};
 };
 

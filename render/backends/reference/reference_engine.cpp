@@ -123,8 +123,12 @@ class ReferenceCaster : public RayCaster {
         if (plan.fused) {
             input.fused = &*plan.fused;
             input.fromLattice = plan.fused->fromLattice;
-            for (const auto& further : plan.further)
-                input.further.emplace_back(inputOf(further->plan)).fromLattice = further->fromLattice;
+            input.ownCuts = &plan.fused->cuts.exact;
+            for (const auto& volume : plan.further) {
+                ReferenceInput& further = input.further.emplace_back(inputOf(volume->plan));
+                further.fromLattice = volume->fromLattice;
+                further.ownCuts = &volume->cuts.exact;
+            }
         }
         return input;
     }

@@ -214,6 +214,8 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
                           "none");
         keep = options.keep == "outside" ? Keep::outside : Keep::inside;
     }
+    if (options.cutVolume >= 0 && named == 0)
+        throw badFile("--cut-volume", "--crop, --crop-voxels or --cut-plane, which cut it", "none");
     const auto addBox = [&](const std::string& text, const char* option, CropBox::Space space) {
         const bool patient = space == CropBox::Space::patient;
         const std::vector<double> n = numbers(text, 6, option, patient ? kCropWords : kCropForm);
@@ -255,6 +257,22 @@ void addModeOptions(Command& command, ModeOptions& options) {
     command.option(
         "--keep", options.keep,
         "side of --crop, --crop-voxels and --cut-plane that is drawn: inside or outside (default: inside)");
+    command
+        .option("--cut-volume", options.cutVolume,
+                "the one volume that --crop, --crop-voxels and --cut-plane cut: 0 is X, 1 the first of --add "
+                "(default: all volumes)")
+        .check(wholeNumberFrom(0));
+}
+
+Cuts& cutsOf(const ModeOptions& options, Scene& scene) {
+    if (options.cutVolume < 0)
+        return scene.cuts;
+    const auto number = static_cast<std::size_t>(options.cutVolume);
+    if (number >= scene.volumes.size())
+        throw badFile("--cut-volume",
+                      "a volume of the picture, 0 to " + std::to_string(scene.volumes.size() - 1),
+                      std::to_string(number));
+    return scene.volumes[number].cuts;
 }
 
 void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene) {
@@ -270,7 +288,7 @@ void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene&
             throw badFile("--slab", "a slice (--slice)", mode());
         parseSlab(options.slab, scene.slice);
     }
-    applyCuts(options, scene.cuts);
+    applyCuts(options, cutsOf(options, scene));
     for (const char* option : {"--window", "--value-colour"})
         if (!keys.textOf(option).empty() && reductionOf(scene) == Reduction::composite)
             throw badFile(option,

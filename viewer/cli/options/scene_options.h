@@ -69,11 +69,15 @@ struct ModeOptions {
     std::string slice, slab; // "": the scene's
     std::vector<std::string> boxes, boxesInVoxels, planes;
     std::string keep;
+    int cutVolume = -1; // that alone is cut; -1: all are
 
     static constexpr const char* kBody = "body"; // "body": a box found in the volume
     bool cropsToBody() const { return std::find(boxes.begin(), boxes.end(), kBody) != boxes.end(); }
 };
 void addModeOptions(Command& command, ModeOptions& options);
+/// The cuts that options add to: the scene's, or those of --cut-volume. Throws InputError where the scene has
+/// no such volume.
+Cuts& cutsOf(const ModeOptions& options, Scene& scene);
 /// Options override the scene; `--crop body` is left to cropToBody()
 /// (viewer/cli/render/scene_from_arguments.h). Throws InputError naming the option, also for one without
 /// effect in its mode.

@@ -39,6 +39,8 @@ void requireSliceInVolume(const Scene& scene, const VolumeInfo& info, const std:
         return;
     Scene alone = scene;
     alone.cuts = {};
+    for (SceneVolume& volume : alone.volumes)
+        volume.cuts = {};
     if (drawnPart(alone, info).meets(glm::dvec3(0), glm::dvec3(info.extentVoxels)))
         return;
     const SlicePlane& slice = scene.slice;

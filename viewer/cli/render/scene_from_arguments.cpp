@@ -301,8 +301,9 @@ void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scen
                       "values without a unit that do not look like HU; --unit HU takes them for HU");
     const BodyBox body = findBody(store, ram);
     const Keep keep = arguments.mode.keep == "outside" ? Keep::outside : Keep::inside;
-    scene.cuts.boxes.push_back({body.low, body.high, CropBox::Space::patient, keep});
-    if (scene.cuts.boxes.size() > Cuts::kMostOfAKind)
+    std::vector<CropBox>& boxes = cutsOf(arguments.mode, scene).boxes;
+    boxes.push_back({body.low, body.high, CropBox::Space::patient, keep});
+    if (boxes.size() > Cuts::kMostOfAKind)
         throw badFile("--crop", "at most " + std::to_string(Cuts::kMostOfAKind) + " of a kind", "more");
     if (auto* fitted = std::get_if<FittedView>(&scene.camera); fitted && arguments.fit.empty())
         fitted->fit = fitted->fit == Fit::shown ? Fit::kept : fitted->fit;
