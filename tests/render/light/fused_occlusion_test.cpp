@@ -72,10 +72,11 @@ TEST(FusedOcclusion, ComesToTheReference) {
 
 /// An occluder of a volume as planned, that is lit as such a scene's.
 struct Tissue {
-    Tissue(const std::filesystem::path& path, double extinction, const std::optional<Occlusion>& occlusion)
+    Tissue(const std::filesystem::path& path, const TransferFunction& function,
+           const std::optional<Occlusion>& occlusion)
         : scene(fusedScene({0}, {16, 16})) {
         scene.volumes[0].path = path;
-        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{0, extinction}}, {});
+        scene.volumes[0].transferFunction = function;
         prepared = std::make_unique<PreparedFusion>(scene);
         const FramePlan& p = prepared->p;
         occluder = std::make_unique<Occluder>(p.info(), p.layer().statistics, occlusion);
@@ -87,16 +88,24 @@ struct Tissue {
     std::unique_ptr<Occluder> occluder;
 };
 
+TransferFunction evenMedium(double extinction) {
+    return TransferFunction::fromExtinction({{0, extinction}}, {});
+}
+/// Values are extinctions; none below 0.
+TransferFunction extinctionsThemselves() {
+    return TransferFunction::fromExtinction({{0, 0}, {1, 1}}, {});
+}
+
 // A medium on a lattice of its own, turned and of other voxels, that ends within the volume.
 TEST(FusedOcclusion, AMediumOnAnotherLatticeTakesWhatItTakes) {
     constexpr double kExtinction = 0.11, kRadius = 8;
     FieldStores stores;
     const auto one = [](const glm::dvec3&) { return 1.0; };
     const Occlusion occlusion{.rays = 32, .radiusMm = kRadius, .bias = 0, .gamma = 1};
-    Tissue thin(stores.store(gridAt({0, 0, 0}, {80, 72, 64}, {1, 1, 1}, 0, ValueType::f32), one), 1e-7,
-                occlusion);
+    Tissue thin(stores.store(gridAt({0, 0, 0}, {80, 72, 64}, {1, 1, 1}, 0, ValueType::f32), one),
+                evenMedium(1e-7), occlusion);
     const VolumeInfo there = gridAt({-18, 3, -2}, {20, 30, 33}, {1.9, 2.2, 1.7}, 31, ValueType::f32);
-    Tissue medium(stores.store(there, one), kExtinction, {});
+    Tissue medium(stores.store(there, one), evenMedium(kExtinction), {});
     thin.occluder->setOthers({{medium.occluder.get(), &medium.cache()}});
     OcclusionRoom room(thin.occluder->mostReach());
     const double inside = -std::expm1(-kExtinction * kRadius) / (kExtinction * kRadius);
@@ -139,6 +148,41 @@ TEST(FusedOcclusion, AMediumOnAnotherLatticeTakesWhatItTakes) {
         EXPECT_GT(within, 20) << level;
         EXPECT_GT(without, 200) << level;
     }
+}
+
+// Two bodies side by side, on lattices of their own, shade one another as in one volume. Around the second
+// the first has nothing at all.
+TEST(FusedOcclusion, BodiesSideBySideAreThoseOfOneVolume) {
+    FieldStores stores;
+    const auto first = [](const glm::dvec3& p) { return p.x < -2 ? 0.2 * blob(p, {-4, 0, 0}, 3) : -1; };
+    const auto second = [](const glm::dvec3& p) { return 0.8 * blob(p, {3.5, 1, -1}, 1.6); };
+    const VolumeInfo here = gridAt({16, 0, 0}, {96, 32, 32}, {1, 1, 1}, 0, ValueType::f32),
+                     there = gridAt({5, 0, 0}, {34, 30, 32}, {0.9, 0.8, 0.85}, 20, ValueType::f32);
+    const Occlusion occlusion{.rays = 32, .radiusMm = 12, .bias = 0, .gamma = 1};
+    Tissue one(stores.store(here, first), extinctionsThemselves(), occlusion),
+        another(stores.store(there, second), extinctionsThemselves(), {}),
+        both(stores.store(here, [&](const glm::dvec3&p) { return std::max(first(p), 0.0) + second(p); }),
+             extinctionsThemselves(), occlusion);
+    one.occluder->setOthers({{another.occluder.get(), &another.cache()}});
+    OcclusionRoom room(one.occluder->mostReach()), expected(room);
+    double shade = 0;
+    const ChunkKey key{0, 0, 0, 0};
+    one.occluder->find(key, {}, true, one.cache(), room);
+    one.occluder->occlude(key, room);
+    both.occluder->find(key, {}, true, both.cache(), expected);
+    both.occluder->occlude(key, expected);
+    ASSERT_FALSE(room.runs.empty());
+    for (const OcclusionRoom::Run& run : room.runs)
+        for (std::size_t n = run.to; n < run.to + native::kOcclusionRun; ++n)
+            ASSERT_NEAR(room.light[n], expected.light[n], 0.01) << n;
+    // Of the second alone.
+    one.occluder->setOthers({});
+    one.occluder->find(key, {}, true, one.cache(), room);
+    one.occluder->occlude(key, room);
+    for (const OcclusionRoom::Run& run : room.runs)
+        for (std::size_t n = run.to; n < run.to + native::kOcclusionRun; ++n)
+            shade = std::max(shade, static_cast<double>(room.light[n] - expected.light[n]));
+    EXPECT_GT(shade, 0.04);
 }
 
 // What keeps the tissue of others is charged.
