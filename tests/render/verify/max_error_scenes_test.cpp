@@ -135,6 +135,9 @@ INSTANTIATE_TEST_SUITE_P(
                         std::get<TransferFunction>(volume.transferFunction)
                             .setGradientOpacity(GradientOpacity::fromPoints({{0.2, 0.1}, {3, 0.8}, {30, 1}}));
                 }},
+        Mixture{"two volumes under one sky",
+                {0, 1},
+                [](Scene& s) { s.lighting.occlusion = Occlusion{.rays = 4, .radiusMm = 6}; }},
         Mixture{"a surface in a volume", {0}, [](Scene& s) { surface(s, 1); }, 1.5},
         Mixture{"a translucent tube among labels",
                 {0},
