@@ -22,11 +22,6 @@ LEAF V greatestColour(V before, V weight, V colour, V extinction, V most) {
     LEAF_LET both = max(before * weight, colour * extinction) / most;
     return select(weight > V(0.0f), both, colour);
 }
-/// A place along a normal.
-LEAF V placeAcross(V nx, V ny, V nz, V x, V y, V z) {
-    LEAF_LET along = nx * x + ny * y + nz * z;
-    return along;
-}
 /// Adds a volume that shows something.
 /// @param rule  kFusion...
 /// @param extinction  per mm, more than 0

@@ -174,6 +174,10 @@ TESSERA_LEAF Vec placeOfLabels(const LabelNumbers& labels, const Vec& p, const P
                middleOfSample(p.z, own, perVoxel)};
 }
 
+/// A place along a normal.
+template <typename V> TESSERA_LEAF V placeAcross(const CutSlab& slab, V x, V y, V z) {
+    return V(slab.normal[0]) * x + V(slab.normal[1]) * y + V(slab.normal[2]) * z;
+}
 /// Where a volume's own cuts keep a place.
 /// @param slabs  at least one; the last ends a body
 template <typename Vec, typename V = Number<Vec>>
@@ -182,7 +186,7 @@ TESSERA_LEAF Condition<V> isKept(const CutSlab* slabs, int count, const Vec& p) 
     auto kept = anywhere, inside = anywhere;
     for (int n = 0; n < count; ++n) {
         const CutSlab& s = slabs[n];
-        const V along = placeAcross(V(s.normal[0]), V(s.normal[1]), V(s.normal[2]), p.x, p.y, p.z);
+        const V along = placeAcross<V>(s, p.x, p.y, p.z);
         inside = inside & (V(s.low) <= along) & (along <= V(s.high));
         if (s.endsBody) {
             const V outside = select(inside, V(0.0f), V(1.0f));

@@ -374,7 +374,7 @@ void Occluder::read(const ChunkKey& chunk, bool occludes, BrickCache& cache, Occ
                 const glm::ivec3 corner = glm::ivec3(x, y, z) * kChunkExtent;
                 const glm::ivec3 from = glm::max(low, corner), to = glm::min(high, corner + kChunkExtent);
                 // As does everything within a voxel of it.
-                if (letsAllThrough(rangeOf(key)) && othersLetThrough(key))
+                if (letsAllThrough(rangeOf(key)) && (!occludes || othersLetThrough(key)))
                     continue;
                 const auto shown = occludes ? extinctionsOf(key, cache) : nullptr;
                 const bool shows = shown && shown->extinction;

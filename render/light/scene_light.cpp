@@ -69,6 +69,7 @@ LightParts SceneLight::lightingChanged() {
             light_->functionChanged(scene_.layer().table, scene_.layer().optics);
         light_->setShadows(shadows_);
         tissueNumber_ = PlanRevisions::next();
+        shadedBy_.clear();
         amidst_.clear();
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }

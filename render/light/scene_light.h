@@ -48,6 +48,7 @@ class SceneLight {
     void viewChanged();
     void levelsChanged();
     /// The plan's lighting has changed, with the same number of channels. Returns the changed parts of light.
+    /// Of several volumes, shadedBy() of all must follow.
     LightParts lightingChanged();
 
     /// Rays of full maps until the next call; null: by the cache's samples.

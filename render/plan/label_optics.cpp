@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/scene/mode.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -31,15 +32,36 @@ bool hasLabelOptics(const Scene& scene) {
     return false;
 }
 
+namespace {
+
+/// The cuts of the first volume become those of the scene, but for boxes in its voxels.
+void shareOwnCuts(Scene& scene) {
+    Cuts& own = scene.volumes.front().cuts;
+    const auto inPatient = std::stable_partition(own.boxes.begin(), own.boxes.end(), [](const CropBox& box) {
+        return box.space == CropBox::Space::voxels;
+    });
+    scene.cuts.boxes.insert(scene.cuts.boxes.end(), inPatient, own.boxes.end());
+    own.boxes.erase(inPatient, own.boxes.end());
+    scene.cuts.planes.insert(scene.cuts.planes.end(), own.planes.begin(), own.planes.end());
+    scene.cuts.scissors.insert(scene.cuts.scissors.end(), own.scissors.begin(), own.scissors.end());
+    own.planes.clear();
+    own.scissors.clear();
+}
+
+} // namespace
+
 DrawnVolumes withLabelOptics(const Scene& scene, Stores stores) {
     TESSERA_CHECK(stores.size() == scene.volumes.size());
     DrawnVolumes drawn{scene, {stores.begin(), stores.end()}};
     if (!hasLabelOptics(scene))
         return drawn;
-    for (std::size_t n = 0; n < scene.volumes.size(); ++n) {
+    if (scene.volumes.size() == 1) // exact, as of a volume that is alone
+        shareOwnCuts(drawn.scene);
+    const std::vector<SceneVolume> volumes = drawn.scene.volumes;
+    for (std::size_t n = 0; n < volumes.size(); ++n) {
         drawn.scene.volumes[n].labels.optics = 0;
-        for (const std::size_t optics : opticsOf(scene.volumes[n].labels)) {
-            SceneVolume volume = scene.volumes[n];
+        for (const std::size_t optics : opticsOf(volumes[n].labels)) {
+            SceneVolume volume = volumes[n];
             volume.labels.optics = optics;
             const LabelRule& rule = volume.labels.each[optics - 1];
             if (rule.transferFunction)

@@ -99,12 +99,17 @@ inline __attribute__((noinline)) void volumeRays(const PacketFusion& fusion, int
     rays.cutCount = fusion.cutCount[number_];
     for (int n = 0; n < rays.cutCount; ++n) { // whose inside is kept: nothing shows beyond
         const leaf::CutSlab& slab = rays.cuts[n];
-        const auto across = [&](const F3& v) {
-            return leaf::placeAcross(F(slab.normal[0]), F(slab.normal[1]), F(slab.normal[2]), v.x, v.y, v.z);
-        };
-        if (!slab.keepsOutside)
-            misses =
-                misses | leaf::clip(across(rays.entry), across(rays.step), F(slab.low), F(slab.high), t0, t1);
+        if (slab.keepsOutside)
+            continue;
+        const auto across = [&](const F3& v) { return leaf::placeAcross<F>(slab, v.x, v.y, v.z); };
+        const F d = across(rays.step), length = abs(rays.step.x) + abs(rays.step.y) + abs(rays.step.z),
+                most = length * (abs(F(slab.normal[0])) + abs(F(slab.normal[1])) + abs(F(slab.normal[2])));
+        // Along a face rounding decides: samples of such rays are looked at one by one.
+        const M crosses = abs(d) > F(1e-3f) * most;
+        F from = t0, to = t1;
+        const M beside = leaf::clip(across(rays.entry), d, F(slab.low), F(slab.high), from, to);
+        t0 = select(crosses, from, t0), t1 = select(crosses, to, t1);
+        misses = misses | (crosses & beside);
     }
     misses = misses | (t0 > t1);
     rays.enters = select(misses, F(kMostFloat), t0);

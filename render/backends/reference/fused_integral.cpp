@@ -67,19 +67,20 @@ class FusedIntegral {
         : input_(input) {
         for (const auto& of : all)
             volumes_.push_back(std::make_unique<FusedVolume>(*of));
-        for (const auto& volume : volumes_)
-            volume->integral.setOthers([this, &volume](const glm::dvec3& place, LightShares& shares) {
-                for (const auto& other : volumes_)
-                    if (other != volume)
-                        other->integral.shade(place, shares);
-            });
         for (const auto& volume : volumes_) {
+            LightRays* const rays = volume->integral.lightRays();
+            if (!rays)
+                continue;
             std::vector<LightRays*> others;
             for (const auto& other : volumes_)
                 if (other != volume && other->integral.lightRays())
                     others.push_back(other->integral.lightRays());
-            if (LightRays* rays = volume->integral.lightRays())
-                rays->setOthers(std::move(others));
+            rays->setOthers(others);
+            volume->integral.setOthers(
+                [others, channel = rays->firstShadowChannel()](const glm::dvec3& place, LightShares& shares) {
+                    for (LightRays* other : others)
+                        other->shade(place, channel, shares);
+                });
         }
     }
     FusedIntegral(const FusedIntegral&) = delete;

@@ -2,21 +2,27 @@
 // (docs/sampling.md, "Labels"), where every factor is a cubic.
 #pragma once
 
+#include "render/backends/reference/cell_gradients.h"
 #include "render/backends/reference/cells_on_ray.h"
 #include "render/contract/leaves.h"
 #include "render/contract/optics.h"
 #include "render/labels/label_field.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/vec3.hpp>
 
 namespace tessera {
 
+/// Voxels between the planes that cut rays: the samples' middles, their faces where labels have nearest
+/// borders, and those of gradients.
+inline double planesOf(const Optics& optics, bool takesGradients) {
+    const double labels = optics.labels.nearest ? 0.5 : 1.0;
+    return takesGradients ? std::min(labels, planesOfGradient(optics.gradient)) : labels;
+}
+
 class LabelsAlongRay {
   public:
-    /// Voxels between the planes that cut rays: the samples' middles, and their faces where borders are
-    /// nearest.
-    static double planes(const leaf::LabelNumbers& labels) { return labels.nearest ? 0.5 : 1.0; }
     /// @param position  by parameter, voxels
     template <typename Position>
     LabelsAlongRay(LabelField& field, const Position& position, double ta, double tb)

@@ -126,8 +126,7 @@ double LightRays::leftOf(const LightSources::Caster& light, const glm::dvec3& pl
     return sum / static_cast<double>(light.places.size());
 }
 
-void LightRays::shade(const glm::dvec3& place, LightShares& shares) {
-    std::size_t channel = sources_.hasOcclusion ? static_cast<std::size_t>(sources_.ambientChannels) : 0;
+void LightRays::shade(const glm::dvec3& place, std::size_t channel, LightShares& shares) {
     for (const LightSources::Caster& light : sources_.casters)
         shares[channel++] *= leftOf(light, place);
 }
@@ -171,8 +170,7 @@ LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direc
     }
     t1 = std::min(t1, mm);
     walk.seen = clear(0, t0);
-    const double gradients = optics_.grades() ? planesOfGradient(optics_.gradient) : 1.0;
-    const double planes = std::min(gradients, LabelsAlongRay::planes(optics_.labels));
+    const double planes = planesOf(optics_, optics_.grades());
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
         if (walk.left < kDark)
             return;

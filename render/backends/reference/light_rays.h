@@ -67,7 +67,11 @@ class LightRays {
     LightShares at(const glm::dvec3& place);
     /// Multiplies the shares of lights by what this volume leaves of them, at a place of another.
     /// @param place  patient space
-    void shade(const glm::dvec3& place, LightShares& shares);
+    /// @param channel  of the first light that casts a shadow, in shares
+    void shade(const glm::dvec3& place, std::size_t channel, LightShares& shares);
+    std::size_t firstShadowChannel() const {
+        return sources_.hasOcclusion ? static_cast<std::size_t>(sources_.ambientChannels) : 0;
+    }
     int channels() const { return channels_; }
 
     /// Share of the light that reaches a point from a distance, mm.

@@ -114,21 +114,13 @@ class RayIntegral {
         wayMm_ = wayMm;
         lastLit_ = std::numeric_limits<double>::quiet_NaN();
     }
-    double planes() const {
-        const double gradients = optics_.takesGradients() ? planesOfGradient(optics_.gradient) : 1.0;
-        return std::min(gradients, LabelsAlongRay::planes(optics_.labels));
-    }
+    double planes() const { return planesOf(optics_, optics_.takesGradients()); }
     /// Shadows of others: multiplies shares of light at a place, patient space.
     void setOthers(std::function<void(const glm::dvec3& place, LightShares& shares)> others) {
         others_ = std::move(others);
     }
     /// Of the scene's light of voxels; null: it has none.
     LightRays* lightRays() { return lightRays_ ? &*lightRays_ : nullptr; }
-    /// Where the scene has light of voxels.
-    void shade(const glm::dvec3& place, LightShares& shares) {
-        if (lightRays_)
-            lightRays_->shade(place, shares);
-    }
     /// False where nothing shows. The light in `out` refers to this until the next one is prepared.
     bool prepare(const ReferenceRay& ray, double ta, double tb, const ReferenceIntegrator& integral,
                  Interval& out);

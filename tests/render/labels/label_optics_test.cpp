@@ -99,6 +99,19 @@ TEST(LabelOptics, OfEvenMediaAreClosedForms) {
     }
 }
 
+// The cuts of a volume with such labels are those of the scene, and exact.
+TEST(LabelOptics, TheirVolumeIsCutExactly) {
+    Scene scene = ofWaves(), own = scene;
+    scene.cuts.planes = {{{1, 2, 3}, {0.5, 1, -0.3}, Keep::inside}};
+    scene.cuts.boxes = {{{-6, -30, -9}, {5, 30, 8}, CropBox::Space::patient, Keep::outside}};
+    own.volumes[0].cuts = scene.cuts;
+    const Image expected = drawn(scene, EngineKind::native).image;
+    EXPECT_FALSE(isBlank(expected));
+    EXPECT_EQ(differing(drawn(own, EngineKind::native).image, expected), 0u);
+    own.volumes[0].cuts.boxes = {{{0, 0, 0}, {20, 36, 38}, CropBox::Space::voxels, Keep::inside}};
+    EXPECT_FALSE(isBlank(drawn(own, EngineKind::native).image));
+}
+
 TEST(LabelOptics, NativeHasTheMirrorsBits) {
     Scene scene = ofWaves();
     const Image native = drawn(scene, EngineKind::native).image;

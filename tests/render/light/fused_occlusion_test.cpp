@@ -70,6 +70,27 @@ TEST(FusedOcclusion, ComesToTheReference) {
         2e-4);
 }
 
+// Channels of light differ from volume to volume where one alone sends light.
+TEST(FusedOcclusion, OneVolumeMaySendLight) {
+    Scene scene = occluded(fusedScene({0, 1}, {12, 10}));
+    scene.lighting.occlusion->rays = 4;
+    scene.lighting.occlusion->emission = 1;
+    Light key;
+    key.kind = LightKind::directional;
+    key.direction = {0.3, 0.8, 0.5};
+    key.shadow = true;
+    scene.lighting.lights = {key};
+    scene.quality.stepVoxels = 1.0 / 8;
+    for (const std::size_t sends : {0, 1}) {
+        Scene one = scene;
+        std::get<TransferFunction>(one.volumes[sends].transferFunction)
+            .setMaterials({{-1e4, 1e4, 0.4, 0.6, 0.1, 10, {0.2, 0.9, 0.4}}});
+        const Image native = litPicture(one, EngineKind::native);
+        EXPECT_EQ(differing(native, litPicture(one, EngineKind::mirror)), 0u);
+        EXPECT_LT(compare(native, litPicture(one, EngineKind::reference)).rms, 0.02) << sends;
+    }
+}
+
 /// An occluder of a volume as planned, that is lit as such a scene's.
 struct Tissue {
     Tissue(const std::filesystem::path& path, const TransferFunction& function,
