@@ -50,6 +50,7 @@ Composition::Composition(std::vector<StorageBuffer> own, std::uint32_t features,
         return;
     turns_ = volumes * (turns_ + kTurnsOfVolume);
     features_ += "#define VOLUMES " + std::to_string(volumes) + "\n";
+    features_ += "#define MOST_CUT_SLABS " + std::to_string(kMostCutSlabs) + "\n";
 }
 
 GLuint Composition::binding(std::string_view buffer) const {

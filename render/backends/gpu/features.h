@@ -72,9 +72,13 @@ struct FeatureModule {
     FEATURE(GradientOpacity, gradientOpacity)                                                                \
     FEATURE(CubicGradient, cubicGradient)                                                                    \
     FEATURE(Labels, labels)                                                                                  \
-    FEATURE(Fused, fused)
+    FEATURE(Fused, fused)                                                                                    \
+    FEATURE(OwnCuts, ownCuts)
 
 namespace tessera {
+
+/// Of FEATURE_OWN_CUTS: slabs of all volumes.
+constexpr int kMostCutSlabs = 48;
 
 namespace features {
 #define TESSERA_FEATURE(Name, name) FeatureModule name();

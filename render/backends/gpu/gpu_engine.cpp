@@ -49,6 +49,11 @@ std::uint32_t marchFeatures(const FramePlan& scene, bool counting) {
         f |= featuresOfVolume(*volume);
     const DrawnPart& part = scene.fused ? scene.fused->part : scene.view.part;
     add(scene.fused.has_value(), kFeatureFused);
+    if (scene.fused)
+        add(!scene.fused->cuts.slabs.empty() ||
+                std::any_of(scene.further.begin(), scene.further.end(),
+                            [](const auto& volume) { return !volume->cuts.slabs.empty(); }),
+            kFeatureOwnCuts);
     add(scene.view.quality.skipping && (scene.layer().occupancy.exists() || scene.layer().bounds.exists()),
         kFeatureSkipping);
     add(!part.slabs.empty(), kFeatureSlabs);
@@ -248,15 +253,19 @@ std::uint32_t withFunction(std::uint32_t features, const std::vector<const Frame
 /// @param gpu  for that of the first
 std::vector<VolumeToMarch> volumesOf(const FramePlan& scene, std::uint32_t features, MemoryBudget& gpu) {
     std::vector<VolumeToMarch> all;
-    const auto add = [&](const FramePlan& plan, const glm::dmat4& fromLattice, MemoryBudget& budget) {
+    const auto add = [&](const FramePlan& plan, const glm::dmat4& fromLattice, MemoryBudget& budget,
+                         std::span<const leaf::CutSlab> cuts) {
         const Layer& layer = plan.layer();
         all.push_back({&plan.info(), &layer.optics,
                        (features & kFeatureSkipping) && !layer.reduces() ? &layer.occupancy : nullptr,
-                       &budget, fromLattice, layer.function.referenceLengthMm()});
+                       &budget, fromLattice, layer.function.referenceLengthMm(), cuts});
     };
-    add(scene, scene.fused ? scene.fused->fromLattice : glm::dmat4(1), gpu);
+    if (!scene.fused)
+        add(scene, glm::dmat4(1), gpu, {});
+    else
+        add(scene, scene.fused->fromLattice, gpu, scene.fused->cuts.slabs);
     for (const auto& volume : scene.further)
-        add(volume->plan, volume->fromLattice, volume->gpu);
+        add(volume->plan, volume->fromLattice, volume->gpu, volume->cuts.slabs);
     return all;
 }
 

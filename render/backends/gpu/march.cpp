@@ -93,6 +93,19 @@ void setRayUniforms(const GlProgram& program, const Rays& rays) {
     }
 }
 
+namespace {
+
+void setCut(const GlProgram& program, std::size_t number, const leaf::CutSlab& slab) {
+    const auto set = [&](const char* uniform, const auto& value) {
+        program.set((uniform + ("[" + std::to_string(number) + "]")).c_str(), value);
+    };
+    set("uCutNormals", glm::vec3(slab.normal[0], slab.normal[1], slab.normal[2]));
+    set("uCutEnds", glm::vec2(slab.low, slab.high));
+    set("uCutBodies", (slab.endsBody ? 1 : 0) + (slab.keepsOutside ? 2 : 0));
+}
+
+} // namespace
+
 March::March(std::uint32_t features, const RayFrame<double>& frame, const VolumeInfo& info,
              const Strides& strides, const Optics& optics, const Occupancy* occupancy, MemoryBudget& gpu)
     : March(features, frame, strides, {VolumeToMarch{&info, &optics, occupancy, &gpu}}, Fusion::mix, gpu) {}
@@ -139,8 +152,12 @@ void March::compose() {
     program_ = composition.program("march.comp");
     compiled_ = false;
     buffers_.fit(composition, size_, bricks(), gpu_);
-    for (std::size_t n = 0; n < volumes_.size(); ++n)
-        volumes_[n].introduce(uniformsOf(n), firstWanted(n));
+    std::size_t cut = 0;
+    for (std::size_t n = 0; n < volumes_.size(); ++n) {
+        volumes_[n].introduce(uniformsOf(n), firstWanted(n), cut);
+        for (const leaf::CutSlab& slab : volumes_[n].of().cuts)
+            setCut(program_, cut++, slab);
+    }
     program_.set("uCellCorners", 8);
     program_.set("uAxes", 3);
     program_.set("uVolumes", static_cast<int>(volumes_.size()));

@@ -25,7 +25,8 @@ std::size_t MarchedVolume::bricks() const {
     return cellCount(brickGrid(of_.info->extentVoxels));
 }
 
-void MarchedVolume::introduce(const VolumeUniforms& uniforms, std::size_t firstWanted) const {
+void MarchedVolume::introduce(const VolumeUniforms& uniforms, std::size_t firstWanted,
+                              std::size_t firstCut) const {
     if (of_.occupancy)
         setSkippingUniforms(uniforms, *of_.occupancy);
     if (uniforms.number() < 0)
@@ -36,6 +37,8 @@ void MarchedVolume::introduce(const VolumeUniforms& uniforms, std::size_t firstW
     uniforms.set("uUnitMm", static_cast<float>(of_.unitMm));
     uniforms.set("uFirstWanted", static_cast<int>(firstWanted));
     uniforms.set("uWantedGrid", brickGrid(of_.info->extentVoxels));
+    uniforms.set("uFirstCut", static_cast<int>(firstCut));
+    uniforms.set("uCutCount", static_cast<int>(of_.cuts.size()));
 }
 
 void MarchedVolume::setFunction(const VolumeUniforms& uniforms, std::uint32_t features,

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <span>
 
 namespace tessera {
 
@@ -24,6 +25,7 @@ struct VolumeToMarch {
     MemoryBudget* gpu = nullptr;          // for its maps and tables
     glm::dmat4 fromLattice{1};            // of several: its voxels from places of the rays' lattice
     double unitMm = 1;                    // of several: unit distance of its function
+    std::span<const leaf::CutSlab> cuts = {}; // of several: of it alone
 };
 
 class MarchedVolume {
@@ -34,8 +36,8 @@ class MarchedVolume {
     std::size_t bricks() const;
 
     /// Once a program is compiled: all that stays as it is.
-    /// @param firstWanted  of several: the place of its bricks among those of all
-    void introduce(const VolumeUniforms& uniforms, std::size_t firstWanted) const;
+    /// @param firstWanted, firstCut  of several: the place of its bricks, and slabs, among those of all
+    void introduce(const VolumeUniforms& uniforms, std::size_t firstWanted, std::size_t firstCut) const;
     /// The function's tables and numbers; the tables before go first.
     void setFunction(const VolumeUniforms& uniforms, std::uint32_t features, const Optics& optics);
     /// The lights' numbers, of kFeatureLights.

@@ -153,8 +153,6 @@ void marchEqualsTheMirror(const FusedCase& given) {
     EXPECT_TRUE(context.errors().empty());
 }
 TEST_P(Fused, MarchEqualsTheMirrorOnItsOwnRays) {
-    if (GetParam().ownCuts)
-        GTEST_SKIP() << "the GPU ray caster does not draw them";
     marchEqualsTheMirror(GetParam());
 }
 TEST_P(FusedMarch, EqualsTheMirrorOnItsOwnRays) {
@@ -658,6 +656,9 @@ TEST(FusedRefusals, ADeviceWithFewTextures) {
     EXPECT_NE(cannotFuse(two, {32, 96, 512}).find("uniforms"), std::string::npos);
     EXPECT_NE(cannotFuse(fusedScene({0, 1, 2, 0, 1, 2}, {8, 8}), ample), "");
     EXPECT_EQ(cannotFuse(fusedScene({0}, {8, 8}), {1, 1, 1}), "");
+    two.volumes[1].cuts.planes.resize(1);
+    EXPECT_NE(cannotFuse(two, {32, 96, 1024}).find("uniforms"), std::string::npos);
+    EXPECT_EQ(cannotFuse(two, ample), "");
 }
 
 TEST(FusedRefusals, NameWhatIsNotDrawn) {
@@ -674,7 +675,11 @@ TEST(FusedRefusals, NameWhatIsNotDrawn) {
     });
     refused("scissors", [](Scene& s) { s.volumes[1].cuts.scissors.resize(1); });
     refused(
-        "cuts of its own", [](Scene& s) { s.volumes[1].cuts.planes.resize(1); }, EngineKind::gpu);
+        "51 sides",
+        [](Scene& s) {
+            s.volumes[1].cuts.boxes.assign(17, {{0, 0, 0}, {9, 9, 9}});
+        },
+        EngineKind::gpu);
     refused("near to each other",
             [](Scene& s) { s.volumes[1].transform = glm::translate(glm::dmat4(1), glm::dvec3(0, 0, 1e9)); });
 }

@@ -73,6 +73,14 @@ FeatureModule fused() {
             .excludes = kFeatureVisibility | kFeatureValues | kFeatureSurfaces | kIntegratorFeatures};
 }
 
+// Volumes that are cut alone, beside others.
+FeatureModule ownCuts() {
+    return {.define = "FEATURE_OWN_CUTS",
+            .meaning = "cuts of one of several volumes",
+            .needs = kFeatureFused,
+            .turns = kMostCutSlabs};
+}
+
 // Rays count the light that reaches each brick.
 FeatureModule visibility() {
     static_assert(sizeof(SeenBrick) == kSeenBytes, "two words in march.comp");
