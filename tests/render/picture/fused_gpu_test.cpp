@@ -89,8 +89,8 @@ TEST(FusedGpu, EveryVolumeHasALevelAndATypeOfItsOwn) {
         std::vector<int> volumes, levels;
         bool withBytes;
     };
-    for (const Row& row : {Row{{0, 1, 2}, {2, 0, 1}, true}, Row{{1, 0}, {1, kMixed}, false},
-                           Row{{1, 1}, {0, 1}, false}}) {
+    for (const Row& row :
+         {Row{{0, 1, 2}, {2, 0, 1}, true}, Row{{1, 0}, {1, kMixed}, false}, Row{{1, 1}, {0, 1}, false}}) {
         Scene scene = fusedScene(row.volumes, kFewPixels);
         if (row.withBytes) {
             scene.volumes[2].path = bytes;
@@ -169,12 +169,13 @@ TEST(FusedGpu, AllLightAtOnceIsTheMirrorsAndItsBytesAreCounted) {
     makeMapsSoon(prepared);
     setLevels(prepared, {0, kMixed});
     FusedOnDevice device(prepared);
-    constexpr std::uint32_t kAll = kFeatureVoxelLight | kFeatureMaterials |
-                                   kFeatureGradientOpacity | kFeatureMixed | kFeatureNormalised;
+    constexpr std::uint32_t kAll =
+        kFeatureVoxelLight | kFeatureMaterials | kFeatureGradientOpacity | kFeatureMixed | kFeatureNormalised;
     EXPECT_EQ(device.caster->features() & kAll, kAll);
     EXPECT_EQ(bytesOnDevice(), bytesCounted(prepared)) << "rays began";
     const Image gpu = device.picture();
-    EXPECT_EQ(bytesOnDevice(), bytesCounted(prepared)) << "then also of the level map of the volume at one level";
+    EXPECT_EQ(bytesOnDevice(), bytesCounted(prepared))
+        << "then also of the level map of the volume at one level";
     const auto rays = deviceRays(prepared);
     EXPECT_LE(compare(gpu, mirrorPicture(prepared, rays)).maxAbs, 5e-5); // lights divide and take roots
     // Each part of it is to be seen.
@@ -214,10 +215,10 @@ TEST(FusedGpu, MeshesAndCutsInTwoMediaAreClosedForms) {
             const double extinction = rule == Fusion::mix    ? T::kFirst + T::kSecond
                                       : rule == Fusion::over ? left + T::kSecond
                                                              : T::kSecond;
-            const glm::dvec3 colour =
-                rule == Fusion::mix    ? (T::kFirst * one + T::kSecond * two) / extinction
-                : rule == Fusion::over ? (left * one + T::kSecond * two) / extinction
-                                       : glm::max(T::kFirst * one, T::kSecond * two) / extinction;
+            const glm::dvec3 colour = rule == Fusion::mix ? (T::kFirst * one + T::kSecond * two) / extinction
+                                      : rule == Fusion::over
+                                          ? (left * one + T::kSecond * two) / extinction
+                                          : glm::max(T::kFirst * one, T::kSecond * two) / extinction;
             glm::dvec3 sum(0);
             double through = 1;
             const auto add = [&](double alpha, const glm::dvec3& c) {
@@ -277,10 +278,31 @@ TEST(FusedGpu, SmallBudgetsAreKept) {
                     used.insert(level);
         }
         EXPECT_GT(used.size(), 1u) << row.kib;
-        EXPECT_NE(refusalOf([&] { fusedPicture(scene, EngineKind::gpu, std::size_t{64} << 10); })
-                      .find("--gpu-memory"),
-                  std::string::npos);
     }
+}
+
+// The least memory: what is refused is told by the option that helps, and whose share is too small.
+TEST(FusedBudgets, RefusalsNameTheShare) {
+    const Scene scene = fusedScene({1, 2}, kFewPixels);
+    OpenedVolumes opened(scene);
+    int shares = 0;
+    bool accepts = false;
+    for (std::size_t kib = 50; kib <= 1000; kib += 50) {
+        MemoryBudget gpu("GPU memory", "--gpu-memory", kib << 10);
+        const std::string refusal = refusalOf([&] {
+            planScene(scene, opened.stores, TextureLimits{}, {opened.budgets.ram, gpu, 0},
+                      LevelChoice::perBrick, kPictureBytesPerPixel);
+        });
+        const bool accepted = refusal == "no refusal";
+        accepts = accepts || accepted;
+        EXPECT_EQ(accepts, accepted) << kib << " KiB, which is more: " << refusal;
+        if (accepts)
+            continue;
+        EXPECT_NE(refusal.find("--gpu-memory"), std::string::npos) << refusal;
+        shares += refusal.find("in the share of volume") != std::string::npos;
+    }
+    EXPECT_TRUE(accepts);
+    EXPECT_GT(shares, 0);
 }
 
 // A sample that needs many values takes many turns of loops, and rays go on all the same.
@@ -297,10 +319,22 @@ TEST(FusedGpu, PassesComeToAnEndWhateverTheGradient) {
             EXPECT_TRUE(device.caster->features() & kFeaturePasses);
             int calls = 0; // one dispatch each
             constexpr int kMost = 1500;
-            while (!device.caster->draw({}, RayCaster::Clock::time_point::min(), device.work) && ++calls < kMost) {
+            while (!device.caster->draw({}, RayCaster::Clock::time_point::min(), device.work) &&
+                   ++calls < kMost) {
             }
             ASSERT_LT(calls, kMost) << "rays neither go on nor wait";
             EXPECT_EQ(bytesOnDevice(), bytesCounted(prepared));
+            EXPECT_GT(device.caster->waiting(), 0u);
+            // What is taken is forgotten, of that volume alone.
+            const auto wants = [&](std::size_t volume) {
+                const std::vector<std::uint32_t> rays = device.caster->takeWanted(volume);
+                return std::any_of(rays.begin(), rays.end(),
+                                   [](std::uint32_t ray) { return ray != UINT32_MAX; });
+            };
+            const bool second = wants(1);
+            EXPECT_FALSE(wants(1));
+            EXPECT_TRUE(wants(0) || second);
+            EXPECT_FALSE(wants(0));
             EXPECT_LE(compare(device.picture(), mirrorPicture(prepared, deviceRays(prepared))).maxAbs, 2e-5);
         }
 }

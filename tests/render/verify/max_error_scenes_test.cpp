@@ -158,14 +158,13 @@ INSTANTIATE_TEST_SUITE_P(
                 3,
                 8,
                 EngineKind::gpu},
-        Mixture{"labels with functions of their own by the GPU ray caster",
-                {0},
+        Mixture{"a label with a function of its own by the GPU ray caster",
+                {1},
                 [](Scene& s) {
                     labelled(s, 0, LabelLook::plain);
                     s.volumes[0].labels.each = {{.of = "two",
                                                  .transferFunction = TransferFunction::fromOpacity(
-                                                     {{100, 0.1}, {300, 0.4}}, {{100, {1, 0, 0}}}, 1),
-                                                 .material = MaterialResponse{0.3, 0.7, 0.1, 5}}};
+                                                     {{1, 0.1}, {8, 0.4}}, {{1, {0, 1, 0}}}, 1)}};
                 },
                 3,
                 1024,
