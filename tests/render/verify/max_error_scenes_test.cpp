@@ -11,6 +11,7 @@
 #include "tests/support/mesh_shapes.h"
 
 #include <gtest/gtest.h>
+#include <map>
 
 namespace tessera {
 namespace {
@@ -39,13 +40,15 @@ std::ostream& operator<<(std::ostream& out, const Mixture& m) {
 
 /// Labels of a volume: balls, a rod and a lone voxel.
 void labelled(Scene& scene, std::size_t number, LabelLook look) {
-    static std::vector<std::unique_ptr<BallsOfLabels>> kept(Scene::kMaxVolumes);
-    Budgets budgets;
-    const StoreReader store(scene.volumes[number].path, budgets.ram);
-    if (!kept[number])
-        kept[number] = std::make_unique<BallsOfLabels>(store.info(), 5 + static_cast<unsigned>(number));
+    static std::map<std::filesystem::path, std::unique_ptr<BallsOfLabels>> kept;
+    std::unique_ptr<BallsOfLabels>& here = kept[scene.volumes[number].path];
+    if (!here) {
+        Budgets budgets;
+        const StoreReader store(scene.volumes[number].path, budgets.ram);
+        here = std::make_unique<BallsOfLabels>(store.info(), 5 + static_cast<unsigned>(number));
+    }
     Labels& labels = scene.volumes[number].labels;
-    labels.path = labels.store = kept[number]->store;
+    labels.path = labels.store = here->store;
     labels.look = look;
 }
 void ball(Scene& scene, const glm::dvec3& at, double radius, double opacity) {
