@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <string>
 
 namespace tessera {
 
@@ -444,33 +445,64 @@ void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const
     layer().pageEdge = limits.pageEdge;
 }
 
-void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
-                          LevelChoice choice) {
-    for (std::size_t n = 0; n < further.size(); ++n) {
-        FurtherVolume& volume = further[n];
-        volume.plan.chooseAgain(sceneInFusion(given, n + 1), engineLimits,
-                                {volume.ram, volume.gpu, context.threads, &context.progress}, choice);
+namespace {
+
+/// Chooses for one of several volumes; a refusal for want of memory says that it is about a share.
+/// @param number  from 1
+template <typename Choose>
+void chooseInShare(std::size_t number, std::size_t volumes, const FrameContext& context,
+                   const Choose& choose) {
+    try {
+        choose();
+    } catch (const InputError& e) {
+        const std::string why = e.what();
+        for (const MemoryBudget* budget : {&context.ram, &context.gpu})
+            if (volumes > 1 && why.starts_with(budget->option()))
+                throw InputError(why + " in the share of volume " + std::to_string(number) + " of " +
+                                 std::to_string(volumes) + ", out of " + formatBytes(budget->limitBytes()));
+        throw;
     }
+}
+
+/// For the first volume, or the only one.
+void chooseOwn(Planner& p, const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
+               LevelChoice choice) {
     const Scene scene = asDrawn(given);
-    layer().cache.reset(); // it has all remaining memory
-    view.quality = scene.quality;
+    p.layer().cache.reset(); // it has all remaining memory
+    p.view.quality = scene.quality;
     TextureLimits most = engineLimits;
-    most.channelsBeside = channelsBeside();
-    settleIntegrator(context, layer().table.entries.size());
-    planMemory(most, context);
+    most.channelsBeside = p.channelsBeside();
+    p.settleIntegrator(context, p.layer().table.entries.size());
+    p.planMemory(most, context);
     TextureLimits limits = most;
     if (choice == LevelChoice::finest) { // rays wait for bricks: none is filled from neighbours
-        layer().pageEdge = limits.pageEdge = kBrickExtent;
+        p.layer().pageEdge = limits.pageEdge = kBrickExtent;
     } else if (limits.pageEdge > kBrickExtent) {
-        Selection all = cullBricks(layer().statistics, layer().table, info(), 0, cullingFor(scene.shading));
-        leaveOutUndrawn(all, view.part, info(), layer().optics.takesGradients());
-        chooseGhostLayers(limits, all.shownBricks(), context);
+        Selection all =
+            cullBricks(p.layer().statistics, p.layer().table, p.info(), 0, cullingFor(scene.shading));
+        leaveOutUndrawn(all, p.view.part, p.info(), p.layer().optics.takesGradients());
+        p.chooseGhostLayers(limits, all.shownBricks(), context);
     }
-    chosen = chooseLevels(scene, view.camera, view.part, layer(), limits, choice, memory.gpuBytes(),
-                          memory.ramBytes(), context);
-    setSelection(std::move(chosen.selection));
-    aim();
-    openCache(limits.readsOnce && !scene.quality.maxError); // passes read chunks again
+    p.chosen = chooseLevels(scene, p.view.camera, p.view.part, p.layer(), limits, choice, p.memory.gpuBytes(),
+                            p.memory.ramBytes(), context);
+    p.setSelection(std::move(p.chosen.selection));
+    p.aim();
+    p.openCache(limits.readsOnce && !scene.quality.maxError); // passes read chunks again
+}
+
+} // namespace
+
+void Planner::chooseAgain(const Scene& given, const TextureLimits& engineLimits, const FrameContext& context,
+                          LevelChoice choice) {
+    const std::size_t volumes = further.size() + 1;
+    for (std::size_t n = 0; n < further.size(); ++n) {
+        FurtherVolume& volume = further[n];
+        chooseInShare(n + 2, volumes, context, [&] {
+            volume.plan.chooseAgain(sceneInFusion(given, n + 1), engineLimits,
+                                    {volume.ram, volume.gpu, context.threads, &context.progress}, choice);
+        });
+    }
+    chooseInShare(1, volumes, context, [&] { chooseOwn(*this, given, engineLimits, context, choice); });
 }
 
 } // namespace tessera

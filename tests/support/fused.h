@@ -4,6 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/base/program_folders.h"
+#include "render/geometry/mesh_caster.h"
 #include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/fusion.h"
@@ -49,7 +50,7 @@ class FieldStores {
         const auto value = [&](const glm::dvec3& voxel) {
             return field(glm::dvec3(info.patientFromVoxel * glm::dvec4(voxel, 1)));
         };
-        if (info.type == ValueType::u16) {
+        if (info.type == ValueType::u16 || info.type == ValueType::u8) {
             HashSource source(
                 info, [&](int x, int y, int z) { return std::round(value(glm::dvec3(x, y, z) + 0.5)); });
             importToStore(source, path, ram, {});
@@ -121,6 +122,35 @@ inline Scene fusedScene(const std::vector<int>& numbers, const glm::ivec2& size)
     scene.quality.stepVoxels = 0.5;
     return scene;
 }
+
+/// Two even media in one box, of extinctions per mm, looked at along y.
+struct TwoMedia {
+    static constexpr double kMm = 20, kFirst = 0.03, kSecond = 0.05, kUnit = 4;
+    FieldStores stores;
+    Scene scene;
+    TwoMedia() {
+        const auto path = stores.store(gridAt({0, 0, 0}, {20, 20, 20}, {1, 1, 1}, 0, ValueType::f32),
+                                       [](const glm::dvec3&) { return 1.0; });
+        SceneVolume first;
+        first.path = path;
+        first.transferFunction = TransferFunction::fromOpacity(
+            {{0, -std::expm1(-kFirst * kUnit)}, {2, -std::expm1(-kFirst * kUnit)}}, {{0, {1, 0.2, 0}}},
+            kUnit);
+        SceneVolume second = first;
+        second.transferFunction = TransferFunction::fromOpacity(
+            {{0, -std::expm1(-kSecond * kUnit)}, {2, -std::expm1(-kSecond * kUnit)}}, {{0, {0, 0.6, 1}}},
+            kUnit);
+        scene.volumes = {first, second};
+        Camera camera;
+        camera.projection = Projection::parallel;
+        camera.position = {0, -100, 0}, camera.focalPoint = {0, 0, 0}, camera.viewUp = {0, 0, 1};
+        camera.parallelScale = 2;
+        scene.camera = camera;
+        scene.imageSize = {4, 4};
+        scene.shading.on = false;
+        scene.quality.terminationTransmittance = 0;
+    }
+};
 
 /// Opened, with the budgets.
 struct OpenedVolumes {
@@ -207,24 +237,39 @@ inline Image mirrorPicture(PreparedFusion& prepared, const std::vector<Segmented
     return image;
 }
 
+/// The bricks of a plan on the device of the current context, and a caster for them and the plan's meshes.
+struct FusedOnDevice {
+    /// @param pages  of each volume at most; fewer than it has: rays wait
+    explicit FusedOnDevice(PreparedFusion& prepared, std::size_t pages = SIZE_MAX)
+        : plan(prepared.p), engine(prepared.budgets.gpu, prepared.budgets.ram) {
+        MemoryBudget& gpu = prepared.budgets.gpu;
+        for (Planner* one : prepared.plans()) {
+            one->chosen.chooser.reset();
+            one->chosen.atlasPages =
+                std::min(pages, std::max<std::size_t>(1, pagesFor(one->layer().selection.counts)));
+        }
+        const bool waits = loadBricks(engine, prepared.p, gpu, work);
+        caster = casterWithMeshes(engine, prepared.p, {true, false, waits}, gpu, 0);
+        caster->begin(raysOf(plan));
+    }
+    Image picture(const Slicing& slicing = {}) {
+        caster->begin(raysOf(plan));
+        drawToTheEnd(*caster, engine, plan, slicing, work);
+        return caster->image();
+    }
+    const Planner& plan;
+    GpuEngine engine;
+    Work work;
+    std::unique_ptr<RayCaster> caster;
+};
+
 /// By the GPU ray caster on the context that is current, cut in each of these ways.
 inline std::vector<Image> gpuPictures(PreparedFusion& prepared, const std::vector<Slicing>& cuts = {{}}) {
-    Budgets& budgets = prepared.budgets;
-    GpuEngine engine(budgets.gpu, budgets.ram);
-    for (Planner* plan : prepared.plans()) {
-        plan->chosen.chooser.reset();
-        plan->chosen.atlasPages = std::max<std::size_t>(1, pagesFor(plan->layer().selection.counts));
-    }
-    Work work;
-    loadBricks(engine, prepared.p, budgets.gpu, work);
-    GpuCaster caster(prepared.p, engine, marchFeatures(prepared.p, true), budgets.gpu);
+    FusedOnDevice device(prepared);
     std::vector<Image> pictures;
-    for (const Slicing& slicing : cuts) {
-        caster.begin(raysOf(prepared.p));
-        drawToTheEnd(caster, engine, prepared.p, slicing, work);
-        pictures.push_back(caster.image());
-    }
-    EXPECT_GT(work.samples, 0u);
+    for (const Slicing& slicing : cuts)
+        pictures.push_back(device.picture(slicing));
+    EXPECT_GT(device.work.samples, 0u);
     return pictures;
 }
 

@@ -25,6 +25,7 @@ constexpr GLuint kVoxelUnit = 0, kIndexUnit = 1, kSkippingUnit = 2, kCornerUnit 
                  kSurfaceMapUnit = 5, kExtinctionUnit = 6, kColourUnit = 7, kSumsUnit = 8, kLightUnit = 9,
                  kStandingLightUnit = 10, kLabelUnit = 11, // four, of two atlases
     kMostUnits = 15;
+static_assert(kMostUnits == kLabelUnit + 4, "those of the next volume begin there");
 inline GLuint unitOf(const VolumeUniforms& uniforms, GLuint unit) {
     return unit + (uniforms.number() < 0 ? 0 : kMostUnits * static_cast<GLuint>(uniforms.number()));
 }

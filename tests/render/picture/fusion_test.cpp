@@ -250,35 +250,6 @@ TEST(FusedForms, AVolumeThatShowsNothingChangesNoBit) {
     }
 }
 
-/// Two even media in one box, and what a ray through its middle shows.
-struct TwoMedia {
-    static constexpr double kMm = 20, kFirst = 0.03, kSecond = 0.05, kUnit = 4;
-    FieldStores stores;
-    Scene scene;
-    TwoMedia() {
-        const auto path = stores.store(gridAt({0, 0, 0}, {20, 20, 20}, {1, 1, 1}, 0, ValueType::f32),
-                                       [](const glm::dvec3&) { return 1.0; });
-        SceneVolume first;
-        first.path = path;
-        first.transferFunction = TransferFunction::fromOpacity(
-            {{0, -std::expm1(-kFirst * kUnit)}, {2, -std::expm1(-kFirst * kUnit)}}, {{0, {1, 0.2, 0}}},
-            kUnit);
-        SceneVolume second = first;
-        second.transferFunction = TransferFunction::fromOpacity(
-            {{0, -std::expm1(-kSecond * kUnit)}, {2, -std::expm1(-kSecond * kUnit)}}, {{0, {0, 0.6, 1}}},
-            kUnit);
-        scene.volumes = {first, second};
-        Camera camera;
-        camera.projection = Projection::parallel;
-        camera.position = {0, -100, 0}, camera.focalPoint = {0, 0, 0}, camera.viewUp = {0, 0, 1};
-        camera.parallelScale = 2;
-        scene.camera = camera;
-        scene.imageSize = {4, 4};
-        scene.shading.on = false;
-        scene.quality.terminationTransmittance = 0;
-    }
-};
-
 TEST(FusedForms, TwoEvenMedia) {
     TwoMedia media;
     const auto shown = [&](Fusion rule, EngineKind engine) {

@@ -1,13 +1,18 @@
 // march_fused_loop.glsl: the loop of march.comp for rays through several volumes: the same as fusedAlong() in
 // render/backends/mirror/mirror_fused.h. Part of main(): reads and writes its i, sum, left and counters.
 
-while (i < ray.count && left > 0 && TURNS_LEFT) {
+#if FEATURE_PASSES
+#define GOES_ON (left > 0 && (TURNS_LEFT || gNaming)) // to name bricks takes the turns of another sample, or no ray would get on
+#else
+#define GOES_ON (left > 0 && TURNS_LEFT)
+#endif
+while (i < ray.count && GOES_ON) {
     TURN;
     // Leaps until a volume may show something, in a loop of its own: a turn of it is cheap beside a sample.
     int looks = 0; // a bit a volume that may
     float length = 0.0;
     float at = 0.0;
-    while (i < ray.count && left > 0 && TURNS_LEFT) {
+    while (i < ray.count && GOES_ON) {
         --left;
         TURN;
         ++iterations;
