@@ -6,6 +6,7 @@
 #include "bricking/labels/label_files.h"
 #include "bricking/labels/label_majority.h"
 #include "bricking/labels/label_placement.h"
+#include "bricking/labels/label_volume.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/store_writer.h"
 #include "core/base/brick.h"
@@ -246,6 +247,7 @@ VolumeInfo labelInfo(const VolumeInfo& scan, ValueType type) {
     info.patientFromVoxel = scan.patientFromVoxel;
     info.orientationKnown = scan.orientationKnown;
     info.originalOrder = scan.originalOrder;
+    info.frameOfReference = scan.frameOfReference;
     info.acquisition.modality = "SEG";
     return info;
 }
@@ -254,13 +256,6 @@ std::size_t writingBytes(const VolumeInfo& scan, int threads) {
     return StoreWriter::floorBytes(labelInfo(scan, ValueType::u16), threads) +
            LabelFilesWriter::bytesNeeded(scan.extentVoxels, threads) +
            sliceOf(scan) * kCellExtent * sizeof(std::uint16_t) + PackedSlices::bytesNeeded(scan);
-}
-
-void checkFrames(const LabelFile& file, const LabelImportOptions& options) {
-    if (!options.sameFrame && !file.frameOfReference.empty() && !options.scanFrameOfReference.empty() &&
-        file.frameOfReference != options.scanFrameOfReference)
-        throw badFile(whereOf(file), "the scan's frame of reference, " + options.scanFrameOfReference,
-                      file.frameOfReference + "; its positions may be of another patient or study");
 }
 
 /// A layer whose voxels are a scan's.
@@ -397,7 +392,8 @@ std::size_t labelImportFloorBytes(const LabelFile& file, const VolumeInfo& scan,
 LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const fs::path& store,
                                MemoryBudget& ram, const LabelImportOptions& options) {
     const auto start = std::chrono::steady_clock::now();
-    checkFrames(file, options);
+    if (!options.sameFrame)
+        requireSameFrame(file.frameOfReference, scan, whereOf(file));
     if (file.isOnScan)
         layOnScan(file, scan);
     checkLayers(file, scan);
@@ -419,7 +415,9 @@ LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const fs
     if (settled.labelled == 0)
         throw badFile(whereOf(file), "labels on the scan", "no labelled voxel");
     progress.stage("writing labels");
-    const VolumeInfo info = labelInfo(scan, labelTypeOf(settled.table));
+    VolumeInfo info = labelInfo(scan, labelTypeOf(settled.table));
+    if (info.frameOfReference.empty())
+        info.frameOfReference = file.frameOfReference;
     StoreWriter writer(store, info, ram, options.threads, options.force, majorityRule(settled.voxels));
     {
         const Charge forFiles = ram.charge(LabelFilesWriter::bytesNeeded(info.extentVoxels, options.threads),

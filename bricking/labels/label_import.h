@@ -15,15 +15,14 @@
 namespace tessera {
 
 /// Raise it with every change of the result for the same files.
-constexpr int kLabelImportVersion = 1;
+constexpr int kLabelImportVersion = 2;
 
 struct LabelImportOptions {
-    bool force = false;               // replace an existing store
-    int threads = 0;                  // 0: all processors
-    bool durable = true;              // synchronise to disk before the rename
-    Progress* progress = nullptr;     // null: silent
-    bool sameFrame = false;           // the frames of reference are taken for one, whatever the files say
-    std::string scanFrameOfReference; // DICOM UID; "" unknown
+    bool force = false;           // replace an existing store
+    int threads = 0;              // 0: all processors
+    bool durable = true;          // synchronise to disk before the rename
+    Progress* progress = nullptr; // null: silent
+    bool sameFrame = false;       // the frames of reference are taken for one, whatever the files say
 };
 struct LabelImportReport {
     std::uint64_t voxels = 0, labelled = 0; // of the scan; with a label
@@ -39,6 +38,7 @@ std::size_t labelImportFloorBytes(const LabelFile& file, const VolumeInfo& scan,
 /// Writes a store that LabelVolume opens, in a temporary folder beside `store`, then renames it. How layers
 /// get to the scan's lattice: label_placement.h. Memory: slabs of slices, charged to ram. Numbers of sets on
 /// the lattice go through a temporary file beside `store`, and so do layers in another order than the scan's.
+/// The store's frame of reference is the scan's, else the file's.
 /// Throws InputError for frames of reference that differ, layers outside of the scan, more than
 /// LabelTable::kMostSets labels or sets, no labelled voxel, too little memory, and for an existing store.
 LabelImportReport importLabels(LabelFile& file, const VolumeInfo& scan, const std::filesystem::path& store,

@@ -2,6 +2,7 @@
 #include "bricking/labels/label_volume.h"
 
 #include "bricking/labels/label_files.h"
+#include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -38,6 +39,13 @@ void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume) {
     if (!isSameGrid(labels.info(), volume))
         throw badFile(labels.path().string(), "labels on the volume's grid of " + extentOf(volume),
                       extentOf(labels.info()) + " in size or place of their own");
+}
+
+void requireSameFrame(const std::string& frame, const VolumeInfo& scan, const std::string& where) {
+    if (areFramesApart(frame, scan.frameOfReference))
+        throw badFile(where, "the scan's frame of reference, " + scan.frameOfReference,
+                      frame + ": its positions may be of another patient or study; --same-frame "
+                              "(labels.sameFrame) takes it for the scan's");
 }
 
 LabelVolume::LabelVolume(const std::filesystem::path& store, MemoryBudget& ram) : voxels_(store, ram) {

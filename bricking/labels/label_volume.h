@@ -15,6 +15,9 @@ constexpr double kSameVoxels = 1e-3;
 bool isSameGrid(const VolumeInfo& a, const VolumeInfo& b);
 /// Throws InputError naming the labels where their voxels are not those of the volume.
 void requireSameGrid(const StoreReader& labels, const VolumeInfo& volume);
+/// Throws InputError that begins with where if both frames of reference are known and differ.
+/// @param frame  of the labels
+void requireSameFrame(const std::string& frame, const VolumeInfo& scan, const std::string& where);
 
 class LabelVolume {
   public:

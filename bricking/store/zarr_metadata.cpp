@@ -4,8 +4,10 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
+#include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
+#include "core/base/shown_text.h"
 
 #include <cmath>
 #include <cstring>
@@ -168,6 +170,8 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         json["lossyRatio"] = info.lossyRatio;
     if (!info.orientationKnown)
         json["orientationKnown"] = false;
+    if (!info.frameOfReference.empty())
+        json["frameOfReference"] = info.frameOfReference;
     if (info.nonFiniteVoxels > 0)
         json["absentStored"] = info.absentStored;
     if (info.suvPerValue > 0)
@@ -270,6 +274,13 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
         info.lossyRatio = numberAt(document, root + "/lossyRatio", where);
     if (has("orientationKnown"))
         info.orientationKnown = flagAt(document, root + "/orientationKnown", where);
+    if (has("frameOfReference")) {
+        info.frameOfReference = textAt(document, root + "/frameOfReference", where);
+        if (!isDicomUid(info.frameOfReference))
+            throw badFile(where, root + "/frameOfReference to be a DICOM UID, 1 to 64 digits and full stops",
+                          "'" + printable(info.frameOfReference.substr(0, kMaxTextBytes)) + "' of " +
+                              std::to_string(info.frameOfReference.size()) + " bytes");
+    }
     if (has("absentStored"))
         info.absentStored = numberAt(document, root + "/absentStored", where);
     if (has("suvPerValue"))
@@ -350,6 +361,7 @@ VolumeInfo withPlainTexts(VolumeInfo info) {
     };
     for (std::string* text : {&info.unit, &info.acquisition.modality, &info.acquisition.kernel})
         makePlain(*text, kMaxTextBytes);
+    info.frameOfReference = uidOrNone(std::move(info.frameOfReference));
     if (info.remarks.size() > kMaxRemarks)
         info.remarks.resize(kMaxRemarks);
     for (std::string& remark : info.remarks)
@@ -406,8 +418,9 @@ bool isGroupOfOurs(std::string_view text) {
 }
 
 std::string contentHashOf(const StoreMetadata& metadata) {
-    StoreMetadata content = metadata; // of the same voxels, whatever the remarks on their source
+    StoreMetadata content = metadata; // of the same voxels, whatever else is known of their source
     content.info.remarks.clear();
+    content.info.frameOfReference.clear();
     std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
     for (const char c : groupJson(content).dump())
         hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;

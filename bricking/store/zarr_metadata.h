@@ -37,7 +37,8 @@ struct StoreMetadata {
 /// Throws InputError naming where if info cannot be stored: validate() fails, or fillStored does not fit its
 /// type.
 void checkStorable(const VolumeInfo& info, const std::string& where);
-/// info with its texts cut to 64 printable ASCII characters, as in a store.
+/// info with its texts cut to 64 printable ASCII characters, as in a store; a frame of reference that is no
+/// UID is none.
 VolumeInfo withPlainTexts(VolumeInfo info);
 
 /// zarr.json of the group, with a CRC-32C over itself in attributes.tessera.checksum.
@@ -50,7 +51,8 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where);
 void checkLevel(std::string_view text, const VolumeInfo& info, int level, const std::string& where);
 /// True if text is JSON with attributes.tessera; nothing else is checked.
 bool isGroupOfOurs(std::string_view text);
-/// 16 hex digits over the canonical group document, which holds the CRCs of all shards and chunks.
+/// 16 hex digits over the canonical group document, which holds the CRCs of all shards and chunks, without
+/// remarks and frame of reference.
 std::string contentHashOf(const StoreMetadata& metadata);
 
 } // namespace tessera

@@ -56,6 +56,7 @@ struct AxisOrder {
 };
 
 /// The whitelist of values that are copied from a clinical header, besides geometry. It has no identifiers.
+/// (VolumeInfo::frameOfReference is the one identifier that belongs to the geometry.)
 struct Acquisition {
     std::string modality;        // "CT", "MR", "" unknown
     std::string kernel;          // convolution kernel, "" unknown
@@ -75,6 +76,10 @@ struct VolumeInfo {
     /// True if the source states the patient's orientation; else patientFromVoxel is a convention, and left
     /// may be right.
     bool orientationKnown = true;
+    /// UID of a DICOM source's FrameOfReferenceUID (0020,0052): positions of two objects can be compared
+    /// where it is the same. "" unknown. Of an object, not of a patient; pictures and their manifests have
+    /// none.
+    std::string frameOfReference;
     AxisOrder originalOrder;
     Acquisition acquisition;
     bool lossy = false;                // some of the source had lossy compression

@@ -126,7 +126,9 @@ const Fields<Labels>& labelsFields() {
         f.add("sameFrame", &Labels::sameFrame, trueOrFalse(),
               "Labels are taken though their frame of reference is another than the volume's.")
             .unlessDefault()
-            .setBy("--same-frame", "take labels whose frame of reference is another than the volume's");
+            .setBy("--same-frame",
+                   "take labels and structure sets whose frame of reference is another than the "
+                   "volume's");
         return f;
     }();
     return fields;

@@ -73,6 +73,10 @@ struct Labels {
     /// Only labels of these optics (opticsOf()) show; 0: those without, and tissue without a label. None:
     /// all, as the volume's function shows them. Not in files.
     std::optional<std::size_t> optics = {};
+    /// Number of their volume in the scene that names them, for messages; none: 0. Not in files.
+    std::optional<std::size_t> ofVolume = {};
+    /// "volumes[0].labels"
+    std::string place() const { return "volumes[" + std::to_string(ofVolume.value_or(0)) + "].labels"; }
     bool operator==(const Labels&) const = default;
 };
 

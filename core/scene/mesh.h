@@ -54,6 +54,7 @@ struct SceneMesh {
     double opacity = 1;                            // [0,1], of the surface itself, at any angle
     std::optional<MaterialResponse> material = {}; // none: the scene's shading
     MeshSpace space = MeshSpace::lps;              // of the file
+    bool sameFrame = false; // a structure set is taken though its frame of reference is another
     bool show = true;
     bool clipped = true; // by the scene's cuts
     /// What was read or made of it; null until then. Not in files.
@@ -65,7 +66,8 @@ struct SceneMesh {
     bool isSameShape(const SceneMesh& other) const {
         return path == other.path && tube == other.tube && space == other.space && rois == other.rois &&
                contours == other.contours && lineRadiusMm == other.lineRadiusMm &&
-               surfaceStepMm == other.surfaceStepMm && surfaceGapMm == other.surfaceGapMm;
+               surfaceStepMm == other.surfaceStepMm && surfaceGapMm == other.surfaceGapMm &&
+               sameFrame == other.sameFrame;
     }
     /// As files have them: the shape follows from the rest.
     bool operator==(const SceneMesh& other) const {

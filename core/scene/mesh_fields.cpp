@@ -81,6 +81,9 @@ const Fields<SceneMesh>& meshFields() {
         f.add("space", &SceneMesh::space, named<MeshSpace>(),
               "Axes of the file's coordinates: lps, as DICOM; ras, as 3D Slicer's own.")
             .unlessDefault();
+        f.add("sameFrame", &SceneMesh::sameFrame, trueOrFalse(),
+              "A structure set is taken though its frame of reference is another than the volume's.")
+            .unlessDefault();
         f.add("show", &SceneMesh::show, trueOrFalse(), "It is drawn.").unlessDefault();
         f.add("clipped", &SceneMesh::clipped, trueOrFalse(), "The scene's cuts cut it, too.").unlessDefault();
         f.describe({{"anyOf", {{{"required", {"path"}}}, {{"required", {"tube"}}}}}});

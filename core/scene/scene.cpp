@@ -27,6 +27,8 @@ Scene sceneOfVolume(const Scene& scene, std::size_t number) {
     Scene alone = scene;
     const SceneVolume& volume = scene.volumes.at(number);
     alone.volumes = {volume};
+    if (Labels& labels = alone.volumes.front().labels; number > 0 && !labels.ofVolume)
+        labels.ofVolume = number;
     alone.window = volume.window.value_or(scene.window);
     alone.valueColour = volume.valueColour.value_or(scene.valueColour);
     return alone;

@@ -59,15 +59,16 @@ const Fields<SceneVolume>& volumeFields() {
         f.add(
              "unit", &SceneVolume::unit, unitKind(),
              "Unit of the values where the volume does not state it (NIfTI cannot); empty: the volume's own.")
-            .setBy("--unit", "HU: the values are in HU, though the file cannot say so (NIfTI)");
+            .setBy("--unit",
+                   "HU: the values of the first volume are in HU, though the file cannot say so (NIfTI)");
         f.add(
              "hideTable", &SceneVolume::hideTable, named<HideTable>(),
              "The table under the patient: auto leaves it out of pictures but slices, where values are in HU "
              "and a table is found.")
             .unlessDefault()
             .setBy("--hide-table",
-                   "the table under the patient: {names}; auto leaves it out where one is found, but of "
-                   "slices (default: auto; no with a scene that does not say)");
+                   "the table under the patient, in every volume: {names}; auto leaves it out where one is "
+                   "found, but of slices (default: auto; no with a scene that does not say)");
         // Written only where something was chosen: a store has nothing to choose.
         const auto source = [&](const char* key, int SourceChoice::*member, const char* about) {
             f.add(

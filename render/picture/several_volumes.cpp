@@ -2,12 +2,14 @@
 #include "render/picture/several_volumes.h"
 
 #include "core/base/error.h"
+#include "core/base/progress.h" // secondsSince
 #include "core/scene/mode.h"
 #include "render/contract/ray_state.h" // rayCount
 #include "render/picture/render_scene.h"
 #include "render/plan/fusion.h"
 
 #include <algorithm>
+#include <chrono>
 #include <glm/common.hpp>
 #include <utility>
 #include <variant>
@@ -52,6 +54,13 @@ void layOver(Image& below, const Image& above, Fusion rule) {
 
 namespace {
 
+void addWork(const RenderResult& of, RenderResult& to) {
+    to.work += of.work;
+    to.secondsPreparing += of.secondsPreparing;
+    to.secondsLoading += of.secondsLoading;
+    to.secondsDrawing += of.secondsDrawing;
+}
+
 /// The picture of a volume alone, times its opacity. Where its values have the function's colours, and it
 /// lies over others, they have the function's opacity too; labels over them do not.
 Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& store, MemoryBudget& ram,
@@ -60,7 +69,7 @@ Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& stor
     RenderOptions mine = options;
     std::vector<float> shares;
     Charge charge;
-    Work more;
+    RenderResult more;
     if (number > 0 && alone.valueColour == ValueColour::transferFunction) {
         // Both are linear between points: opacities are drawn as greys.
         const auto& function = std::get<TransferFunction>(alone.volumes[0].transferFunction);
@@ -72,15 +81,15 @@ Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& stor
         opacities.volumes[0].transferFunction =
             TransferFunction::fromOpacity(function.opacityPoints(), greys, function.referenceLengthMm());
         charge = ram.charge(rayCount(scene.imageSize) * sizeof(float), "the opacities of a volume");
-        const RenderResult drawn = renderScene(opacities, store, ram, gpu, options);
-        more = drawn.work;
-        for (const glm::vec4& pixel : drawn.image.pixels)
+        more = renderScene(opacities, store, ram, gpu, options);
+        for (const glm::vec4& pixel : more.image.pixels)
             shares.push_back(pixel.a > 0 ? pixel.r / pixel.a : 0);
+        more.image = {};
         if (!alone.volumes[0].labels.path.empty())
             mine.shares = &shares;
     }
     result = renderScene(alone, store, ram, gpu, mine);
-    result.work += more;
+    addWork(more, result);
     Image picture = std::move(result.image);
     const auto share = static_cast<float>(scene.volumes[number].opacity);
     for (glm::vec4& pixel : picture.pixels)
@@ -94,11 +103,14 @@ Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& stor
 
 RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
                               const RenderOptions& options) {
+    const auto start = std::chrono::steady_clock::now();
     Scene scene = given;
     placeSlice(scene.slice, stores.front()->info());
     scene = resolved(scene, stores, ram, options.threads, kPictureBytesPerPixel);
+    const double resolving = secondsSince(start);
     RenderResult result;
     Image picture = shownAlone(scene, 0, *stores[0], ram, gpu, options, result);
+    result.secondsPreparing += resolving;
     const Charge charge = ram.charge(picture.pixels.size() * sizeof(glm::vec4), "the picture of all volumes");
     RenderOptions others = options; // a first picture and errors are told of one volume
     others.onFirstPicture = {};
@@ -106,10 +118,7 @@ RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& r
     for (std::size_t n = 1; n < stores.size(); ++n) {
         RenderResult mine;
         layOver(picture, shownAlone(scene, n, *stores[n], ram, gpu, others, mine), scene.fusion);
-        result.work += mine.work;
-        result.secondsPreparing += mine.secondsPreparing;
-        result.secondsLoading += mine.secondsLoading;
-        result.secondsDrawing += mine.secondsDrawing;
+        addWork(mine, result);
         if (mine.labels && result.labels) {
             result.labels->all += mine.labels->all;
             result.labels->shown += mine.labels->shown;

@@ -63,6 +63,7 @@ DrawnVolumes withLabelOptics(const Scene& scene, Stores stores) {
         for (const std::size_t optics : opticsOf(volumes[n].labels)) {
             SceneVolume volume = volumes[n];
             volume.labels.optics = optics;
+            volume.labels.ofVolume = n;
             const LabelRule& rule = volume.labels.each[optics - 1];
             if (rule.transferFunction)
                 volume.transferFunction = *rule.transferFunction;

@@ -15,8 +15,6 @@
 namespace tessera {
 namespace {
 
-constexpr const char* kWhere = "volumes[0].labels";
-
 struct OpenedLabels {
     std::unique_ptr<LabelVolume> volume;
     LabelTable table;
@@ -27,7 +25,7 @@ OpenedLabels openLabels(const Labels& labels, MemoryBudget& ram, const VolumeInf
     opened.volume = std::make_unique<LabelVolume>(labels.store.empty() ? labels.path : labels.store, ram);
     requireSameGrid(opened.volume->voxels(), info);
     opened.table = namedLabels(opened.volume->table(), labels);
-    opened.medium = labelLooks(opened.table, labels, typicalVoxelMm(info), kWhere);
+    opened.medium = labelLooks(opened.table, labels, typicalVoxelMm(info), labels.place());
     return opened;
 }
 
@@ -51,12 +49,11 @@ bool hidesByMask(const Scene& scene) {
 }
 
 /// Throws InputError for labels that a volume beside isosurfaces would show by looks.
-void requirePlain(const std::vector<LabelFactors>& bySet) {
+void requirePlain(const std::vector<LabelFactors>& bySet, const std::string& where) {
     for (const LabelFactors& f : bySet)
         if (f.shows() && f.plain != 1)
-            throw InputError(
-                "volumes[0].labels: expected labels of look plain and opacity 1 beside isosurfaces "
-                "and a volume, found solid, tinted or translucent ones; mode isosurface takes any");
+            throw badFile(where, "labels of look plain and opacity 1 beside isosurfaces and a volume",
+                          "solid, tinted or translucent ones; mode isosurface takes any");
 }
 
 } // namespace
@@ -69,7 +66,7 @@ void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ra
         return;
     OpenedLabels opened = openLabels(labels, ram, layer.info());
     if (reduction == Reduction::composite && scene.mode != Mode::isosurface)
-        requirePlain(opened.medium.bySet);
+        requirePlain(opened.medium.bySet, labels.place());
     std::vector<LabelFactors> drawn = drawnOrHidden(std::move(opened.medium.bySet));
     if (std::all_of(drawn.begin(), drawn.end(), [](const LabelFactors& f) { return f.shows(); }))
         return;
@@ -99,7 +96,7 @@ void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, int th
             layer.sliceLabels =
                 known && known->sliceLabels
                     ? std::move(known->sliceLabels)
-                    : std::make_shared<SliceLabels>(labels, layer.info(), ram, threads, kWhere);
+                    : std::make_shared<SliceLabels>(labels, layer.info(), ram, threads, labels.place());
         return;
     }
     if (known && known->labels) {

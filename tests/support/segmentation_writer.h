@@ -32,6 +32,7 @@ struct SegImage {
     std::vector<SegSegment> segments = {{}};
     std::vector<SegTestFrame> frames;
     std::string orientation = "1\\0\\0\\0\\1\\0", spacing = "2\\1", between, thickness = "3", characters;
+    std::string frame = "1.2.3.99"; // of reference
     std::optional<int> padding, framesSaid;
     std::vector<std::string> fragments;    // instead of pixels
     std::optional<std::string> pixelBytes; // instead of them
@@ -78,7 +79,7 @@ inline std::string segDataSet(const SegImage& image) {
     d.element(0x8, 0x90, "PN", kPlanted[8]);
     d.element(0x10, 0x10, "PN", kPlanted[0]);
     d.element(0x10, 0x20, "LO", kPlanted[1]);
-    d.element(0x20, 0x52, "UI", "1.2.3.99");
+    d.element(0x20, 0x52, "UI", image.frame);
     d.number(0x28, 0x2, 1);
     d.element(0x28, 0x4, "CS", "MONOCHROME2");
     d.element(0x28, 0x8, "IS",

@@ -50,6 +50,7 @@ json volumeJson(const VolumeInfo& info) {
             {"originalOrder",
              {{"sourceAxis", info.originalOrder.sourceAxis}, {"flipped", info.originalOrder.flipped}}},
             {"orientationKnown", info.orientationKnown},
+            {"frameOfReference", info.frameOfReference},
             {"acquisition",
              {{"modality", info.acquisition.modality},
               {"kernel", info.acquisition.kernel},
@@ -118,6 +119,9 @@ void printVolume(const VolumeInfo& info) {
     printLine("order", orderText(info.originalOrder));
     if (!info.orientationKnown)
         printLine("orientation", "not stated by the source: left may be right");
+    if (!info.frameOfReference.empty())
+        printLine("frame",
+                  info.frameOfReference + " (FrameOfReferenceUID: objects of one frame lie together)");
     if (info.nonFiniteVoxels)
         printLine("absent", sayAbsent(info));
     if (info.lossy)

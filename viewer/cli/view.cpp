@@ -53,6 +53,7 @@ void checkSets(const ViewArguments& arguments) {
     }
     applySets(arguments.sets, scene);
     arguments.labels.apply(scene);
+    arguments.labels.checkFrames(scene);
     checkLabels(arguments, scene.volumes.front().labels);
 }
 

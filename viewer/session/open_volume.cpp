@@ -131,7 +131,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     meshes = {};
     Scene drawn = wanted;
     adoptShapes(scene.meshes, drawn);
-    meshes = readMeshesApart(drawn, ram);
+    meshes = readMeshesApart(drawn, framesOfPicture(drawn, storesOf(*store, further)), ram);
     pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
     RenderOptions render;
     render.engine = options.engine;

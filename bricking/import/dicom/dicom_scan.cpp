@@ -8,6 +8,7 @@
 #include "bricking/import/dicom/folder_walk.h"
 #include "bricking/import/dicom/series_parts.h"
 #include "bricking/import/source/source_files.h"
+#include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
@@ -412,8 +413,7 @@ class Scanner {
 
     /// Only UID characters reach a message.
     static std::string codeUid(const std::string& uid) {
-        const bool clean = uid.size() <= 64 && uid.find_first_not_of("0123456789.") == std::string::npos;
-        return clean ? uid : "(not a UID)";
+        return uid.empty() || isDicomUid(uid) ? uid : "(not a UID)";
     }
 
     /// The substitute for a missing series, as some anonymisers leave it.

@@ -75,6 +75,7 @@ struct DicomSeries {
     std::vector<DicomSlice> slices; // in the order of the files' names
     Acquisition acquisition;
     bool isHounsfield = false;         // CT, rescaled, with no other unit stated
+    std::string frameOfReference;      // UID of all slices that state one; "" unknown, or one a slice
     double betweenSlicesMm = 0;        // SpacingBetweenSlices, 0 unknown; used for a single slice only
     bool isScout = false;              // a localizer: a projection, not a section
     std::string object;                // kind of an object other than CT, MR or PET: "secondary capture"

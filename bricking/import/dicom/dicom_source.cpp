@@ -129,6 +129,7 @@ VolumeInfo describeVolume(const DicomSeries& series, const SlicePlan& plan, cons
     info.unit = series.isHounsfield ? "HU" : "";
     info.patientFromVoxel = plan.patientFromVoxel;
     info.acquisition = series.acquisition;
+    info.frameOfReference = series.frameOfReference;
     for (const DicomSlice& slice : series.slices) {
         info.lossy = info.lossy || slice.lossy;
         info.lossyRatio = std::max(info.lossyRatio, slice.lossyRatio);

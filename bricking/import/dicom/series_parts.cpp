@@ -3,6 +3,7 @@
 
 #include "bricking/import/dicom/dicom_geometry.h"
 #include "bricking/import/dicom/dicom_remarks.h"
+#include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -84,6 +85,8 @@ void SeriesAgreement::judge(DicomSeries& series) const {
         series.oddities.push_back("every slice has a FrameOfReferenceUID of its own: they are ignored");
     else if (frames.size() > 1)
         disagree("FrameOfReferenceUID (0020,0052)");
+    else if (!frames.empty())
+        series.frameOfReference = uidOrNone(frames.begin()->first);
 }
 
 std::vector<std::vector<std::size_t>> SeriesAgreement::framesApart() const {

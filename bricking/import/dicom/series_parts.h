@@ -13,7 +13,7 @@
 namespace tessera {
 
 // Elements that must be equal in all slices of a series. Identifiers are compared here and never leave this
-// file's types. Private to the DICOM importer.
+// file's types, but for the one frame of reference of a series. Private to the DICOM importer.
 
 /// An empty text is absent: it equals everything.
 struct SliceSays {
@@ -26,7 +26,7 @@ class SeriesAgreement {
     /// In the order of the series' slices.
     void add(SliceSays slice) { slices_.push_back(std::move(slice)); }
     void add(const SeriesAgreement& other);
-    /// Fills modality, isHounsfield, disagreement and oddities of the series.
+    /// Fills modality, isHounsfield, frameOfReference, disagreement and oddities of the series.
     void judge(DicomSeries& series) const;
     /// Positions in two frames of reference are unrelated: if each of several has enough slices for a volume,
     /// they are separate series. Returns a group of slice indices for each; empty: the series stays whole.

@@ -5,6 +5,7 @@
 #include "bricking/import/dicom/dicom_structure.h"
 #include "bricking/import/dicom/items/dicom_items.h"
 #include "bricking/import/source/source_files.h"
+#include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 #include "core/image/colour.h"
@@ -52,6 +53,7 @@ class StructureReader {
         if (itemText(data, DCM_SOPClassUID) != kStructures)
             refuse("a DICOM RT Structure Set (SOPClassUID)", "another object");
         characters_ = itemText(data, DCM_SpecificCharacterSet);
+        frame_ = frameOf(data);
         forEachItem(data, DCM_StructureSetROISequence, [&](DcmItem& item) { readStructure(item); });
         if (structures_.empty())
             refuse("a StructureSetROISequence (3006,0020)", "none");
@@ -99,6 +101,17 @@ class StructureReader {
                 visit(*static_cast<DcmItem*>(at));
     }
 
+    /// The frame of reference of all structures; "" where there are several, or none.
+    static std::string frameOf(DcmDataset& data) {
+        std::set<std::string> frames;
+        forEachItem(data, DCM_ReferencedFrameOfReferenceSequence, [&](DcmItem& item) {
+            frames.insert(uidOrNone(itemText(item, DCM_FrameOfReferenceUID)));
+        });
+        if (frames.empty())
+            return uidOrNone(itemText(data, DCM_FrameOfReferenceUID));
+        return frames.size() == 1 ? *frames.begin() : std::string();
+    }
+
     /// A whole number (IS), from 0 on. nullopt: absent or empty.
     std::optional<std::uint32_t> wholeOf(DcmItem& item, const DcmTagKey& tag, const std::string& name) const {
         std::string_view text;
@@ -125,6 +138,9 @@ class StructureReader {
         structure.label.name = itemWords(item, DCM_ROIName, characters_);
         if (structure.label.name.empty())
             structure.label.name = "structure " + std::to_string(*number);
+        structure.frameOfReference = uidOrNone(itemText(item, DCM_ReferencedFrameOfReferenceUID));
+        if (structure.frameOfReference.empty())
+            structure.frameOfReference = frame_;
         if (!structures_.emplace(*number, std::move(structure)).second)
             refuse("structures of different numbers", "several of number " + std::to_string(*number));
     }
@@ -208,7 +224,7 @@ class StructureReader {
     }
 
     std::filesystem::path file_;
-    std::string where_, characters_;
+    std::string where_, characters_, frame_; // frame_: of reference
     MemoryBudget& ram_;
     StructureSet set_;
     std::map<std::uint32_t, Structure> structures_;

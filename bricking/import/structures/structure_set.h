@@ -26,6 +26,8 @@ struct StructureContour {
 struct Structure {
     Label label; // its value is ROINumber, which may be 0
     std::vector<StructureContour> contours;
+    /// ReferencedFrameOfReferenceUID (3006,0024), else the only one of the set; "" unknown.
+    std::string frameOfReference = {};
 };
 
 struct StructureSet {

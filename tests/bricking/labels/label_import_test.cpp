@@ -346,31 +346,52 @@ TEST(LabelImport, WhatDoesNotFitIsRefused) {
     EXPECT_THAT(refusalOf(fileOf({HeldLayer(scan, Values(ones.size()))})), HasSubstr("no labelled voxel"));
     EXPECT_THAT(refusalOf(fileOf({})), HasSubstr("none"));
 
-    LabelImportOptions framed = quickly();
-    framed.scanFrameOfReference = "1.2.3";
-    LabelFile other = fileOf({HeldLayer(scan, ones)});
-    other.frameOfReference = "1.2.4";
-    EXPECT_THAT(refusalOf(std::move(other), framed), AllOf(HasSubstr("1.2.3"), HasSubstr("1.2.4")));
-
     LabelFile small = fileOf({HeldLayer(scan, ones)});
     const std::size_t floor = labelImportFloorBytes(small, scan, 2);
     EXPECT_THAT(refusalOf(std::move(small), quickly(), floor - 1), HasSubstr("--ram"));
 
-    for (const auto& [same, ofScan] :
-         {std::pair(true, "1.2.3"), std::pair(false, "1.2.4"), std::pair(false, "")}) {
-        LabelFile file = fileOf({HeldLayer(scan, ones)});
-        file.frameOfReference = "1.2.4";
-        framed.sameFrame = same;
-        framed.scanFrameOfReference = ofScan;
-        framed.force = true;
-        MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
-        EXPECT_NO_THROW(importLabels(file, scan, scratch / "l.zarr", ram, framed));
-    }
+    MemoryBudget plenty("RAM", "--ram", std::size_t{256} << 20);
+    LabelFile first = fileOf({HeldLayer(scan, ones)});
+    importLabels(first, scan, scratch / "l.zarr", plenty, quickly());
     LabelFile again = fileOf({HeldLayer(scan, ones)});
     MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
     EXPECT_THAT([&] { importLabels(again, scan, scratch / "l.zarr", ram, quickly()); },
                 ThrowsMessage<InputError>(HasSubstr("existing store")));
     EXPECT_EQ(readBack(scratch / "l.zarr").table.sets.size(), 2u);
+}
+
+// Frames of reference: of the labels, of the scan, whether they are taken for one, of the store; "": refused.
+TEST(LabelImport, FramesOfReferenceAreCompared) {
+    const ScratchFolder scratch;
+    const VolumeInfo scan = gridOf({9, 8, 7}, kScanAffine);
+    const Values ones(9 * 8 * 7, 1);
+    struct Case {
+        std::string labels, scan;
+        bool same;
+        std::string store;
+    };
+    for (const Case& c : {Case{"1.2.4", "1.2.4", false, "1.2.4"}, Case{"1.2.4", "", false, "1.2.4"},
+                          Case{"", "1.2.3", false, "1.2.3"}, Case{"1.2.4", "1.2.3", true, "1.2.3"},
+                          Case{"1.2.4", "1.2.3", false, ""}}) {
+        SCOPED_TRACE(c.labels + " on " + c.scan);
+        LabelFile file = fileOf({HeldLayer(scan, ones)});
+        file.frameOfReference = c.labels;
+        VolumeInfo framed = scan;
+        framed.frameOfReference = c.scan;
+        LabelImportOptions options = quickly();
+        options.sameFrame = c.same;
+        options.force = true;
+        MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
+        const auto import = [&] { importLabels(file, framed, scratch / "l.zarr", ram, options); };
+        if (c.store.empty()) {
+            EXPECT_THAT(import, ThrowsMessage<InputError>(
+                                    AllOf(HasSubstr("test.seg"), HasSubstr("reference, 1.2.3"),
+                                          HasSubstr("found 1.2.4"), HasSubstr("--same-frame"))));
+        } else {
+            EXPECT_NO_THROW(import());
+            EXPECT_EQ(StoreReader(scratch / "l.zarr", ram).info().frameOfReference, c.store);
+        }
+    }
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "tests/support/bricking_store_tools.h"
 
 #include "bricking/statistics/statistics.h"
+#include "bricking/store/checked_json.h"
 
 #include <cstring>
 #include <gmock/gmock.h>
@@ -197,6 +198,30 @@ TEST_F(DamagedStore, AnEditedNumberIsRefused) {
                     ThrowsMessage<InputError>(AllOf(HasSubstr("zarr.json"), HasSubstr("edited"))))
             << key;
     }
+}
+
+// Sealed again, as no damage is: a store that someone made.
+TEST_F(DamagedStore, AFrameOfReferenceThatIsNoUidIsRefused) {
+    const std::string text = fileText(path / "zarr.json");
+    const auto withFrame = [&](const Json& frame) {
+        Json document = Json::parse(text);
+        document["attributes"]["tessera"]["frameOfReference"] = frame;
+        seal(document);
+        setFileText(path / "zarr.json", document.dump());
+    };
+    for (const Json& frame :
+         {Json(7), Json(nullptr), Json::array({"1.2"}), Json::object(), Json(""), Json("1.2\x1b[2J"),
+          Json("1.2 "), Json("../../etc"), Json(std::string(1'000'000, '1')), Json(std::string(65, '1'))}) {
+        withFrame(frame);
+        EXPECT_THAT([&] { readAll(); },
+                    ThrowsMessage<InputError>(
+                        AllOf(HasSubstr("zarr.json: expected /attributes/tessera/frameOfReference to be a "),
+                              testing::Not(HasSubstr("\x1b")),
+                              testing::SizeIs(testing::Lt(400u + path.string().size())))))
+            << frame.dump().substr(0, 40);
+    }
+    withFrame("1.2.3");
+    EXPECT_NO_THROW(readAll());
 }
 
 TEST_F(DamagedStore, AnEditedLevelIsRefusedWithTheKey) {

@@ -93,11 +93,14 @@ TEST(StorePyramid, HalvesGoToTheEvenNeighbourOnBothSidesOfZero) {
 
 TEST(StoreMetadata, EveryFieldComesBackExactly) {
     ScratchFolder scratch;
-    const VolumeInfo info = obliqueInfo();
+    VolumeInfo info = obliqueInfo();
+    info.frameOfReference = "1.2.840.113619.2.30." + std::string(42, '7') + ".1"; // of 64 characters
+    ASSERT_EQ(info.frameOfReference.size(), 64u);
     HashSource source(info);
     import(scratch / "v.zarr", source);
     MemoryBudget ram("RAM", "--ram", kPlenty);
     const VolumeInfo found = StoreReader(scratch / "v.zarr", ram).info();
+    EXPECT_EQ(found.frameOfReference, info.frameOfReference);
     EXPECT_EQ(found.extentVoxels, info.extentVoxels);
     EXPECT_EQ(found.type, info.type);
     EXPECT_EQ(found.patientFromVoxel, info.patientFromVoxel);
@@ -143,6 +146,31 @@ TEST(StoreMetadata, TextsAreCutToPlainAscii) {
     import(scratch / "v.zarr", source);
     MemoryBudget ram("RAM", "--ram", kPlenty);
     EXPECT_EQ(StoreReader(scratch / "v.zarr", ram).info().acquisition.kernel, "B???" + std::string(60, 'x'));
+}
+
+// What is no UID is no frame: the store is as one of a source without.
+TEST(StoreMetadata, AFrameOfReferenceIsAUidOrNone) {
+    ScratchFolder scratch;
+    MemoryBudget ram("RAM", "--ram", kPlenty);
+    std::string without, hash;
+    for (const std::string& frame :
+         {std::string(), std::string("PLANTED"), std::string(65, '1'), std::string("1.2\n3"),
+          std::string(".1"), std::string(1'000'000, '1'), std::string("1.2\0", 4), std::string("1.2.3")}) {
+        VolumeInfo info = plainInfo({2, 2, 2}, ValueType::u8);
+        info.frameOfReference = frame;
+        HashSource source(info);
+        import(scratch / "v.zarr", source, true);
+        const StoreReader reader(scratch / "v.zarr", ram);
+        const bool isUid = frame == "1.2.3";
+        EXPECT_EQ(reader.info().frameOfReference, isUid ? frame : "");
+        const std::string text = fileText(scratch / "v.zarr/zarr.json");
+        if (frame.empty()) {
+            without = text;
+            hash = reader.contentHash();
+        }
+        EXPECT_EQ(text == without, !isUid) << frame.substr(0, 20);
+        EXPECT_EQ(reader.contentHash(), hash) << "it is that of the voxels";
+    }
 }
 
 TEST(Store, ChunksOfNothingButFillAreNotWritten) {

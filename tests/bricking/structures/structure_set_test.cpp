@@ -26,6 +26,7 @@ struct WrittenStructure {
     std::string number, name, colour;
     std::vector<WrittenContour> contours;
     std::string referenced = {}; // "": its own number
+    std::string frame = {};      // of reference
 };
 
 class StructureSets : public testing::Test {
@@ -39,7 +40,9 @@ class StructureSets : public testing::Test {
     void TearDown() override { std::filesystem::remove_all(folder_); }
 
     std::filesystem::path write(const std::vector<WrittenStructure>& structures,
-                                E_TransferSyntax syntax = EXS_LittleEndianExplicit) const {
+                                E_TransferSyntax syntax = EXS_LittleEndianExplicit,
+                                const std::vector<std::string>& frames = {}, // of the whole set
+                                const std::string& ownFrame = {}) const {
         DcmFileFormat format;
         DcmItem& set = *format.getDataset();
         const auto put = [](DcmItem& item, const DcmTagKey& tag, const std::string& text) {
@@ -55,10 +58,14 @@ class StructureSets : public testing::Test {
         put(set, DCM_SOPClassUID, UID_RTStructureSetStorage);
         put(set, DCM_SOPInstanceUID, "1.2.5");
         put(set, DCM_StructureSetLabel, "S");
+        put(set, DCM_FrameOfReferenceUID, ownFrame);
+        for (const std::string& frame : frames)
+            put(add(set, DCM_ReferencedFrameOfReferenceSequence), DCM_FrameOfReferenceUID, frame);
         for (const WrittenStructure& s : structures) {
             DcmItem& roi = add(set, DCM_StructureSetROISequence);
             put(roi, DCM_ROINumber, s.number);
             put(roi, DCM_ROIName, s.name);
+            put(roi, DCM_ReferencedFrameOfReferenceUID, s.frame);
             if (s.contours.empty())
                 continue;
             DcmItem& item = add(set, DCM_ROIContourSequence);
@@ -134,6 +141,23 @@ TEST_F(StructureSets, RingsAreClosedAndLinesAreNot) {
     ASSERT_EQ(liver.points.size(), 6u);
     EXPECT_EQ(liver.points[4], liver.points[0]);
     EXPECT_EQ(liver.points[5], glm::dvec3(1, 2, 3));
+}
+
+TEST_F(StructureSets, FramesOfReference) {
+    const auto frameOf = [&](const std::string& own, const std::vector<std::string>& ofSet,
+                             const std::string& ofObject) {
+        const std::filesystem::path file =
+            write({{"1", "A", "", {{}}, "", own}}, EXS_LittleEndianExplicit, ofSet, ofObject);
+        return readStructureSet(file, ram_).structures.at(0).frameOfReference;
+    };
+    EXPECT_EQ(frameOf("1.2.1", {"1.2.2", "1.2.3"}, "1.2.4"), "1.2.1");
+    EXPECT_EQ(frameOf("", {"1.2.2"}, "1.2.4"), "1.2.2");
+    EXPECT_EQ(frameOf("", {"1.2.2", "1.2.2"}, ""), "1.2.2");
+    EXPECT_EQ(frameOf("", {"1.2.2", "1.2.3"}, "1.2.4"), "") << "any of them";
+    EXPECT_EQ(frameOf("", {}, "1.2.4"), "1.2.4");
+    EXPECT_EQ(frameOf("", {}, ""), "");
+    EXPECT_EQ(frameOf("NO UID", {}, ""), "");
+    EXPECT_EQ(frameOf(std::string(70, '1'), {"1.2.2"}, ""), "1.2.2");
 }
 
 TEST_F(StructureSets, ContoursThatAreNone) {

@@ -8,6 +8,9 @@
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/refusals.h"
 
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
 #include <gtest/gtest.h>
 
 namespace tessera {
@@ -613,6 +616,31 @@ TEST(FusedValues, ArePicturesOverOneAnother) {
             EXPECT_LT(most, 1e-6) << nameOf(mode) << ", " << nameOf(rule);
         }
     }
+}
+
+// Of all volumes: functions and cameras are found first, for which statistics are made where a store has
+// none.
+TEST(FusedValues, SecondsAreThoseOfAllVolumes) {
+    const ScratchFolder folder;
+    Scene scene = fusedScene({0, 1}, kSize);
+    scene.mode = Mode::maximum;
+    scene.volumes[1].valueColour = ValueColour::transferFunction;
+    for (SceneVolume& volume : scene.volumes) {
+        const std::filesystem::path copy = folder / volume.path.filename();
+        std::filesystem::copy(volume.path, copy, std::filesystem::copy_options::recursive);
+        std::filesystem::remove_all(copy / "stats");
+        volume.path = copy;
+    }
+    double best = 0; // another process may take the time between two parts
+    for (int n = 0; n < 5 && best < 0.9; ++n) {
+        const auto start = std::chrono::steady_clock::now();
+        const RenderResult result = fusedPicture(scene, EngineKind::native);
+        const std::chrono::duration<double> all = std::chrono::steady_clock::now() - start;
+        const double told = result.secondsPreparing + result.secondsLoading + result.secondsDrawing;
+        EXPECT_LE(told, all.count());
+        best = std::max(best, told / all.count());
+    }
+    EXPECT_GE(best, 0.9);
 }
 
 TEST(FusedRefusals, ADeviceWithFewTextures) {

@@ -2,6 +2,7 @@
 // on pictures, picking, and scenes that are saved and opened again.
 #include "core/base/program_folders.h"
 #include "core/scene/preset.h"
+#include "tests/support/dicom_writer.h"
 #include "tests/support/labelled_scan.h"
 #include "tests/support/looker.h"
 #include "viewer/session/view_geometry.h"
@@ -360,6 +361,80 @@ TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
     looker.viewing->open(scan.file, kPicture); // labels and nothing else
     ASSERT_TRUE(looker.comesTo([&] { return looker.viewing->volume()->labels != nullptr; }));
     EXPECT_EQ(looker.viewing->volume()->eitherFile, fs::path());
+}
+
+/// A folder may be masks or volumes.
+TEST(LabelSession, AFolderOfMasksIsTakenAsLabels) {
+    const LabelledScan scan(kFour, 4);
+    const fs::path folder = scan.store.parent_path();
+    const auto mask = [&](const std::string& name, std::size_t from, std::size_t to, float shift = 0,
+                          std::uint8_t inside = 1) {
+        fs::create_directories((folder / name).parent_path());
+        writeNifti<std::uint8_t>(
+            folder / name, 2, [=](std::size_t i) { return i < from || i >= to ? std::uint8_t{0} : inside; },
+            shift);
+    };
+    const auto scanFile = [&](const std::string& name) {
+        writeNifti<std::int16_t>(folder / name, 4,
+                                 [](std::size_t i) { return static_cast<std::int16_t>(i % 300); });
+    };
+    for (const char* kind : {"masks", "beside", "mixed", "nested", "dicom"}) {
+        const std::string name = kind;
+        mask(name + "/spleen.nii", 30000, 40000, name == "beside" ? 1.0F : 0.0F, 255);
+        mask(name + "/liver.nii", 41000, 50000);
+        mask(name + "/absent.nii", 0, 0);
+        std::ofstream(folder / name / "statistics.json") << "{}";
+        std::ofstream(folder / name / ".hidden") << "x";
+    }
+    scanFile("mixed/scan.nii");
+    mask("ct/liver.nii", 41000, 50000);
+    writeNifti<std::int16_t>(folder / "ct/ct.nii", 4,
+                             [](std::size_t i) { return static_cast<std::int16_t>(i < 90 ? -1000 : 40); });
+    fs::create_directories(folder / "nested/more");
+    for (int z = 0; z < 4; ++z) {
+        DicomImage image;
+        image.pixels.assign(12, static_cast<std::uint16_t>(1000 + 100 * z));
+        image.position = glm::dvec3(0, 0, 2 * z);
+        fs::create_directories(folder / "series");
+        writeDicom(folder / "series" / std::to_string(z), image);
+        writeDicom(folder / "dicom" / std::to_string(z), image);
+    }
+    mask("nothing/absent.nii", 0, 0);
+    mask("nothing/also.nii", 0, 0);
+    mask("several/a.nii", 30000, 40000);
+    writeNifti<std::uint8_t>(folder / "several/b.nii", 2,
+                             [](std::size_t i) { return static_cast<std::uint8_t>(i % 3); });
+    for (const char* kind :
+         {"masks", "beside", "mixed", "nested", "dicom", "ct", "series", "nothing", "several"}) {
+        SCOPED_TRACE(kind);
+        Looker looker(false);
+        looker.opened(scan.store);
+        looker.viewing->open(folder / kind, kPicture);
+        ASSERT_TRUE(looker.comesTo([&] {
+            const auto seen = looker.viewing->volume();
+            return looker.viewing->offers() || (seen && (seen->labels || seen->path != scan.store));
+        }));
+        const auto seen = looker.viewing->volume();
+        if (std::string(kind) != "masks") {
+            const bool isSeries =
+                std::string(kind) == "series" || std::string(kind) == "dicom"; // its only CT
+            EXPECT_FALSE(seen->labels);
+            EXPECT_EQ(seen->path, isSeries ? folder / kind : scan.store);
+            EXPECT_EQ(looker.viewing->offers() == nullptr, isSeries);
+            continue;
+        }
+        ASSERT_TRUE(seen->labels);
+        EXPECT_EQ(seen->path, scan.store);
+        EXPECT_EQ(seen->eitherFile, folder / kind);
+        std::vector<std::string> names;
+        for (const auto& label : *seen->labels)
+            names.push_back(label.name);
+        EXPECT_THAT(names, ::testing::UnorderedElementsAre("absent", "liver", "spleen"));
+        VolumePick asVolume;
+        asVolume.asVolume = true;
+        looker.viewing->open(folder / kind, kPicture, asVolume);
+        EXPECT_TRUE(looker.comesTo([&] { return looker.viewing->offers() != nullptr; }));
+    }
 }
 
 TEST(LabelSession, AThousandLabelsAreEditedInTime) {

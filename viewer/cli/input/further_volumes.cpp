@@ -1,13 +1,16 @@
 // viewer/cli/input/further_volumes.cpp: see further_volumes.h.
 #include "viewer/cli/input/further_volumes.h"
 
+#include "core/base/dicom_uid.h"
 #include "core/base/volume.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <glm/vector_relational.hpp>
 #include <string>
 
@@ -45,6 +48,36 @@ std::string apartText(Stores stores) {
                      " lies apart from the first: " + text(box) + ", the first " + text(first);
     }
     return words;
+}
+
+namespace {
+bool isMoved(const SceneVolume& volume) {
+    return volume.transform != glm::dmat4(1);
+}
+} // namespace
+
+std::string otherFramesText(const Scene& scene, Stores stores) {
+    const std::string& first = stores.front()->info().frameOfReference;
+    std::string words;
+    for (std::size_t n = 1; n < stores.size(); ++n) {
+        const std::string& frame = stores[n]->info().frameOfReference;
+        if (areFramesApart(first, frame) && !isMoved(scene.volumes.front()) && !isMoved(scene.volumes[n]))
+            words += (words.empty() ? "volume " : "; volume ") + std::to_string(n + 1) +
+                     " has another frame of reference, " + frame + ", than the first, " + first +
+                     ": places may not fit without a registration (volumes[" + std::to_string(n) +
+                     "].transform)";
+    }
+    return words;
+}
+
+std::vector<std::string> framesOfPicture(const Scene& scene, Stores stores) {
+    std::vector<std::string> frames;
+    if (stores.front()->info().frameOfReference.empty() || isMoved(scene.volumes.front()))
+        return frames;
+    for (std::size_t n = 0; n < std::min(stores.size(), scene.volumes.size()); ++n)
+        if (!isMoved(scene.volumes[n]))
+            frames.push_back(stores[n]->info().frameOfReference);
+    return frames;
 }
 
 std::vector<const StoreReader*> storesOf(const StoreReader& first,

@@ -20,6 +20,14 @@ std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, Memor
 /// Names those whose boxes do not meet the first's; "" if all do.
 std::string apartText(Stores stores);
 
+/// Names those whose frame of reference is another than the first's, where no transform moves either; "" if
+/// there is none.
+std::string otherFramesText(const Scene& scene, Stores stores);
+
+/// The frames of reference whose places are those of the picture: the first volume's, and those of others
+/// that no transform moves. Empty where the first's is unknown, or it is moved.
+std::vector<std::string> framesOfPicture(const Scene& scene, Stores stores);
+
 /// Their stores after the first's.
 std::vector<const StoreReader*> storesOf(const StoreReader& first,
                                          const std::vector<std::unique_ptr<StoreReader>>& further);

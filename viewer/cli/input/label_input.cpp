@@ -2,6 +2,8 @@
 #include "viewer/cli/input/label_input.h"
 
 #include "bricking/labels/label_import.h"
+#include "bricking/labels/label_volume.h"
+#include "bricking/store/store_reader.h"
 #include "core/base/error.h"
 #include "viewer/cli/input/import_cache.h"
 #include "viewer/cli/input/volume_input.h"
@@ -19,7 +21,8 @@ namespace fs = std::filesystem;
 /// All that an import depends on besides the files.
 std::string keyOf(const VolumeInfo& scan, const Labels& labels) {
     std::string key = "labels " + std::to_string(kLabelImportVersion) + "|" +
-                      std::to_string(labels.sameFrame) + "|" + formatExtent(scan.extentVoxels);
+                      std::to_string(labels.sameFrame) + "|" + scan.frameOfReference + "|" +
+                      formatExtent(scan.extentVoxels);
     for (int column = 0; column < 4; ++column)
         for (int row = 0; row < 3; ++row) {
             char text[40];
@@ -45,6 +48,9 @@ void importLabelsFor(const VolumeInfo& scan, Labels& labels, MemoryBudget& ram, 
     if (!fs::exists(labels.path, ignored))
         throw badFile(labels.path.string(), "a file or folder of labels", "nothing there");
     if (looksLikeStore(labels.path) && !isScanWithLabels(labels.path)) { // an import that was kept
+        if (!labels.sameFrame)
+            requireSameFrame(StoreReader(labels.path, ram).info().frameOfReference, scan,
+                             labels.path.string());
         labels.store = labels.path;
         return;
     }

@@ -14,11 +14,13 @@
 namespace tessera {
 namespace {
 
-std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ram,
+using Frames = std::vector<std::string>; // of reference
+
+std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, const Frames& frames, MemoryBudget& ram,
                                          std::vector<std::string>& notes) {
 #if TESSERA_WITH_IMPORT
     if (beginsAsDicom(mesh.path))
-        return shapeOfStructures(mesh, ram, notes);
+        return shapeOfStructures(mesh, frames, ram, notes);
     if (!mesh.rois.empty() || mesh.contours != ContourStyle::lines)
         throw badFile(mesh.path.string(),
                       std::string("a DICOM structure set, which meshes[].") +
@@ -32,6 +34,7 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ra
     return std::make_shared<const MeshShape>(std::move(triangles), ram, mesh.path.filename().string());
 #else
     (void)ram;
+    (void)frames;
     (void)notes;
     throw InputError(mesh.path.string() + ": this program was built without importers");
 #endif
@@ -40,7 +43,7 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, MemoryBudget& ra
 using KeptBudget = std::shared_ptr<MemoryBudget>;
 
 /// @param kept  of the shapes' memory, or null
-std::vector<std::string> read(Scene& scene, MemoryBudget& ram, const KeptBudget& kept) {
+std::vector<std::string> read(Scene& scene, const Frames& frames, MemoryBudget& ram, const KeptBudget& kept) {
     std::vector<std::string> notes;
     const auto keep = [&](std::shared_ptr<const Shape> shape) {
         struct Both {
@@ -62,15 +65,15 @@ std::vector<std::string> read(Scene& scene, MemoryBudget& ram, const KeptBudget&
         const auto same = std::find_if(scene.meshes.begin(), scene.meshes.end(), [&](const SceneMesh& other) {
             return other.shape && other.isSameShape(mesh);
         });
-        mesh.shape = same != scene.meshes.end() ? same->shape : keep(shapeOfFile(mesh, ram, notes));
+        mesh.shape = same != scene.meshes.end() ? same->shape : keep(shapeOfFile(mesh, frames, ram, notes));
     }
     return notes;
 }
 
 } // namespace
 
-std::vector<std::string> readMeshes(Scene& scene, MemoryBudget& ram) {
-    return read(scene, ram, nullptr);
+std::vector<std::string> readMeshes(Scene& scene, const Frames& frames, MemoryBudget& ram) {
+    return read(scene, frames, ram, nullptr);
 }
 
 void adoptShapes(std::span<const SceneMesh> from, Scene& to) {
@@ -84,12 +87,12 @@ void adoptShapes(std::span<const SceneMesh> from, Scene& to) {
     }
 }
 
-Charge readMeshesApart(Scene& scene, MemoryBudget& ram) {
+Charge readMeshesApart(Scene& scene, const Frames& frames, MemoryBudget& ram) {
     if (!drawsMeshes(scene))
         return {};
     const auto own =
         std::make_shared<MemoryBudget>(ram.name(), ram.option(), std::max<std::size_t>(1, ram.freeBytes()));
-    read(scene, *own, own);
+    read(scene, frames, *own, own);
     std::vector<const Shape*> counted;
     std::size_t bytes = 0;
     for (const SceneMesh& mesh : scene.meshes)

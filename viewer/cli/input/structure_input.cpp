@@ -11,6 +11,7 @@
 #include "render/geometry/shape_group.h"
 #include "render/geometry/tube_shape.h"
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <string_view>
@@ -44,6 +45,18 @@ std::unique_ptr<const Shape> tubesOf(const Structure& structure, double radiusMm
     return std::make_unique<const TubeShape>(Tube{std::move(lines.points), radiusMm}, lines.ends, ram);
 }
 
+/// @param frames  of the picture; none: unknown
+void requireFrame(const Structure& structure, const std::vector<std::string>& frames, const SceneMesh& mesh) {
+    const std::string& own = structure.frameOfReference;
+    if (own.empty() || frames.empty() || std::find(frames.begin(), frames.end(), own) != frames.end())
+        return;
+    throw badFile(mesh.path.string(), "the volume's frame of reference, " + frames.front(),
+                  own + " of structure " + std::to_string(structure.label.value) + " \"" +
+                      structure.label.name +
+                      "\": its positions may be of another patient or study; --same-frame "
+                      "(meshes[].sameFrame) takes it for the volume's");
+}
+
 Structure onlyContours(const Structure& structure, const std::vector<std::size_t>& numbers) {
     Structure out{structure.label, {}};
     for (const std::size_t number : numbers)
@@ -74,8 +87,8 @@ bool beginsAsDicom(const std::filesystem::path& file) {
     return in.read(head.data(), head.size()) && std::string_view(head.data() + 128, 4) == "DICM";
 }
 
-std::shared_ptr<const Shape> shapeOfStructures(const SceneMesh& mesh, MemoryBudget& ram,
-                                               std::vector<std::string>& notes) {
+std::shared_ptr<const Shape> shapeOfStructures(const SceneMesh& mesh, const std::vector<std::string>& frames,
+                                               MemoryBudget& ram, std::vector<std::string>& notes) {
     if (mesh.space != MeshSpace::lps)
         throw badFile(mesh.path.string(), "coordinates in lps, as every DICOM structure set has them",
                       "space " + nameOf(mesh.space));
@@ -83,6 +96,9 @@ std::shared_ptr<const Shape> shapeOfStructures(const SceneMesh& mesh, MemoryBudg
     const Charge charge = ram.charge(set.bytes(), "contours");
     notes.insert(notes.end(), set.notes.begin(), set.notes.end());
     const std::vector<bool> chosen = chosenStructures(set, mesh);
+    for (std::size_t n = 0; n < chosen.size() && !mesh.sameFrame; ++n)
+        if (chosen[n])
+            requireFrame(set.structures[n], frames, mesh);
     std::vector<ShapeGroup::Member> members;
     for (std::size_t n = 0; n < chosen.size(); ++n)
         if (chosen[n]) {

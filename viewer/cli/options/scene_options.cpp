@@ -124,11 +124,35 @@ void KeyOptions::addOf(Command& command, const std::string& key) {
     TESSERA_CHECK(known);
 }
 
+namespace {
+constexpr const char* kSameFrame = "--same-frame";
+} // namespace
+
 std::string KeyOptions::textOf(const std::string& option) const {
     for (const Row& row : rows_)
         if (row.option == option)
             return row.text;
     return {};
+}
+
+bool KeyOptions::takesAnyFrame() const {
+    return std::any_of(rows_.begin(), rows_.end(),
+                       [](const Row& row) { return row.option == kSameFrame && row.flag; });
+}
+
+void KeyOptions::checkFrames(const Scene& scene) const {
+    const bool isOfSomething =
+        std::ranges::any_of(scene.volumes, [](const auto& v) { return !v.labels.path.empty(); }) ||
+        std::ranges::any_of(scene.meshes, [](const SceneMesh& mesh) { return !mesh.path.empty(); });
+    if (takesAnyFrame() && !isOfSomething)
+        throw badFile(kSameFrame, "labels (--labels) or a structure set (--mesh)", "none");
+}
+
+void takeAnyFrame(Scene& scene) {
+    for (SceneVolume& volume : scene.volumes)
+        volume.labels.sameFrame = volume.labels.sameFrame || !volume.labels.path.empty();
+    for (SceneMesh& mesh : scene.meshes)
+        mesh.sameFrame = mesh.sameFrame || !mesh.path.empty();
 }
 
 bool KeyOptions::says(const std::string& key) const {
@@ -145,7 +169,9 @@ bool KeyOptions::says(const std::string& key) const {
 
 void KeyOptions::apply(Scene& scene) const {
     for (const Row& row : rows_)
-        if (row.flag)
+        if (row.flag && row.option == kSameFrame)
+            takeAnyFrame(scene);
+        else if (row.flag)
             setSceneKey(scene, row.key, row.flagMeans, row.option);
         else if (!row.text.empty())
             setSceneKey(scene, row.key, row.isNumber ? numberOrWord(row.text) : json(row.text), row.option);

@@ -41,6 +41,10 @@ class KeyOptions {
 
     /// The value of an option as given; "" if it was not.
     std::string textOf(const std::string& option) const;
+    /// True if --same-frame was given: apply() has called takeAnyFrame() then.
+    bool takesAnyFrame() const;
+    /// Refuses --same-frame for a scene without labels and meshes of files.
+    void checkFrames(const Scene& scene) const;
     /// True if an option or `--set` sets the key, or an object that holds it.
     bool says(const std::string& key) const;
     /// Applies the options. Throws InputError naming the option.
@@ -62,6 +66,9 @@ class KeyOptions {
     std::map<std::string, std::string> words_;
     std::vector<std::string> sets_;
 };
+
+/// What --same-frame means: labels of all volumes, and structure sets, are taken in any frame of reference.
+void takeAnyFrame(Scene& scene);
 
 // Options of slices and cuts, and which options have an effect in which mode.
 

@@ -123,6 +123,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const std::vector<const StoreReader*> stores = storesOf(store, further);
     if (const std::string words = apartText(stores); !words.empty())
         common.note(words);
+    if (const std::string words = otherFramesText(scene, stores); !words.empty())
+        common.note(words);
     if (!samplesNamed)
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty()) {
@@ -135,7 +137,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
-    for (const std::string& words : readMeshes(scene, ram))
+    for (const std::string& words : readMeshes(scene, framesOfPicture(scene, stores), ram))
         common.note(words);
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);

@@ -133,14 +133,16 @@ void applyScale(const RenderArguments& arguments, Scene& scene) {
 }
 
 /// Applies a preset from a file or the library: its function and its settings of light, mode and cuts.
-void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions& common) {
+/// @param option  that names it
+void applyFoundPreset(const std::string& text, const std::string& option, Scene& scene,
+                      const CommonOptions& common) {
     try {
         const FoundPreset found = findPreset(text);
         applyPreset(found.preset, scene);
         for (const std::string& what : found.leftOut)
             common.note(text + ": left out: " + what);
     } catch (const InputError& e) {
-        throw InputError(std::string("--preset: ") + e.what());
+        throw InputError(option + ": " + e.what());
     }
 }
 
@@ -148,7 +150,7 @@ void applyFoundPreset(const std::string& text, Scene& scene, const CommonOptions
 TransferChoice functionOf(const std::string& preset, const CommonOptions& common) {
     Scene alone = sceneOf("volume");
     if (isOwnOrFile(preset))
-        applyFoundPreset(preset, alone, common);
+        applyFoundPreset(preset, "--label-preset", alone, common);
     else
         applyBuiltInPreset(preset, preset, alone);
     return alone.volumes.front().transferFunction;
@@ -178,7 +180,7 @@ SceneVolume furtherVolume(const std::string& path, const std::string& preset, co
     if (isSceneFile(path))
         throw badFile("--add", "a volume", "a scene");
     if (!preset.empty() && isOwnOrFile(preset))
-        applyFoundPreset(preset, alone, common);
+        applyFoundPreset(preset, "--add-preset", alone, common);
     else if (!preset.empty())
         applyBuiltInPreset(preset, preset, alone);
     SceneVolume& volume = alone.volumes.front();
@@ -213,7 +215,7 @@ Verify verifyOf(const RenderArguments& arguments) {
 void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
     if (!arguments.preset.empty()) {
         if (isOwnOrFile(arguments.preset))
-            applyFoundPreset(arguments.preset, scene, common);
+            applyFoundPreset(arguments.preset, "--preset", scene, common);
         else // a name stays a name, so that its function suits the volume's values
             applyBuiltInPreset(arguments.preset, arguments.preset, scene);
     }
@@ -231,6 +233,9 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         throw badFile("--add", "at most " + std::to_string(Scene::kMaxVolumes) + " volumes in a picture",
                       std::to_string(scene.volumes.size()));
     arguments.keys.apply(scene);
+    if (!arguments.keys.textOf("--hide-table").empty())
+        for (SceneVolume& volume : scene.volumes)
+            volume.hideTable = scene.volumes.front().hideTable;
     for (const std::string& text : arguments.labelPresets)
         addLabelPreset(text, scene.volumes.front().labels, common);
     if (!arguments.view.empty()) {
@@ -277,7 +282,10 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
                       std::to_string(scene.surfaces.size()));
     addMeshes(arguments, scene);
+    if (arguments.keys.takesAnyFrame()) // of the meshes, too
+        takeAnyFrame(scene);
     arguments.keys.applySets(scene);
+    arguments.keys.checkFrames(scene);
 }
 
 namespace {

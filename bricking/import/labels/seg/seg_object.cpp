@@ -7,6 +7,7 @@
 #include "bricking/import/dicom/items/dicom_items.h"
 #include "bricking/import/labels/seg/seg_colour.h"
 #include "bricking/import/source/source_files.h"
+#include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 
@@ -84,7 +85,7 @@ class SegReader {
         readSegments(data);
         readFrames(data);
         checkPixels(data, bytes);
-        seg_.frameOfReference = printable(itemText(data, DCM_FrameOfReferenceUID));
+        seg_.frameOfReference = uidOrNone(itemText(data, DCM_FrameOfReferenceUID));
         return std::move(seg_);
     }
 
