@@ -2,11 +2,10 @@
 #include "core/scene/measurement.h"
 
 #include "core/base/shown_text.h"
+#include "core/scene/picture_text.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -86,53 +85,6 @@ namespace {
 
 constexpr double kLargestShare = 0.25; // of the picture's width
 constexpr double kMmPerMetre = 1000, kMetresFrom = 10000;
-constexpr int kGlyphWidth = 5, kGlyphHeight = 7, kPitch = kGlyphWidth + 1;
-
-/// The glyphs; one byte per row, its lowest five bits from left to right.
-struct Glyph {
-    char letter;
-    std::array<std::uint8_t, kGlyphHeight> rows;
-};
-constexpr Glyph kGlyphs[] = {
-    {'0', {0x0e, 0x11, 0x13, 0x15, 0x19, 0x11, 0x0e}}, {'1', {0x04, 0x0c, 0x04, 0x04, 0x04, 0x04, 0x0e}},
-    {'2', {0x0e, 0x11, 0x01, 0x02, 0x04, 0x08, 0x1f}}, {'5', {0x1f, 0x10, 0x1e, 0x01, 0x01, 0x11, 0x0e}},
-    {'.', {0x00, 0x00, 0x00, 0x00, 0x00, 0x0c, 0x0c}}, {'-', {0x00, 0x00, 0x00, 0x1f, 0x00, 0x00, 0x00}},
-    {'+', {0x00, 0x04, 0x04, 0x1f, 0x04, 0x04, 0x00}}, {'a', {0x00, 0x00, 0x0e, 0x01, 0x0f, 0x11, 0x0f}},
-    {'c', {0x00, 0x00, 0x0e, 0x10, 0x10, 0x11, 0x0e}}, {'e', {0x00, 0x00, 0x0e, 0x11, 0x1f, 0x10, 0x0e}},
-    {'h', {0x10, 0x10, 0x16, 0x19, 0x11, 0x11, 0x11}}, {'m', {0x00, 0x00, 0x1a, 0x15, 0x15, 0x15, 0x15}},
-    {'n', {0x00, 0x00, 0x16, 0x19, 0x11, 0x11, 0x11}}, {'r', {0x00, 0x00, 0x16, 0x19, 0x10, 0x10, 0x10}},
-    {'t', {0x08, 0x08, 0x1c, 0x08, 0x08, 0x09, 0x06}}};
-
-/// A picture that is drawn on; what lies outside of it is left out.
-class Pen {
-  public:
-    Pen(Image& image, const glm::vec4& colour) : image_(image), colour_(colour) {}
-    /// Of whole pixels, [from, to).
-    void fill(const glm::ivec2& from, const glm::ivec2& to) {
-        for (int y = std::max(0, from.y); y < std::min(image_.size.y, to.y); ++y)
-            for (int x = std::max(0, from.x); x < std::min(image_.size.x, to.x); ++x)
-                image_.at(x, y) = colour_;
-    }
-
-  private:
-    Image& image_;
-    glm::vec4 colour_;
-};
-
-/// @param unit  pixels of a glyph's dot
-/// @param more  that every dot is larger on each side
-void write(Pen& pen, glm::ivec2 at, const std::string& text, int unit, int more) {
-    for (const char letter : text) {
-        for (const Glyph& glyph : kGlyphs)
-            for (int y = 0; glyph.letter == letter && y < kGlyphHeight; ++y)
-                for (int x = 0; x < kGlyphWidth; ++x)
-                    if (glyph.rows[static_cast<std::size_t>(y)] >> (kGlyphWidth - 1 - x) & 1) {
-                        const glm::ivec2 dot = at + unit * glm::ivec2(x, y);
-                        pen.fill(dot - more, dot + unit + more);
-                    }
-        at.x += unit * kPitch;
-    }
-}
 
 } // namespace
 
@@ -170,10 +122,9 @@ ScaleBar scaleBarOf(const Camera& camera, const glm::ivec2& imageSize) {
 }
 
 void drawScaleBar(Image& image, const ScaleBar& bar) {
-    constexpr double kPixelsPerUnit = 300; // of the picture's height
     const std::string text = bar.text();
-    int unit = std::max(1, static_cast<int>(std::lround(image.size.y / kPixelsPerUnit)));
-    const auto textWidth = [&] { return unit * kPitch * static_cast<int>(text.size()); };
+    int unit = textUnit(image.size);
+    const auto textWidth = [&] { return unit * kTextPitch * static_cast<int>(text.size()); };
     while (unit > 1 && textWidth() > image.size.x * 3 / 4)
         --unit;
     const int margin = 6 * unit, end = 2 * unit; // end: half a mark's height
@@ -182,7 +133,7 @@ void drawScaleBar(Image& image, const ScaleBar& bar) {
     const glm::ivec2 label(right.x - std::max(textWidth() - unit, 0), right.y - 2 * end - unit * 9);
     for (const bool edge : {true, false}) {
         const int more = edge ? std::max(1, unit / 2) : 0;
-        Pen pen(image, edge ? glm::vec4(0, 0, 0, 1) : glm::vec4(1));
+        PicturePen pen(image, edge ? glm::vec4(0, 0, 0, 1) : glm::vec4(1));
         const auto fill = [&](const glm::ivec2& from, const glm::ivec2& to) {
             pen.fill(from - more, to + more);
         };
@@ -190,7 +141,7 @@ void drawScaleBar(Image& image, const ScaleBar& bar) {
         fill({left, y - unit / 2}, {right.x, y - unit / 2 + unit});
         for (const int x : {left, right.x - unit})
             fill({x, y - end}, {x + unit, y + end});
-        write(pen, label, text, unit, more);
+        pen.write(label, text, unit, more);
     }
 }
 

@@ -1,7 +1,7 @@
 // render/interactive/interactive_bricks.cpp: moves of bricks to their chosen levels: the part of
-// interactive_renderer.h that loads, places and evicts. See render/README.md for the states of a brick.
+// interactive_volume.h that loads, places and evicts. See render/README.md for the states of a brick.
 #include "core/base/error.h"
-#include "render/interactive/interactive_renderer.h"
+#include "render/interactive/interactive_volume.h"
 
 #include <algorithm>
 #include <exception>
@@ -13,7 +13,7 @@ constexpr std::size_t kMostWanted = 1024; // chunks, of a list that is updated a
 
 } // namespace
 
-void InteractiveRenderer::setLevel(std::size_t brick, std::uint8_t level) {
+void InteractiveVolume::setLevel(std::size_t brick, std::uint8_t level) {
     Selection& s = p_.layer().selection;
     --s.counts[s.levels[brick]];
     s.levels[brick] = level;
@@ -21,14 +21,14 @@ void InteractiveRenderer::setLevel(std::size_t brick, std::uint8_t level) {
     forDevice_.add(kLevelsChanged);
 }
 
-void InteractiveRenderer::drop(std::size_t brick) {
-    engine_.bricks()->dropToMean(brick, p_.layer().selection.means[brick]);
+void InteractiveVolume::drop(std::size_t brick) {
+    engine_->bricks()->dropToMean(brick, p_.layer().selection.means[brick]);
     if (p_.layer().selection.levels[brick] != Selection::kEmpty)
         setLevel(brick, kMean);
 }
 
 /// The finest level at which all visible bricks take at most a quarter of the pages.
-int InteractiveRenderer::coarseLevel() const {
+int InteractiveVolume::coarseLevel() const {
     const std::size_t shown = p_.layer().selection.shownBricks(), most = std::max<std::size_t>(1, pages_ / 4);
     int level = 1;
     while (level < kMean && PageAllocator::pagesFor(shown, level) > most)
@@ -36,7 +36,7 @@ int InteractiveRenderer::coarseLevel() const {
     return level;
 }
 
-void InteractiveRenderer::plan() {
+void InteractiveVolume::planMoves() {
     moves_ = movesTo(p_.layer().selection, *wanted_, gain_, direct_ ? kMean : coarseLevel());
     if (!failed_.empty())
         std::erase_if(moves_, [&](const Move& m) {
@@ -46,7 +46,7 @@ void InteractiveRenderer::plan() {
     wantChunks();
 }
 
-void InteractiveRenderer::lookAhead(const Choice& choice) {
+void InteractiveVolume::lookAhead(const Choice& choice) {
     const std::size_t most = p_.layer().cache->pinnableChunks();
     for (const int coarse : {coarseLevel(), kMean}) // first coarse levels, then the refinements
         for (const ChunkKey& key :
@@ -57,7 +57,7 @@ void InteractiveRenderer::lookAhead(const Choice& choice) {
     wantChunks();
 }
 
-void InteractiveRenderer::wantChunks() {
+void InteractiveVolume::wantChunks() {
     std::vector<ChunkKey> keys = chunksOf(moves_, p_.layer().selection.bricks, kMostWanted);
     for (const ChunkKey& key : ahead_)
         if (keys.size() < kMostWanted && std::find(keys.begin(), keys.end(), key) == keys.end())
@@ -65,13 +65,13 @@ void InteractiveRenderer::wantChunks() {
     p_.layer().cache->want(keys);
 }
 
-void InteractiveRenderer::moveBricks() {
+void InteractiveVolume::moveBricks(Work& work) {
     if (!wanted_ || moves_.empty())
         return;
     std::vector<Move> left;
     std::vector<BrickToPlace> run;
     std::size_t chunks = 0, at = 0;
-    const std::uint64_t uploaded = work_.bytesUploaded;
+    const std::uint64_t uploaded = work.bytesUploaded;
     bool room = true;
     std::exception_ptr failure;
     while (room && at < moves_.size()) {
@@ -79,7 +79,7 @@ void InteractiveRenderer::moveBricks() {
             drop(moves_[at++].brick);
             continue;
         }
-        if (work_.bytesUploaded - uploaded >= options_.uploadBytes || chunks++ >= kMostWanted)
+        if (work.bytesUploaded - uploaded >= options_.uploadBytes || chunks++ >= kMostWanted)
             break;
         // All moves of one chunk, which are adjacent.
         const ChunkKey key = chunkOf(moves_[at].brick, moves_[at].level, p_.layer().selection.bricks);
@@ -100,7 +100,7 @@ void InteractiveRenderer::moveBricks() {
             run.clear();
             for (std::size_t n = at; n < end; ++n)
                 run.push_back({moves_[n].brick, moves_[n].level, chunk});
-            const std::size_t placed = engine_.bricks()->place(run, work_);
+            const std::size_t placed = engine_->bricks()->place(run, work);
             for (std::size_t n = 0; n < placed; ++n)
                 setLevel(run[n].brick, static_cast<std::uint8_t>(run[n].level));
             room = placed == run.size();
@@ -118,14 +118,14 @@ void InteractiveRenderer::moveBricks() {
     if (!room)
         makeRoom(moves_[blocked]);
     else if (moves_.empty())
-        plan(); // bricks that have their coarse level now
+        planMoves(); // bricks that have their coarse level now
     else if (moved)
         wantChunks();
     if (failure)
         std::rethrow_exception(failure);
 }
 
-void InteractiveRenderer::makeRoom(const Move& blocked) {
+void InteractiveVolume::makeRoom(const Move& blocked) {
     const auto& levels = p_.layer().selection.levels;
     if (levels[blocked.brick] < blocked.level) {
         drop(blocked.brick); // it frees more than it needs
@@ -133,7 +133,7 @@ void InteractiveRenderer::makeRoom(const Move& blocked) {
                            [&](const Move& m) { return levels[m.brick] < m.level; })) {
         wantChunks(); // those free memory once their chunks are loaded
         return;
-    } else if (const std::vector<std::size_t> sparse = engine_.bricks()->bricksOfSparsestPage();
+    } else if (const std::vector<std::size_t> sparse = engine_->bricks()->bricksOfSparsestPage();
                !sparse.empty()) {
         for (const std::size_t b : sparse)
             drop(b);
@@ -146,7 +146,7 @@ void InteractiveRenderer::makeRoom(const Move& blocked) {
         direct_ = true;
         ++repacks_;
     }
-    plan();
+    planMoves();
 }
 
 } // namespace tessera

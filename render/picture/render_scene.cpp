@@ -24,6 +24,50 @@ std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels)
     return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel());
 }
 
+namespace {
+
+/// Why an engine cannot draw a scene; empty: it can.
+std::string refusalOf(const Scene& scene, EngineKind kind) {
+    const EngineTraits& traits = traitsOf(kind);
+    if (scene.volumes.size() == 1 || reductionOf(scene) != Reduction::composite)
+        return {};
+    if (!traits.fuses)
+        return "it draws one volume";
+    return traits.refuses ? traits.refuses(scene) : std::string();
+}
+
+/// True if a scene needs another engine than the one that was made.
+/// @param asked   whose engine becomes the other one
+/// @param reason  is set then
+/// Throws InputError if the engine was requested.
+bool needsAnother(const Scene& scene, EngineKind made, RenderOptions& asked, std::string& reason) {
+    const std::string why = refusalOf(scene, made);
+    if (why.empty())
+        return false;
+    std::vector<std::string> names;
+    for (const EngineTraits& traits : engineTraits())
+        if (traits.fuses && traits.kind != made)
+            names.push_back(traits.name);
+    if (asked.engine != EngineKind::automatic)
+        throw badFile("--engine", joinNames(names) + " for this scene", name(made) + ": " + why);
+    asked.engine = EngineKind::native;
+    reason = why;
+    return true;
+}
+
+/// Makes the renderer for a scene: where none is named one that can draw it.
+/// @param reason  is set where that decides
+void makeRenderer(const Scene& scene, RenderOptions asked, MemoryBudget& ram, MemoryBudget& gpu,
+                  std::optional<RendererInstance>& made, std::string& reason) {
+    made.emplace(asked, ram, gpu);
+    if (!needsAnother(scene, made->kind, asked, reason))
+        return;
+    made.reset();
+    made.emplace(asked, ram, gpu);
+}
+
+} // namespace
+
 std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu) {
     struct Made {
         EngineMaker maker; // its device outlives the engine
@@ -35,40 +79,21 @@ std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& r
     return {made, made->engine.get()};
 }
 
-namespace {
-
-/// Why an engine cannot draw a scene; empty: it can.
-std::string refusalOf(const Scene& scene, EngineKind kind) {
-    const EngineTraits& traits = traitsOf(kind);
-    if (scene.volumes.size() == 1)
-        return {};
-    if (!traits.fuses)
-        return "it draws one volume";
-    return traits.refuses ? traits.refuses(scene) : std::string();
+RenderOptions optionsFor(const Scene& scene, Stores stores, const RenderOptions& options) {
+    RenderOptions asked = options;
+    const DrawnVolumes drawn = withLabelOptics(asDrawn(scene), stores);
+    std::string reason;
+    if (drawn.stores.size() > 1) { // the device goes before another is made
+        const EngineMaker maker(options.engine, options.device, options.threads);
+        needsAnother(drawn.scene, maker.kind(), asked, reason);
+    }
+    return asked;
 }
 
-/// Makes the renderer for a scene: where none is named one that can draw it.
-/// @param reason  is set where that decides
-void makeRenderer(const Scene& scene, const RenderOptions& asked, MemoryBudget& ram, MemoryBudget& gpu,
-                  std::optional<RendererInstance>& made, std::string& reason) {
-    made.emplace(asked, ram, gpu);
-    const std::string why = refusalOf(scene, made->kind);
-    if (why.empty())
-        return;
-    std::vector<std::string> names;
-    for (const EngineTraits& traits : engineTraits())
-        if (traits.fuses && traits.kind != made->kind)
-            names.push_back(traits.name);
-    if (asked.engine != EngineKind::automatic)
-        throw badFile("--engine", joinNames(names) + " for this scene", name(made->kind) + ": " + why);
-    made.reset();
-    RenderOptions options = asked;
-    options.engine = EngineKind::native;
-    made.emplace(options, ram, gpu);
-    reason = why;
+std::shared_ptr<Engine> makeEngine(const Scene& scene, Stores stores, const RenderOptions& options,
+                                   MemoryBudget& ram, MemoryBudget& gpu) {
+    return makeEngine(optionsFor(scene, stores, options), ram, gpu);
 }
-
-} // namespace
 
 RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options) {

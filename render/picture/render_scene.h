@@ -17,6 +17,15 @@ namespace tessera {
 /// An engine by its kind, and its resources. If it needs a GL context, its own is current on the calling
 /// thread. All calls then come from that thread, the release by the last owner too.
 std::shared_ptr<Engine> makeEngine(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
+/// One that can draw a scene. Throws InputError if the requested one cannot, and where withLabelOptics()
+/// does.
+/// @param stores  of the scene's volumes, in order
+std::shared_ptr<Engine> makeEngine(const Scene& scene, Stores stores, const RenderOptions& options,
+                                   MemoryBudget& ram, MemoryBudget& gpu);
+
+/// The options with the engine that draws a scene: where none is named and the automatic one cannot, another.
+/// Throws as makeEngine() does.
+RenderOptions optionsFor(const Scene& scene, Stores stores, const RenderOptions& options);
 
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
 /// it keeps pictures.

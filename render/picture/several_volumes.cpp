@@ -16,9 +16,7 @@
 #include <vector>
 
 namespace tessera {
-namespace {
 
-/// A slice without a place lies in the middle of the first volume.
 void placeSlice(SlicePlane& slice, const VolumeInfo& info) {
     if (slice.orientation == Orientation::oblique || slice.positionMm)
         return;
@@ -28,7 +26,31 @@ void placeSlice(SlicePlane& slice, const VolumeInfo& info) {
                                                                           : 0];
 }
 
-} // namespace
+bool takesOpacities(const Scene& scene, std::size_t number) {
+    return number > 0 && sceneOfVolume(scene, number).valueColour == ValueColour::transferFunction;
+}
+
+TransferFunction opacitiesAsGreys(const TransferFunction& function) {
+    std::vector<ColourPoint> greys;
+    for (const OpacityPoint& point : function.opacityPoints())
+        greys.push_back({point.value, glm::dvec3(point.opacity)});
+    return TransferFunction::fromOpacity(function.opacityPoints(), greys, function.referenceLengthMm());
+}
+
+std::vector<float> opacitiesOf(const Image& greys) {
+    std::vector<float> opacities;
+    for (const glm::vec4& pixel : greys.pixels)
+        opacities.push_back(pixel.a > 0 ? pixel.r / pixel.a : 0);
+    return opacities;
+}
+
+void weigh(Image& picture, double opacity, const std::vector<float>& opacities) {
+    const auto share = static_cast<float>(opacity);
+    for (glm::vec4& pixel : picture.pixels)
+        pixel *= share;
+    for (std::size_t i = 0; i < opacities.size(); ++i)
+        picture.pixels[i] *= opacities[i];
+}
 
 void layOver(Image& below, const Image& above, Fusion rule) {
     TESSERA_CHECK(below.size == above.size);
@@ -70,32 +92,22 @@ Image shownAlone(const Scene& scene, std::size_t number, const StoreReader& stor
     std::vector<float> shares;
     Charge charge;
     RenderResult more;
-    if (number > 0 && alone.valueColour == ValueColour::transferFunction) {
-        // Both are linear between points: opacities are drawn as greys.
-        const auto& function = std::get<TransferFunction>(alone.volumes[0].transferFunction);
-        std::vector<ColourPoint> greys;
-        for (const OpacityPoint& point : function.opacityPoints())
-            greys.push_back({point.value, glm::dvec3(point.opacity)});
+    if (takesOpacities(scene, number)) {
         Scene opacities = alone;
         opacities.volumes[0].labels = {};
         opacities.volumes[0].transferFunction =
-            TransferFunction::fromOpacity(function.opacityPoints(), greys, function.referenceLengthMm());
+            opacitiesAsGreys(std::get<TransferFunction>(alone.volumes[0].transferFunction));
         charge = ram.charge(rayCount(scene.imageSize) * sizeof(float), "the opacities of a volume");
         more = renderScene(opacities, store, ram, gpu, options);
-        for (const glm::vec4& pixel : more.image.pixels)
-            shares.push_back(pixel.a > 0 ? pixel.r / pixel.a : 0);
+        shares = opacitiesOf(more.image);
         more.image = {};
-        if (!alone.volumes[0].labels.path.empty())
+        if (alone.mode == Mode::slice && !alone.volumes[0].labels.path.empty())
             mine.shares = &shares;
     }
     result = renderScene(alone, store, ram, gpu, mine);
     addWork(more, result);
     Image picture = std::move(result.image);
-    const auto share = static_cast<float>(scene.volumes[number].opacity);
-    for (glm::vec4& pixel : picture.pixels)
-        pixel *= share;
-    for (std::size_t i = 0; !mine.shares && i < shares.size(); ++i)
-        picture.pixels[i] *= shares[i];
+    weigh(picture, scene.volumes[number].opacity, mine.shares ? std::vector<float>() : shares);
     return picture;
 }
 

@@ -57,12 +57,6 @@ struct ViewState {
     bool amongOthers = false;      // of one of several volumes
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
-
-    /// Sets the rays for camera, picture and step. Planner::aim() also places lights.
-    void aim(const VolumeInfo& info) {
-        frame = rayFrame(camera, info, imageSize, quality.stepVoxels);
-        part.clip(frame);
-    }
 };
 
 /// The parts that can change between two pictures.
@@ -268,8 +262,11 @@ struct FramePlan {
     Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
     /// The first volume. Its cache goes first, after those of the others.
     Layers layers;
-    std::optional<FusedLattice> fused; // none: the scene has one volume
+    std::optional<FusedLattice> fused; // none: every volume has rays of its own
     FurtherVolumes further;            // the others
+
+    /// How many volumes the plan's rays go through.
+    std::size_t volumesOfRays() const { return fused ? 1 + further.size() : 1; }
 
     const Layer& layer() const { return layers.front(); }
     const VolumeInfo& info() const { return layer().info(); }

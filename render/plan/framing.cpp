@@ -334,11 +334,13 @@ Camera fittedCamera(const FittedView& view, const ChunkSource& volume, const Sta
     return fitCamera(volume.info(), axesOf(view), view.projection, imageSize);
 }
 
-Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
-                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
-    // Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
-    constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
+/// Every direction's silhouette, in parallel: the narrowest cylinder about an axis from feet to head.
+constexpr int kDirections = 12; // over half a turn: between two of them it is 1 % wider at most
+
+std::vector<ViewFit> turningFits(const FittedView& view, const ChunkSource& volume,
+                                 const Statistics& statistics, const TransferTable& table,
+                                 const DrawnPart& part, const glm::ivec2& imageSize, MemoryBudget& ram,
+                                 int threads, LabelBricks* labels, std::span<const SceneMesh> meshes) {
     const VolumeInfo& info = volume.info();
     const Charge charge = ram.charge(searchBytes(info), "fitting the camera");
     BrickCache cache(volume, ram, cacheBytes(info, ram, threads), threads > 0 ? threads : defaultThreads());
@@ -346,18 +348,26 @@ Camera turningCamera(const FittedView& view, const ChunkSource& volume, const St
     for (int n = 0; n < kDirections; ++n) {
         const ViewAxes axes = viewAxes(ViewAngles{n * 180.0 / kDirections, 0});
         ViewFit fit(axes, Projection::parallel, imageSize);
-        if (view.fit != Fit::volume)
+        if (view.fit != Fit::volume) {
             fit = fitOfShown(axes, Projection::parallel, cache, info, statistics, table, partOf(view, part),
                              labels, imageSize, threads);
-        if (view.fit != Fit::volume)
             addMeshes(meshes, info, partOf(view, part), fit);
-        if (fit.empty()) { // the volume's box
-            const ViewSpace space(info, axes);
-            const glm::dvec3 all(info.extentVoxels);
-            fit.add(space.at(0.5 * all), space.halfOf(all));
         }
         fits.push_back(fit);
     }
+    return fits;
+}
+
+Camera turningCamera(const FittedView& view, std::vector<ViewFit> fits,
+                     std::span<const VolumeInfo* const> boxes, const glm::ivec2& imageSize) {
+    TESSERA_CHECK(fits.size() == kDirections);
+    for (ViewFit& fit : fits)
+        if (fit.empty())
+            for (const VolumeInfo* info : boxes) {
+                const ViewSpace space(*info, fit.axes());
+                const glm::dvec3 all(info->extentVoxels);
+                fit.add(space.at(0.5 * all), space.halfOf(all));
+            }
     const auto middle = [](const ViewFit& fit) { return 0.5 * (fit.reach()[0] - fit.reach()[1]); };
     const glm::dvec3 axis = middle(fits[0]) * fits[0].axes().right +
                             middle(fits[kDirections / 2]) * fits[kDirections / 2].axes().right;

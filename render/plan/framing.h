@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace tessera {
 
@@ -35,12 +36,21 @@ ViewFit shownFit(const FittedView& view, const ChunkSource& volume, const Statis
                  MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
                  std::span<const SceneMesh> meshes = {});
 
-/// The camera of a turntable: fitted for every turn about the patient's axis through its focal point,
-/// starting from the view's side. Some 12 times the work. Throws as fittedCamera() does.
-Camera turningCamera(const FittedView& view, const ChunkSource& volume, const Statistics& statistics,
-                     const TransferTable& table, const DrawnPart& part, const glm::ivec2& imageSize,
-                     MemoryBudget& ram, int threads, LabelBricks* labels = nullptr,
-                     std::span<const SceneMesh> meshes = {});
+// The camera of a turntable: fitted for every turn about the patient's axis through its focal point, starting
+// from the view's side. Some 12 times the work.
+
+/// What a volume shows from directions over half a turn, in parallel; empty where nothing is visible. Throws
+/// as fittedCamera() does.
+std::vector<ViewFit> turningFits(const FittedView& view, const ChunkSource& volume,
+                                 const Statistics& statistics, const TransferTable& table,
+                                 const DrawnPart& part, const glm::ivec2& imageSize, MemoryBudget& ram,
+                                 int threads, LabelBricks* labels = nullptr,
+                                 std::span<const SceneMesh> meshes = {});
+/// The camera that holds them.
+/// @param fits   of all volumes together
+/// @param boxes  of these, which count where nothing is visible
+Camera turningCamera(const FittedView& view, std::vector<ViewFit> fits,
+                     std::span<const VolumeInfo* const> boxes, const glm::ivec2& imageSize);
 
 /// Minimum memory for fitting to what is shown.
 /// @param threads  0: all processors

@@ -6,6 +6,7 @@
 #include "render/plan/framing.h"
 #include "render/plan/label_optics.h"
 #include "render/plan/shown_rays.h"
+#include "render/plan/visibility_rays.h"
 
 #include <algorithm>
 #include <cmath>
@@ -122,37 +123,66 @@ std::vector<std::size_t> sharesOf(std::size_t free, const std::vector<std::size_
 }
 
 /// The plans of all volumes without cameras; all but the first hold their shares.
+/// @param changing  their functions and levels change: planChanging()
 /// @param bytesPerPixel  of the first's plan
-Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& context,
-                    std::size_t bytesPerPixel) {
+/// @param furtherPerPixel  of the others
+Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& context, bool changing,
+                    std::size_t bytesPerPixel, std::size_t furtherPerPixel = 0) {
     TESSERA_CHECK(stores.size() == scene.volumes.size());
+    const auto planOne = changing ? planChanging : planVolume;
+    // Of functions that change: the tables of rays and of visibility, whichever they may come to.
+    constexpr std::size_t kTables = 2 * TransferTable::kMaxEntries * sizeof(glm::vec4);
     std::vector<std::size_t> ramFloors, gpuFloors;
     for (std::size_t n = 0; n < stores.size(); ++n) {
-        ramFloors.push_back(renderFloorBytes(stores[n]->info(), scene.imageSize, n == 0 ? bytesPerPixel : 0,
-                                             context.threads, scene.quality.integrator));
+        ramFloors.push_back(renderFloorBytes(stores[n]->info(), scene.imageSize,
+                                             n == 0 ? bytesPerPixel : furtherPerPixel, context.threads,
+                                             scene.quality.integrator));
         gpuFloors.push_back(placedRaysBytes(scene.imageSize));
+        if (changing)
+            gpuFloors.back() +=
+                kTables + visibilityBytes(scene.imageSize, brickGrid(stores[n]->info().extentVoxels));
     }
     const std::vector<std::size_t> ram = sharesOf(context.ram.freeBytes(), ramFloors, stores),
                                    gpu = sharesOf(context.gpu.freeBytes(), gpuFloors, stores);
     FurtherVolumes further;
     for (std::size_t n = 1; n < stores.size(); ++n) {
         auto volume = std::make_unique<FurtherVolume>(context, ram[n], gpu[n]);
-        volume->plan = planVolume(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, 0);
+        volume->plan = planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads,
+                               furtherPerPixel, nullptr);
         volume->plan.view.meshesShade = false; // the first volume's maps hold them
         volume->plan.view.amongOthers = true;
         further.add(std::move(volume));
     }
-    Planner p = planVolume(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, bytesPerPixel);
+    Planner p =
+        planOne(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, bytesPerPixel, nullptr);
     p.further = std::move(further);
     p.view.amongOthers = true;
     return p;
 }
 
-/// Sets the camera of all plans.
-void takeCameras(const Scene& scene, Planner& p) {
-    std::vector<Planner*> plans = {&p};
-    for (const auto& volume : p.further)
-        plans.push_back(&volume->plan);
+} // namespace
+
+namespace {
+
+/// Those of volumes that a camera is fitted to: not of wholly transparent ones, if there are others.
+std::vector<const Planner*> visiblePlans(const Scene& scene, const Planner& p) {
+    const auto planOf = [&](std::size_t n) { return n == 0 ? &p : &p.further[n - 1].plan; };
+    std::vector<const Planner*> visible, all;
+    for (std::size_t n = 0; n < scene.volumes.size(); ++n) {
+        all.push_back(planOf(n));
+        if (scene.volumes[n].opacity > 0)
+            visible.push_back(planOf(n));
+    }
+    return visible.empty() ? all : visible;
+}
+
+} // namespace
+
+Camera plannedCamera(const Scene& scene, const Planner& p) {
+    if (p.further.size() == 0)
+        return plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().table, p.view.part,
+                             *p.ram, p.threads, p.layer().labelBricks.get());
+    const std::vector<const Planner*> plans = visiblePlans(scene, p);
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     Camera camera;
     if (!view) {
@@ -161,7 +191,7 @@ void takeCameras(const Scene& scene, Planner& p) {
         camera = sliceCamera(scene.slice, p.info(), scene.imageSize);
     } else {
         ViewFit fit(axesOf(*view), view->projection, scene.imageSize), boxes = fit;
-        for (Planner* plan : plans) {
+        for (const Planner* plan : plans) {
             const Layer& layer = plan->layer();
             if (view->fit != Fit::volume)
                 fit.add(shownFit(*view, layer.voxels(), layer.statistics, layer.table, plan->view.part,
@@ -175,17 +205,26 @@ void takeCameras(const Scene& scene, Planner& p) {
     }
     if (view && view->mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
-    for (Planner* plan : plans)
-        plan->setCamera(camera);
+    return camera;
 }
 
-} // namespace
+namespace {
 
-Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits, const FrameContext& context,
-                  LevelChoice choice, std::size_t bytesPerPixel) {
-    if (stores.size() == 1)
-        return planScene(scene, *stores.front(), limits, context, choice, bytesPerPixel);
-    Planner p = planVolumes(scene, stores, context, bytesPerPixel);
+/// For plans that nothing is drawn of.
+MemoryBudget unusedGpu() {
+    return {"GPU memory", "--gpu-memory", std::size_t{1} << 40};
+}
+
+/// Sets the camera of all plans.
+void takeCameras(const Scene& scene, Planner& p) {
+    const Camera camera = plannedCamera(scene, p);
+    p.setCamera(camera);
+    for (const auto& volume : p.further)
+        volume->plan.setCamera(camera);
+}
+
+/// Puts all volumes under the same rays.
+void fuse(const Scene& scene, Stores stores, Planner& p) {
     std::vector<const VolumeInfo*> infos;
     for (const StoreReader* store : stores)
         infos.push_back(&store->info());
@@ -203,15 +242,66 @@ Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits
         volume.fromLattice = from(volume.plan.info());
         volume.cuts = ownCuts(scene.volumes[n + 1].cuts, volume.plan.info());
     }
+}
+
+} // namespace
+
+Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits, const FrameContext& context,
+                  LevelChoice choice, std::size_t bytesPerPixel) {
+    if (stores.size() == 1)
+        return planScene(scene, *stores.front(), limits, context, choice, bytesPerPixel);
+    Planner p = planVolumes(scene, stores, context, false, bytesPerPixel);
+    fuse(scene, stores, p);
     takeCameras(scene, p);
     p.chooseAgain(scene, limits, context, choice);
     return p;
 }
 
-Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel) {
-    MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{1} << 40); // nothing is drawn
+Planner planViews(const Scene& scene, Stores stores, const FrameContext& context, std::size_t bytesPerPixel) {
+    if (stores.size() == 1)
+        return planView(scene, *stores.front(), context.ram, context.threads, bytesPerPixel);
+    const bool together = reductionOf(scene) == Reduction::composite;
+    Planner p = planVolumes(scene, stores, context, true, bytesPerPixel, together ? 0 : bytesPerPixel);
+    if (together)
+        fuse(scene, stores, p);
+    takeCameras(scene, p);
+    return p;
+}
+
+Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int threads) {
+    MemoryBudget gpu = unusedGpu();
+    const FrameContext context(ram, gpu, threads);
     const DrawnVolumes volumes = withLabelOptics(asDrawn(scene), stores);
-    Planner p = planVolumes(volumes.scene, volumes.stores, {ram, gpu, threads}, bytesPerPixel);
+    const std::vector<SceneMesh> meshes = drawnMeshes(scene);
+    const FittedView& view = std::get<FittedView>(scene.camera);
+    const Planner p = volumes.stores.size() == 1
+                          ? planView(scene, *stores.front(), ram, threads)
+                          : planVolumes(volumes.scene, volumes.stores, context, false, kPictureBytesPerPixel);
+    std::vector<ViewFit> together;
+    std::vector<const VolumeInfo*> boxes;
+    for (const Planner* plan : visiblePlans(volumes.scene, p)) {
+        const Layer& layer = plan->layer();
+        const std::vector<ViewFit> fits =
+            turningFits(view, layer.voxels(), layer.statistics, layer.table, plan->view.part, scene.imageSize,
+                        *plan->ram, threads, layer.labelBricks.get(), meshes);
+        boxes.push_back(&plan->info());
+        if (together.empty())
+            together = fits;
+        else
+            for (std::size_t n = 0; n < fits.size(); ++n)
+                if (!fits[n].empty())
+                    together[n].add(fits[n]);
+    }
+    Camera camera = turningCamera(view, std::move(together), boxes, scene.imageSize);
+    if (view.mmPerPixel > 0)
+        camera.parallelScale = parallelScaleOf(view.mmPerPixel, scene.imageSize);
+    return camera;
+}
+
+Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel) {
+    MemoryBudget gpu = unusedGpu();
+    const DrawnVolumes volumes = withLabelOptics(asDrawn(scene), stores);
+    Planner p = planVolumes(volumes.scene, volumes.stores, {ram, gpu, threads}, false, bytesPerPixel);
     takeCameras(volumes.scene, p);
     Scene found = scene;
     found.camera = p.view.camera;

@@ -44,6 +44,22 @@ Scene sceneInFusion(const Scene& scene, std::size_t number);
 Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits, const FrameContext& context,
                   LevelChoice choice, std::size_t bytesPerPixel);
 
+/// As planView(), of all volumes of a scene; of one the same. In modes of single values every volume has rays
+/// of its own.
+/// @param scene   as asDrawn() has it
+/// @param bytesPerPixel  RAM that the engine and its caller take for a pixel of the plan's rays
+/// Throws InputError as sceneInFusion() does, and for budgets that cannot hold all shares.
+Planner planViews(const Scene& scene, Stores stores, const FrameContext& context, std::size_t bytesPerPixel);
+
+/// The scene's camera, a fitted one to what is visible of all of a plan's volumes.
+/// @param scene  as asDrawn() has it
+/// Throws InputError where a volume's RAM cannot hold framingBytes() (framing.h).
+Camera plannedCamera(const Scene& scene, const Planner& p);
+
+/// The camera of a turntable, fitted to what is visible of all volumes (framing.h).
+/// @param scene  with a camera by side
+Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int threads);
+
 /// The scene with a camera in place of a side, fitted to what is visible of all volumes, and their functions
 /// in place of names.
 Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel);

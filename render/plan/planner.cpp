@@ -110,18 +110,23 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
         prepareSegments();
 }
 
-bool Planner::setLight(const Scene& scene) {
+bool Planner::takesLight(const Scene& scene) const {
     const auto bytes = [&](const Lighting& lighting) {
         return lightRamBytes(lighting, info(), view.shadowQuality, threads, !view.meshes.empty(),
                              view.amongOthers);
     };
     const Shading& shading = scene.shading;
-    if (layer().reduces() || shading.on != layer().optics.shading ||
-        shading.gradient != layer().optics.gradient ||
-        ambientChannels(scene.lighting) != ambientChannels(view.lighting) ||
-        lightChannels(scene.lighting) != lightChannels(view.lighting) ||
-        bytes(scene.lighting) > bytes(view.lighting))
+    return !layer().reduces() && shading.on == layer().optics.shading &&
+           shading.gradient == layer().optics.gradient &&
+           ambientChannels(scene.lighting) == ambientChannels(view.lighting) &&
+           lightChannels(scene.lighting) == lightChannels(view.lighting) &&
+           bytes(scene.lighting) <= bytes(view.lighting);
+}
+
+bool Planner::setLight(const Scene& scene) {
+    if (!takesLight(scene))
         return false;
+    const Shading& shading = scene.shading;
     checkLight(scene);
     revisions.function = revisions.tables = PlanRevisions::next();
     view.lighting = scene.lighting;
@@ -143,13 +148,14 @@ void Planner::setValues(const Scene& scene, Reduction reduction) {
     layer().optics.reduction = reduction;
 }
 
+RayFrame<double> Planner::frameOf(const glm::ivec2& size) const {
+    RayFrame<double> frame = rayFrame(view.camera, rayVoxels(), size, view.quality.stepVoxels);
+    (fused ? fused->part : view.part).clip(frame);
+    return frame;
+}
+
 void Planner::aim() {
-    if (fused) {
-        view.frame = rayFrame(view.camera, fused->voxels, view.imageSize, view.quality.stepVoxels);
-        fused->part.clip(view.frame);
-    } else {
-        view.aim(info());
-    }
+    view.frame = frameOf(view.imageSize);
     placeLights(layer().optics, view.lighting, view.camera, info());
 }
 
@@ -288,10 +294,10 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
-/// Without its camera.
-/// @param kept  null: read from the store
-Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, MemoryBudget& ram, int threads,
-               std::size_t bytesPerPixel) {
+} // namespace
+
+Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget& ram, int threads,
+                     std::size_t bytesPerPixel, KnownLayer* kept) {
     const Scene scene = asDrawn(given);
     checkIntegrator(scene.quality);
     checkLight(scene);
@@ -330,6 +336,8 @@ Planner viewOf(const Scene& given, const StoreReader& store, KnownLayer* kept, M
     return p;
 }
 
+namespace {
+
 /// Sets the scene's camera, which is that of lights too.
 void takeCamera(const Scene& scene, Planner& p) {
     p.setCamera(plannedCamera(asDrawn(scene), p.layer().voxels(), p.layer().statistics, p.layer().table,
@@ -340,14 +348,14 @@ void takeCamera(const Scene& scene, Planner& p) {
 
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                    std::size_t bytesPerPixel, KnownLayer* known) {
-    Planner p = viewOf(withoutUnusedLight(scene), store, known, ram, threads, bytesPerPixel);
+    Planner p = planChanging(withoutUnusedLight(scene), store, ram, threads, bytesPerPixel, known);
     checkSurfaceOcclusion(p);
     return p;
 }
 
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel) {
-    Planner p = viewOf(scene, store, nullptr, ram, threads, bytesPerPixel);
+    Planner p = planChanging(scene, store, ram, threads, bytesPerPixel);
     takeCamera(scene, p);
     p.view.lighting.surfaceOcclusion.reset();
     return p;

@@ -43,10 +43,13 @@ class Planner : public FramePlan {
     /// Makes the distance map of the current function.
     void mapFunction();
     /// Takes the scene's lights and shading. False, and nothing is changed, where planes of light, memory or
-    /// culled bricks would be others.
+    /// culled bricks would be others: takesLight().
     bool setLight(const Scene& scene);
+    bool takesLight(const Scene& scene) const;
     /// The rays and the lights of the view as it is.
     void aim();
+    /// Those rays on a picture of another size.
+    RayFrame<double> frameOf(const glm::ivec2& size) const;
     void look(const Camera& camera) {
         setCamera(camera);
         aim();
@@ -105,7 +108,11 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                    std::size_t bytesPerPixel, KnownLayer* known = nullptr);
 
-/// The same without levels, their maps and the cache: for a picture whose levels change, which has no
+/// The same for pictures whose function and lights change: light that this function has no use for stays.
+Planner planChanging(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
+                     std::size_t bytesPerPixel, KnownLayer* known = nullptr);
+
+/// planScene() without levels, their maps and the cache: for a picture whose levels change, which has no
 /// occlusion of surfaces.
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                  std::size_t bytesPerPixel = kPictureBytesPerPixel);

@@ -76,6 +76,24 @@ TEST_F(Values, CropToTheBody) {
     expectRefused("-q render mr.nii -o a.png --crop body", {"--crop body", "HU", "--unit HU"});
 }
 
+// Of several volumes the box holds the bodies of all that are visible and in HU.
+TEST_F(Values, CropToTheBodiesOfSeveralVolumes) {
+    writeBallOnPlate("ct.nii", -1000);
+    writeBallOnPlate("mr.nii", 0);
+    const auto highX = [&](const std::string& volumes) {
+        const Outcome outcome =
+            run("render " + volumes +
+                " -o a.png --crop body --view left --engine mirror --size 16x16 --verify none --json");
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        const auto scene = nlohmann::json::parse(outcome.out)["scene"];
+        return scene["cuts"]["boxes"][0]["high"][0].get<double>();
+    };
+    const std::string moved = " --add ct.nii --set volumes[1].transform=[1,0,0,100,0,1,0,0,0,0,1,0]";
+    EXPECT_NEAR(highX("ct.nii" + moved), 160, 6);
+    EXPECT_NEAR(highX("ct.nii" + moved + " --set volumes[1].opacity=0"), 60, 6);
+    EXPECT_NEAR(highX("mr.nii --preset auto" + moved), 160, 6) << "the first has no body";
+}
+
 // A CT converter writes HU and cannot say so: every preset but "auto" was refused.
 TEST_F(Values, PresetsTakeWhatLooksLikeHuAndSayIt) {
     writeHuNifti("ct.nii");

@@ -26,6 +26,7 @@ inline std::shared_ptr<VolumeSeen> pretendedVolume(const glm::ivec2& pictureSize
     seen->info.remarks = {"the gantry was tilted"};
     seen->values.lowest = -1000;
     seen->values.highest = 2000;
+    seen->volumes = {{seen->values, "HU"}};
     for (int n = 0; n < 32; ++n)
         seen->histogram.push_back(1000 / (1 + (n - 9) * (n - 9)));
     seen->scene.volumes.push_back(
@@ -120,12 +121,19 @@ class PretendedViewing final : public Viewing {
         say(std::to_string(next.size()) + " cameras ahead" +
             (next.empty() ? "" : ", to " + placeText(next.back().position)));
     }
-    void saveScreenshot(const std::filesystem::path& path, bool bar) const override {
-        say("screenshot " + path.filename().string() + (bar ? " with a scale bar" : ""));
+    static std::string textOf(const PictureMarks& marks) {
+        std::string text = marks.scaleBar ? " with a scale bar" : "";
+        for (const LegendBar& bar : marks.legend)
+            text += " with " + bar.title() + " from " + bar.textAt(0) + " to " + bar.textAt(1);
+        return text;
     }
-    void saveStill(const Scene& scene, const std::filesystem::path& path, bool bar) override {
+    void saveScreenshot(const std::filesystem::path& path, const PictureMarks& marks) const override {
+        say("screenshot " + path.filename().string() + textOf(marks));
+    }
+    void saveStill(const Scene& scene, const std::filesystem::path& path,
+                   const PictureMarks& marks) override {
         say("still " + path.filename().string() + " of " + std::to_string(scene.imageSize.x) + " x " +
-            std::to_string(scene.imageSize.y) + (bar ? " with a scale bar" : ""));
+            std::to_string(scene.imageSize.y) + textOf(marks));
     }
     std::string takeNotice() override { return std::exchange(notice, {}); }
     void problemSeen() override { now.problem.clear(); }

@@ -6,6 +6,7 @@
 #include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/frame_renderer.h"
+#include "render/picture/render_scene.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/films/frame_folder.h"
 #include "viewer/films/movie_file.h"
@@ -100,8 +101,9 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
     report.folder = framesFolderOf(job.out);
     RenderOptions options = job.options;
     options.progress = nullptr; // the film's own
+    const RenderOptions drawing = optionsFor(job.scene, job.stores, options);
     FrameFolder folder(report.folder,
-                       recordOf(job, EngineMaker(options.engine, options.device, options.threads)));
+                       recordOf(job, EngineMaker(drawing.engine, drawing.device, drawing.threads)));
     FrameRenderer renderer(job.stores, *job.ram, *job.gpu, options);
 
     std::vector<std::uint8_t> seen(report.frames, 0);

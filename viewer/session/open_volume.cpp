@@ -43,12 +43,6 @@ std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
            renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);
 }
 
-TransferFunction resolved(const TransferChoice& choice, const ValueSummary& values) {
-    if (const auto* name = std::get_if<std::string>(&choice))
-        return presetFunction(*name, values);
-    return std::get<TransferFunction>(choice);
-}
-
 } // namespace
 
 OpenVolume::OpenVolume(const ViewSessionOptions& sessionOptions, const std::filesystem::path& named,
@@ -137,26 +131,43 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     render.engine = options.engine;
     render.device = options.device;
     render.threads = options.threads;
-    engine = makeEngine(render, ram, gpu);
     InteractiveOptions interactive;
     interactive.threads = options.threads;
-    renderer = std::make_unique<InteractiveRenderer>(drawn, *store, *engine, ram, gpu, interactive);
+    const std::vector<const StoreReader*> stores = storesOf(*store, further);
+    firstAlone.clear();
+    try {
+        engine = makeEngine(drawn, stores, render, ram, gpu);
+        renderer = std::make_unique<InteractiveRenderer>(drawn, stores, *engine, ram, gpu, interactive);
+    } catch (const InputError& e) {
+        if (stores.size() == 1 && !hasLabelOptics(drawn))
+            throw;
+        firstAlone = e.what();
+        engine.reset(); // it may hold a plan that is gone
+        engine = makeEngine(render, ram, gpu);
+        interactive.firstAlone = true;
+        renderer = std::make_unique<InteractiveRenderer>(drawn, stores, *engine, ram, gpu, interactive);
+    }
     scene = std::move(drawn);
     scene.camera = renderer->camera();
 }
 
 std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     const VolumeInfo& info = store->info();
-    SceneVolume& volume = scene.volumes.front();
     auto seen = std::make_shared<VolumeSeen>();
     seen->path = path;
     seen->info = info;
-    seen->values = summarise(renderer->volume().statistics, info, volume.unit);
+    seen->values = renderer->valuesOf(0);
     seen->fitted = fitted;
     if (labels)
         seen->labels = std::make_shared<const LabelList>(labels->list());
     seen->eitherFile = eitherFile;
-    volume.transferFunction = resolved(volume.transferFunction, seen->values);
+    for (std::size_t n = 0; n < renderer->sceneVolumes(); ++n) {
+        TransferChoice& function = scene.volumes[n].transferFunction;
+        function = renderer->functionOf(function, n);
+        const std::string& unit = scene.volumes[n].unit;
+        seen->volumes.push_back(
+            {renderer->valuesOf(n), unit.empty() ? renderer->volume(n).info().unit : unit});
+    }
     seen->scene = scene;
     try {
         seen->histogram = volumeHistogram(renderer->volume(), seen->values.lowest, seen->values.highest,
@@ -179,20 +190,25 @@ ViewingState OpenVolume::usage() const {
     ViewingState s;
     s.ramUsed = ram.usedBytes() + sliceRam.usedBytes() + stillRam.usedBytes(), s.ramLimit = options.ramBytes;
     s.gpuUsed = gpu.usedBytes() + stillGpu.usedBytes(), s.gpuLimit = options.gpuBytes;
-    const Selection& has = renderer->resident();
-    s.bricks = has.levels.size();
-    s.bricksShown = has.shownBricks();
-    if (const auto& wanted = renderer->wanted())
-        for (std::size_t b = 0; b < has.levels.size(); ++b)
-            s.bricksAsWanted += has.levels[b] != Selection::kEmpty && has.levels[b] <= wanted->levels[b];
     s.finestLevel = kLevelCount - 1;
-    for (int level = kLevelCount - 1; level >= 0; --level)
-        if (has.counts[static_cast<std::size_t>(level)] > 0)
-            s.finestLevel = level, s.coarsestLevel = std::max(s.coarsestLevel, level);
-    const BrickCache::Counters counters = renderer->cacheCounters();
-    s.chunksThere = counters.hits;
-    s.chunksMissed = counters.joins + counters.misses;
+    for (std::size_t n = 0; n < renderer->drawnVolumes(); ++n) {
+        const InteractiveVolume& volume = renderer->drawn(n);
+        const Selection& has = volume.resident();
+        s.bricks += has.levels.size();
+        s.bricksShown += has.shownBricks();
+        if (const auto& wanted = volume.wanted())
+            for (std::size_t b = 0; b < has.levels.size(); ++b)
+                s.bricksAsWanted += has.levels[b] != Selection::kEmpty && has.levels[b] <= wanted->levels[b];
+        for (int level = kLevelCount - 1; level >= 0; --level)
+            if (has.counts[static_cast<std::size_t>(level)] > 0)
+                s.finestLevel = std::min(s.finestLevel, level),
+                s.coarsestLevel = std::max(s.coarsestLevel, level);
+        const BrickCache::Counters counters = volume.plan().layer().cache->counters();
+        s.chunksThere += counters.hits;
+        s.chunksMissed += counters.joins + counters.misses;
+    }
     s.drawingStill = still != nullptr;
+    s.firstAlone = firstAlone;
     s.noStills = options.stills && !stills;
     return s;
 }

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace tessera {
@@ -29,10 +30,11 @@ struct OpenVolume {
                                             const glm::ivec2& pictureSize,
                                             const std::shared_ptr<Progress>& progress);
 
-    /// Makes a renderer of a scene, after destroying the one before. Resolves its camera. Throws InputError
-    /// naming a budget that is too small: then there is none.
+    /// Makes a renderer of a scene, after destroying the one before. Resolves its camera. Where no
+    /// interactive picture has all its volumes, the renderer is of the first alone. Throws InputError naming
+    /// a budget that is too small: then there is none.
     void makeRenderer(const Scene& scene);
-    /// Public data of the volume; needs a renderer. Resolves the scene's function.
+    /// Public data of the volume; needs a renderer. Resolves the scene's functions.
     std::shared_ptr<VolumeSeen> describe();
     struct Labelled {
         Scene scene;
@@ -52,8 +54,8 @@ struct OpenVolume {
     const bool stills;                 // stills have half of both budgets
     MemoryBudget ram, gpu, sliceRam, stillRam, stillGpu;
     std::unique_ptr<StoreReader> store;
-    /// Of the scene's other volumes: stills show them, interactive pictures the first alone.
-    std::vector<std::unique_ptr<StoreReader>> further;
+    std::vector<std::unique_ptr<StoreReader>> further; // of the scene's other volumes
+    std::string firstAlone; // why interactive pictures show the first volume alone; empty: they show all
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
     std::filesystem::path eitherFile;     // as VolumeSeen has it
     Charge pictures, meshes;

@@ -1,6 +1,7 @@
 // viewer/session/scene_change.cpp: see scene_change.h. Parts of scenes are compared as they are written.
 #include "viewer/session/scene_change.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <variant>
@@ -18,9 +19,12 @@ std::string fixedPart(Scene scene, bool compiles) {
     if (!compiles)
         scene.cuts = {};
     scene.camera = FittedView{};
-    scene.volumes.front().transferFunction = std::string();
-    scene.volumes.front().labels = {}; // compared as they are: they may be thousands
-    scene.meshes.clear();              // the same
+    for (SceneVolume& volume : scene.volumes) {
+        volume.transferFunction = std::string();
+        volume.opacity = 1;
+        volume.labels = {}; // compared as they are: they may be thousands
+    }
+    scene.meshes.clear(); // the same
     return sceneJson(scene);
 }
 
@@ -36,9 +40,9 @@ bool lookAlike(const Labels& a, const Labels& b) {
     return a == b || inVolumes(a) == inVolumes(b);
 }
 
-std::string functionPart(const Scene& scene) {
+std::string functionPart(const SceneVolume& volume) {
     Scene alone;
-    alone.volumes = {{"v", scene.volumes.front().transferFunction}};
+    alone.volumes = {{"v", volume.transferFunction}};
     return sceneJson(alone);
 }
 
@@ -54,13 +58,19 @@ std::string lightPart(const Scene& scene) {
 
 SceneChange changeOf(const Scene& wished, const Scene& drawn, const Camera& camera, bool compiles) {
     SceneChange change;
-    const Labels &wishedLabels = wished.volumes.front().labels, &drawnLabels = drawn.volumes.front().labels;
-    change.another =
-        !(wished.mode == Mode::slice ? wishedLabels == drawnLabels : lookAlike(wishedLabels, drawnLabels)) ||
-        wished.meshes != drawn.meshes || fixedPart(wished, compiles) != fixedPart(drawn, compiles);
+    change.another = wished.volumes.size() != drawn.volumes.size() || wished.meshes != drawn.meshes ||
+                     fixedPart(wished, compiles) != fixedPart(drawn, compiles);
+    for (std::size_t n = 0; n < std::min(wished.volumes.size(), drawn.volumes.size()); ++n) {
+        const SceneVolume &a = wished.volumes[n], &b = drawn.volumes[n];
+        change.another = change.another ||
+                         !(wished.mode == Mode::slice ? a.labels == b.labels : lookAlike(a.labels, b.labels));
+        if (functionPart(a) != functionPart(b))
+            change.recoloured.push_back(n);
+        if (a.opacity != b.opacity)
+            change.faded.push_back(n);
+    }
     const auto* const asked = std::get_if<Camera>(&wished.camera);
     change.turned = !asked || *asked != camera;
-    change.recoloured = functionPart(wished) != functionPart(drawn);
     change.rewindowed = wished.window != drawn.window;
     change.recut = !(wished.cuts == drawn.cuts);
     change.relit = lightPart(wished) != lightPart(drawn);

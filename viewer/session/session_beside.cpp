@@ -49,7 +49,7 @@ void SessionThread::startSaving(const SessionWishes::Save& save) {
     if (open_->still && !saving_)
         stillBegun_ = false; // it is begun again afterwards
     open_->still.reset();
-    saving_ = Saving{save.path, save.scaleBar};
+    saving_ = Saving{save.path, save.marks};
     drawStill(save.scene);
     board_.tell([](SessionNews& news) { news.state.atRest = false; });
 }
@@ -61,7 +61,7 @@ void SessionThread::finishSaving() {
     std::string problem = finished.problem;
     if (finished.picture)
         try {
-            savePicture(to.path, *finished.picture, to.scaleBar);
+            savePicture(to.path, *finished.picture, to.marks);
         } catch (const Error& e) {
             problem = e.what();
         }

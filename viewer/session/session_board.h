@@ -45,7 +45,7 @@ struct SessionWishes {
     struct Save {
         Scene scene;
         std::filesystem::path path;
-        bool scaleBar = false;
+        PictureMarks marks;
     };
     bool stop = false;
     std::optional<Save> save;

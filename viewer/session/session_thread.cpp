@@ -101,8 +101,11 @@ void SessionThread::take(const SessionWishes::ToShow& wish) {
     if (change.another || (change.relit && !o.renderer->setLight(wish.scene.lighting, wish.scene.shading))) {
         makeRenderer(wish.scene);
     } else if (changed) {
-        if (change.recoloured)
-            o.renderer->setFunction(std::get<TransferFunction>(wish.scene.volumes.front().transferFunction));
+        for (const std::size_t n : change.recoloured)
+            if (n < o.renderer->sceneVolumes())
+                o.renderer->setFunction(o.renderer->functionOf(wish.scene.volumes[n].transferFunction, n), n);
+        for (const std::size_t n : change.faded)
+            o.renderer->setOpacity(wish.scene.volumes[n].opacity, n);
         if (change.rewindowed)
             o.renderer->setWindow(wish.scene.window);
         if (change.recut)

@@ -74,7 +74,7 @@ class SessionThread {
     bool stillBegun_ = false;       // of the current scene
     struct Saving {
         std::filesystem::path path;
-        bool scaleBar = false;
+        PictureMarks marks;
     };
     std::optional<Saving> saving_;           // target of the still being drawn; none: the window
     std::uint64_t lineNumber_ = 0;           // of the line being searched

@@ -145,22 +145,28 @@ std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional
 }
 
 #if TESSERA_WITH_IMAGE_FILES
-void savePicture(const std::filesystem::path& path, const ShownPicture& picture, bool scaleBar) {
+void savePicture(const std::filesystem::path& path, const ShownPicture& picture, const PictureMarks& marks) {
     checkImagePath(path);
     Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
     std::string manifest =
         picture.manifest.empty() ? R"({"notice":"not for diagnosis","coarse":true})" : picture.manifest;
-    if (scaleBar) {
-        const ScaleBar bar = scaleBarOf(picture.camera, image.size);
-        drawScaleBar(image, bar);
+    if (marks.scaleBar || !marks.legend.empty()) {
         nlohmann::json document = nlohmann::json::parse(manifest);
-        document["scaleBar"] = scaleBarJson(bar);
+        if (marks.scaleBar) {
+            const ScaleBar bar = scaleBarOf(picture.camera, image.size);
+            drawScaleBar(image, bar);
+            document["scaleBar"] = scaleBarJson(bar);
+        }
+        if (!marks.legend.empty()) {
+            drawColourLegend(image, marks.legend);
+            document["legend"] = legendJson(marks.legend);
+        }
         manifest = document.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     }
     writeImage(path, image, manifest);
 }
 #else
-void savePicture(const std::filesystem::path& path, const ShownPicture&, bool) {
+void savePicture(const std::filesystem::path& path, const ShownPicture&, const PictureMarks&) {
     throw InputError(path.string() + ": this program was built without picture files");
 }
 #endif

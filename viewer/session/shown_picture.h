@@ -26,7 +26,7 @@ std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional
 // Saves a shown picture as a file.
 
 /// Writes it on its background, with its manifest. Throws Error or InputError naming the path.
-/// @param scaleBar  drawn into it, for the size that it has
-void savePicture(const std::filesystem::path& path, const ShownPicture& picture, bool scaleBar);
+/// @param marks  drawn into it, for the size that it has
+void savePicture(const std::filesystem::path& path, const ShownPicture& picture, const PictureMarks& marks);
 
 } // namespace tessera

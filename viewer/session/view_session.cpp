@@ -139,14 +139,14 @@ class ViewSession final : public Viewing {
     void lookAhead(std::vector<Camera> next) override {
         board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.ahead = std::move(next); });
     }
-    void saveScreenshot(const fs::path& path, bool scaleBar) const override {
+    void saveScreenshot(const fs::path& path, const PictureMarks& marks) const override {
         const std::shared_ptr<const ShownPicture> shown = picture();
         if (!shown)
             throw InputError("there is no picture to save");
-        savePicture(path, *shown, scaleBar);
+        savePicture(path, *shown, marks);
     }
-    void saveStill(const Scene& scene, const fs::path& path, bool scaleBar) override {
-        board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.save = {scene, path, scaleBar}; });
+    void saveStill(const Scene& scene, const fs::path& path, const PictureMarks& marks) override {
+        board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.save = {scene, path, marks}; });
     }
     std::string takeNotice() override {
         std::string notice;

@@ -6,6 +6,7 @@
 #include "core/base/coverage.h"
 #include "core/base/volume.h"
 #include "core/image/image.h"
+#include "core/scene/colour_legend.h"
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
 #include "viewer/session/label_list.h"
@@ -71,6 +72,12 @@ struct ShownPicture {
     std::string manifest;    // of a still, JSON; else empty
 };
 
+/// What is drawn into a saved picture; its manifest says so.
+struct PictureMarks {
+    bool scaleBar = false;         // core/scene/measurement.h
+    std::vector<LegendBar> legend; // core/scene/colour_legend.h
+};
+
 /// A point in the volume under a point of the picture.
 struct PickedPlace {
     std::uint64_t number = 0; // of the question
@@ -94,6 +101,7 @@ struct DiscValues {
 struct VolumeSeen {
     VolumeInfo info;
     ValueSummary values;
+    std::vector<LegendVolume> volumes = {}; // of the scene, that interactive pictures show
     /// Counts of values over equal bins of [values.lowest, values.highest], of a coarse level; 256 or fewer.
     std::vector<double> histogram;
     Scene scene; // as opened, with resolved camera and function
@@ -123,7 +131,10 @@ struct ViewingState {
     bool atRest = false;                    // nothing more will come without a request
     bool drawingStill = false;
     bool noStills = false; // for lack of RAM: pictures at rest have one ray per pixel, too
-    std::string measured;  // the still's measured error as a sentence; empty: none yet
+    /// Why pictures but stills show the first of several volumes alone, or labels without the functions of
+    /// their own; empty: they show all.
+    std::string firstAlone;
+    std::string measured; // the still's measured error as a sentence; empty: none yet
     std::uint64_t pictures = 0;
     std::size_t damagedChunks = 0; // unreadable chunks, drawn from coarser levels
     std::uint64_t refused =
@@ -211,12 +222,12 @@ class Viewing {
     virtual void lookAhead(std::vector<Camera> next) = 0;
 
     /// Writes the newest picture with its manifest. Throws Error or InputError.
-    /// @param scaleBar  drawn into it (core/scene/measurement.h); the manifest says so
-    virtual void saveScreenshot(const std::filesystem::path& path, bool scaleBar) const = 0;
+    virtual void saveScreenshot(const std::filesystem::path& path, const PictureMarks& marks) const = 0;
     /// Draws the still of a scene, of any picture size, in the background, and writes it with its manifest.
     /// Of several requests before it is written the last counts. takeNotice() or state() report the outcome.
     /// @param scene  of the open volume, with a resolved camera
-    virtual void saveStill(const Scene& scene, const std::filesystem::path& path, bool scaleBar) = 0;
+    virtual void saveStill(const Scene& scene, const std::filesystem::path& path,
+                           const PictureMarks& marks) = 0;
     /// A sentence on finished work, once; empty: nothing new.
     virtual std::string takeNotice() = 0;
     /// Clears the problem in state().

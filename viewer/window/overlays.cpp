@@ -3,6 +3,7 @@
 
 #include "core/base/brick.h"
 #include "core/base/shown_text.h"
+#include "core/image/colour.h"
 #include "viewer/session/view_geometry.h"
 #include "viewer/window/label_panel.h"
 
@@ -149,6 +150,38 @@ void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, doubl
     text(draw, at, kText, words);
 }
 
+void drawLegend(ImDrawList& draw, const Area& area, const std::vector<LegendBar>& bars) {
+    constexpr float kWidth = 190, kHeight = 10, kRow = 54, kLine = 18;
+    const float left = static_cast<float>(area.from.x) + 12;
+    float y = static_cast<float>(area.from.y + area.size.y) - 30 - kRow * static_cast<float>(bars.size());
+    for (const LegendBar& bar : bars) {
+        const auto edged = [&](float x, float top, const std::string& words) {
+            for (const ImVec2& by : {ImVec2(-1, -1), ImVec2(1, -1), ImVec2(-1, 1)}) // and text() the fourth
+                draw.AddText({x + by.x, top + by.y}, IM_COL32(0, 0, 0, 200), words.c_str());
+            text(draw, {x, top}, kText, words);
+        };
+        edged(left, y, bar.title());
+        const float top = y + kLine, step = kWidth / static_cast<float>(bar.colours.size());
+        draw.AddRectFilled({left - 1, top - 1}, {left + kWidth + 1, top + kHeight + 1},
+                           IM_COL32(0, 0, 0, 200));
+        for (std::size_t n = 0; n < bar.colours.size(); ++n) {
+            const auto code = [&](double linear) {
+                return static_cast<int>(std::lround(255 * srgbFromLinear(std::clamp(linear, 0.0, 1.0))));
+            };
+            const glm::dvec3& c = bar.colours[n];
+            const float from = left + step * static_cast<float>(n);
+            draw.AddRectFilled({from, top}, {from + step, top + kHeight},
+                               IM_COL32(code(c.r), code(c.g), code(c.b), 255));
+        }
+        for (const float part : {0.0f, 0.5f, 1.0f}) {
+            const std::string words = bar.textAt(static_cast<double>(part));
+            const float width = ImGui::CalcTextSize(words.c_str()).x;
+            edged(left + part * (kWidth - width), top + kHeight + 3, words);
+        }
+        y += kRow;
+    }
+}
+
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
                         glm::dvec2& pixel) {
     const glm::dmat3 axes = patientFromCamera(camera);
@@ -179,6 +212,8 @@ void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) 
             drawLevels(draw, desk, area);
         drawCube(draw, desk.camera(), volume->info.orientationKnown, {right - 52, top + 52}, 42);
         drawScaleBar(draw, area, scaleBarOf(desk.camera(), area.pixels()), area.from.x + area.size.x - 14);
+        if (desk.showsLegend())
+            drawLegend(draw, area, desk.legend());
         if (const std::string words = badge(desk); !words.empty())
             text(draw, {left + 12, top + 10}, kWarning, words);
         if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver()) {

@@ -23,4 +23,7 @@ bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const
 /// @param right  its right end, units of the window
 void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, double right);
 
+/// At the lower left of a picture, above the value under the pointer: a bar of colours for every volume.
+void drawLegend(ImDrawList& draw, const Area& area, const std::vector<LegendBar>& bars);
+
 } // namespace tessera

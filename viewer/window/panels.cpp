@@ -71,6 +71,11 @@ void Panels::saving(WindowState& desk) {
         desk.setScene(scene, false);
     }
     ImGui::Checkbox("scale bar in the picture", &desk.savesScaleBar);
+    bool legend = desk.showsLegend();
+    if (ImGui::Checkbox("colour legend", &legend))
+        desk.showLegend = legend;
+    ImGui::SameLine();
+    ImGui::Checkbox("in the picture", &desk.savesLegend);
     if (ImGui::Button("save picture (F12)"))
         desk.savePicture(name_, times_);
     ImGui::SameLine();
@@ -203,6 +208,8 @@ void Panels::state(WindowState& desk) {
         wrapped("drawing the still ...");
     if (s.noStills)
         wrapped("no stills: --ram is too small for one of this volume beside these pictures");
+    if (!s.firstAlone.empty())
+        wrapped("while anything moves the first volume alone: %s", s.firstAlone.c_str());
     if (!s.measured.empty())
         wrapped("%s", s.measured.c_str());
     wrapped("%s", s.engine.c_str());

@@ -37,7 +37,8 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
         {"write-preset", 2}, {"line", 3},       {"tree", 3},      {"fly-to", 1},       {"fly", 1},
         {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1},
         {"fit", 0},          {"choose", 1},     {"click", 2},     {"double-click", 2}, {"drag", 4},
-        {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1},    {"label", 1}};
+        {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1},    {"legend", 1},
+        {"label", 1}};
     return words;
 }
 
@@ -247,6 +248,8 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         return desk.showHelp = word(1) == "on", true;
     if (name == "scale-bar")
         return desk.savesScaleBar = word(1) == "on", true;
+    if (name == "legend")
+        return desk.showLegend = desk.savesLegend = word(1) == "on", true;
     if (name == "levels")
         return desk.showLevels = word(1) == "on", true;
     if (name == "planes")
@@ -349,10 +352,10 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
             std::printf("picked nothing\n");
     } else if (name == "picture") {
         if (step.words.size() < 3)
-            return desk.viewing().saveScreenshot(word(1), desk.savesScaleBar), true;
+            return desk.viewing().saveScreenshot(word(1), desk.marks()), true;
         Scene larger = desk.scene();
         larger.imageSize *= static_cast<int>(std::clamp(number(step, 2), 1.0, 64.0));
-        desk.viewing().saveStill(larger, word(1), desk.savesScaleBar);
+        desk.viewing().saveStill(larger, word(1), desk.marks());
     } else if (name == "scene") {
         writeOutputFile(word(1), sceneJson(desk.scene()) + "\n");
     } else if (name == "print") {

@@ -22,6 +22,7 @@
 //   line X Y Z X Y Z ...      a centre-line through places, mm; wait line     tree X Y Z   from one
 //   fly-to MM, fly PICTURES   along it: to a place, through all of it in so many pictures
 //   record                    a keyframe there          load-path, save-path FILE
+//   legend on|off             shown, and drawn into saved pictures
 //   print latency|state|memory  quit
 #pragma once
 

@@ -388,15 +388,23 @@ void WindowState::save(const std::string& name, const char* extension, const Wri
     trying([&] { tell(write(file) + std::filesystem::absolute(file, ignored).string()); });
 }
 
+std::vector<LegendBar> WindowState::legend() const {
+    return volume_ ? colourLegend(scene_, volume_->volumes) : std::vector<LegendBar>();
+}
+
+PictureMarks WindowState::marks() const {
+    return {savesScaleBar, savesLegend ? legend() : std::vector<LegendBar>()};
+}
+
 void WindowState::savePicture(const std::string& name, int times) {
     save(name, ".png", [&](const std::filesystem::path& file) {
         if (times == 1) {
-            viewing_.saveScreenshot(file, savesScaleBar);
+            viewing_.saveScreenshot(file, marks());
             return std::string("wrote the picture ");
         }
         Scene larger = scene_;
         larger.imageSize *= times;
-        viewing_.saveStill(larger, std::filesystem::absolute(file), savesScaleBar);
+        viewing_.saveStill(larger, std::filesystem::absolute(file), marks());
         return std::to_string(larger.imageSize.x) + " x " + std::to_string(larger.imageSize.y) +
                " pixels are drawn for ";
     });

@@ -190,8 +190,13 @@ class WindowState {
     bool hasAsked() const { return !owesRest_ && (wantedSize_ == scene_.imageSize || !volume_); }
 
     bool showPanels = true, showSlices = true, showHelp = false, showLevels = false, flying = false;
-    bool savesScaleBar = false; // in pictures that are saved
-    int enlargedPlane = -1;     // shown alone beside the picture; -1: all three
+    bool savesScaleBar = false, savesLegend = false; // in pictures that are saved
+    std::optional<bool> showLegend;                  // none: where colours need it
+    bool showsLegend() const { return volume_ && showLegend.value_or(needsLegend(scene_)); }
+    /// Of the scene as it is.
+    std::vector<LegendBar> legend() const;
+    PictureMarks marks() const;
+    int enlargedPlane = -1; // shown alone beside the picture; -1: all three
     /// The planes' share of the width beside the panel.
     double planesShare() const { return enlargedPlane < 0 ? planesShare_ : kEnlargedShare; }
     void setPlanesShare(double share) {

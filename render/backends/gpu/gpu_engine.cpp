@@ -35,8 +35,8 @@ std::uint32_t featuresOfVolume(const FramePlan& volume) {
 
 std::vector<const FramePlan*> plansOf(const FramePlan& scene) {
     std::vector<const FramePlan*> plans = {&scene};
-    for (const auto& volume : scene.further)
-        plans.push_back(&volume->plan);
+    for (std::size_t n = 1; n < scene.volumesOfRays(); ++n)
+        plans.push_back(&scene.further[n - 1].plan);
     return plans;
 }
 
@@ -264,8 +264,10 @@ std::vector<VolumeToMarch> volumesOf(const FramePlan& scene, std::uint32_t featu
         add(scene, glm::dmat4(1), gpu, {});
     else
         add(scene, scene.fused->fromLattice, gpu, scene.fused->cuts.slabs);
-    for (const auto& volume : scene.further)
-        add(volume->plan, volume->fromLattice, volume->gpu, volume->cuts.slabs);
+    for (std::size_t n = 1; n < scene.volumesOfRays(); ++n) {
+        FurtherVolume& volume = scene.further[n - 1];
+        add(volume.plan, volume.fromLattice, volume.gpu, volume.cuts.slabs);
+    }
     return all;
 }
 

@@ -50,7 +50,7 @@ class NativeCaster : public RayCaster {
   private:
     struct Counts;
     native::PacketScene packetSceneOfVolume(std::size_t number) const;
-    std::size_t volumes() const { return 1 + scene_.further.size(); }
+    std::size_t volumes() const { return scene_.volumesOfRays(); }
     glm::vec2 placeOf(const glm::ivec2& at, std::size_t slot) const;
     /// One interval of every ray, the same number of each.
     bool drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work);

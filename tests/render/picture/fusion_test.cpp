@@ -1,6 +1,7 @@
 // tests/render/picture/fusion_test.cpp: several volumes in one picture (docs/sampling.md, "Several volumes").
 #include "core/base/error.h"
 #include "core/image/image_metrics.h"
+#include "render/backends/engine_maker.h"
 #include "render/picture/several_volumes.h"
 #include "tests/support/fused.h"
 #include "tests/support/labelled.h"
@@ -643,6 +644,66 @@ TEST(FusedValues, SecondsAreThoseOfAllVolumes) {
     EXPECT_GE(best, 0.9);
 }
 
+/// The reach of volumes' boxes from the axis through a camera's focal point, from feet to head: across it and
+/// along it, mm.
+glm::dvec2 reachOf(const Camera& camera, const std::vector<const StoreReader*>& stores) {
+    glm::dvec2 reach(0);
+    for (const StoreReader* store : stores)
+        for (int corner = 0; corner < 8; ++corner) {
+            const VolumeInfo& info = store->info();
+            const glm::dvec3 at =
+                glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2) * glm::dvec3(info.extentVoxels);
+            const glm::dvec3 from = glm::dvec3(info.patientFromVoxel * glm::dvec4(at, 1)) - camera.focalPoint;
+            reach = glm::max(reach, glm::dvec2(glm::length(glm::dvec2(from)), std::abs(from.z)));
+        }
+    return reach;
+}
+
+// A turntable's picture holds all volumes from every side, and is no larger than it must be.
+TEST(FusedCameras, TurntablesHoldAllVolumes) {
+    FittedView view;
+    view.projection = Projection::parallel;
+    view.fit = Fit::volume;
+    for (const std::vector<int>& numbers : {std::vector<int>{0}, {1, 2}, {2, 0, 1}}) {
+        Scene scene = fusedScene(numbers, {60, 60});
+        scene.camera = view;
+        const OpenedVolumes opened(scene);
+        MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30);
+        const Camera camera = turningCamera(scene, opened.stores, ram, 0);
+        const glm::dvec2 reach = reachOf(camera, opened.stores);
+        const double most = std::max(reach.x, reach.y);
+        EXPECT_LE(most, camera.parallelScale * 1.0001) << numbers.size();
+        EXPECT_GE(most, camera.parallelScale * 0.96) << numbers.size();
+    }
+}
+
+TEST(FusedCameras, TurntablesAreFittedToWhatIsVisible) {
+    const auto cameraOf = [](const Scene& scene) {
+        const OpenedVolumes opened(scene);
+        MemoryBudget ram("RAM", "--ram", std::size_t{1} << 30);
+        return turningCamera(scene, opened.stores, ram, 0);
+    };
+    Scene one = fusedScene({1}, {60, 60}), both = fusedScene({1, 2}, {60, 60});
+    one.camera = both.camera = FittedView{};
+    EXPECT_NE(cameraOf(both), cameraOf(one)) << "spots, and waves beside them";
+    both.volumes[1].opacity = 0;
+    EXPECT_EQ(cameraOf(both), cameraOf(one));
+}
+
+// Cameras by side leave out volumes of opacity 0, boxes too.
+TEST(FusedCameras, AreFittedToVisibleVolumes) {
+    for (const Fit fit : {Fit::shown, Fit::volume}) {
+        Scene twice = fusedScene({1, 1}, {40, 40}), both = fusedScene({1, 2}, {40, 40});
+        FittedView view;
+        view.fit = fit;
+        twice.camera = both.camera = view;
+        const Camera alone = fusedPicture(twice, EngineKind::native).camera;
+        EXPECT_NE(fusedPicture(both, EngineKind::native).camera, alone);
+        both.volumes[1].opacity = 0;
+        EXPECT_EQ(fusedPicture(both, EngineKind::native).camera, alone);
+    }
+}
+
 TEST(FusedRefusals, ADeviceWithFewTextures) {
     const FuseLimits ample{32, 192, 2048};
     Scene two = fusedScene({0, 1}, {8, 8});
@@ -658,6 +719,20 @@ TEST(FusedRefusals, ADeviceWithFewTextures) {
     two.volumes[1].cuts.planes.resize(1);
     EXPECT_NE(cannotFuse(two, {32, 96, 1024}).find("uniforms"), std::string::npos);
     EXPECT_EQ(cannotFuse(two, ample), "");
+}
+
+// The engine that is told of before pictures are drawn, as films' records are, is the one that draws them.
+TEST(FusedRefusals, AnotherEngineIsKnownBefore) {
+    const Scene many = fusedScene({0, 1, 2, 0, 1, 2}, {8, 8});
+    RenderOptions options;
+    options.device.text = "software"; // the automatic engine is gpu then
+    ASSERT_EQ(EngineMaker(options.engine, options.device).kind(), EngineKind::gpu);
+    EXPECT_EQ(optionsFor(many, OpenedVolumes(many).stores, options).engine, EngineKind::native);
+    EXPECT_EQ(fusedPicture(many, EngineKind::automatic).engine, EngineKind::native);
+    const Scene two = fusedScene({0, 1}, {8, 8});
+    EXPECT_EQ(optionsFor(two, OpenedVolumes(two).stores, options).engine, EngineKind::automatic);
+    options.engine = EngineKind::gpu;
+    EXPECT_THROW(optionsFor(many, OpenedVolumes(many).stores, options), InputError);
 }
 
 TEST(FusedRefusals, NameWhatIsNotDrawn) {

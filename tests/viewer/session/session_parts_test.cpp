@@ -119,16 +119,21 @@ TEST(FramePace, SizesAreWorkedOut) {
 
 TEST(SceneChanges, AreThoseThatWereMade) {
     Scene drawn;
-    drawn.volumes = {{"v", TransferFunction::fromOpacity({{0, 0}, {1, 1}}, {}, 1)}};
+    drawn.volumes = {{"v", TransferFunction::fromOpacity({{0, 0}, {1, 1}}, {}, 1)}, {"w"}};
     const Camera camera;
     drawn.camera = camera;
     const auto flags = [&](const auto& change, bool compiles = false) {
         Scene wished = drawn;
         change(wished);
         const SceneChange c = changeOf(wished, drawn, camera, compiles);
-        EXPECT_EQ(c.any(), c.another || c.turned || c.recoloured || c.rewindowed || c.recut || c.relit);
-        return std::string(c.another ? "A" : "") + (c.turned ? "T" : "") + (c.recoloured ? "F" : "") +
-               (c.rewindowed ? "W" : "") + (c.recut ? "C" : "") + (c.relit ? "L" : "");
+        std::string text = std::string(c.another ? "A" : "") + (c.turned ? "T" : "") +
+                           (c.rewindowed ? "W" : "") + (c.recut ? "C" : "") + (c.relit ? "L" : "");
+        for (const std::size_t n : c.recoloured)
+            text += "F" + std::to_string(n);
+        for (const std::size_t n : c.faded)
+            text += "O" + std::to_string(n);
+        EXPECT_EQ(c.any(), !text.empty());
+        return text;
     };
     EXPECT_EQ(flags([](Scene&) {}), "");
     EXPECT_EQ(flags([](Scene& s) { std::get<Camera>(s.camera).viewAngle += 1; }), "T");
@@ -136,7 +141,16 @@ TEST(SceneChanges, AreThoseThatWereMade) {
     EXPECT_EQ(flags([](Scene& s) {
                   s.volumes[0].transferFunction = TransferFunction::fromOpacity({{0, 0}, {2, 1}}, {}, 1);
               }),
-              "F");
+              "F0");
+    EXPECT_EQ(flags([](Scene& s) { s.volumes[1].transferFunction = std::string("lung"); }), "F1");
+    EXPECT_EQ(flags([](Scene& s) {
+                  s.volumes[0].opacity = 0.5;
+                  s.volumes[1].opacity = 0.25;
+              }),
+              "O0O1");
+    EXPECT_EQ(flags([](Scene& s) { s.volumes[1].unit = "HU"; }), "A");
+    EXPECT_EQ(flags([](Scene& s) { s.volumes[1].labels.path = "l.nrrd"; }), "A");
+    EXPECT_EQ(flags([](Scene& s) { s.volumes.pop_back(); }), "A");
     EXPECT_EQ(flags([](Scene& s) { s.window = std::string("lung"); }), "W");
     EXPECT_EQ(flags([](Scene& s) { s.shading.ambient = 0.9; }), "L");
     EXPECT_EQ(flags([](Scene& s) { s.lighting.finestLevel = 3; }), "L");

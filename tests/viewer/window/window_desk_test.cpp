@@ -155,6 +155,30 @@ TEST(WindowState, FilesAreNamedAndNeverReplaced) {
     d.desk.savePicture((folder / "p").string(), 4);
     EXPECT_EQ(d.viewing.said, (std::vector<std::string>{"still p.png of 1600 x 1200 with a scale bar"}));
     EXPECT_NE(d.desk.message()->text.find("1600 x 1200 pixels are drawn for "), std::string::npos);
+    d.desk.savesScaleBar = false;
+    d.desk.savesLegend = true;
+    d.viewing.said.clear();
+    d.desk.savePicture((folder / "p").string());
+    EXPECT_EQ(d.viewing.said,
+              (std::vector<std::string>{"screenshot p.png with chest, HU from -200 to 1200"}));
+}
+
+TEST(WindowState, SlicesWithOverlaysHaveALegend) {
+    Desk d;
+    EXPECT_FALSE(d.desk.showsLegend());
+    Scene scene = d.desk.scene();
+    scene.mode = Mode::slice;
+    d.desk.setScene(scene, false);
+    EXPECT_FALSE(d.desk.showsLegend()) << "nothing lies over it";
+    scene.volumes.push_back({"pet.zarr"});
+    d.desk.setScene(scene, false);
+    EXPECT_TRUE(d.desk.showsLegend());
+    d.desk.showLegend = false;
+    EXPECT_FALSE(d.desk.showsLegend());
+    scene.mode = Mode::composite;
+    d.desk.setScene(scene, false);
+    d.desk.showLegend = true;
+    EXPECT_TRUE(d.desk.showsLegend());
 }
 
 TEST(WindowState, PresetsAreTakenKeptAndNamed) {

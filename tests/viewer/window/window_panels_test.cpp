@@ -50,6 +50,8 @@ TEST(WindowDrawn, PanelOfCutsLightAndSaving) {
     w.chosen("400 x 300, as shown", "1600 x 1200");
     w.chosen("black", "transparent");
     w.clicked("scale bar in the picture");
+    w.clicked("colour legend");
+    w.clicked("in the picture");
     w.clicked("save picture (F12)");
     w.clicked("hide the table, if found");
     w.clicked("crop box (B)");

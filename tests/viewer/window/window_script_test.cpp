@@ -97,7 +97,7 @@ TEST(WindowDrawn, StepsOfAScript) {
                                     "isosurface 250",
                                     "size 640x480",
                                     "picture a.png",
-                                    "scale-bar on\npicture a.png 2",
+                                    "legend on\nscale-bar on\npicture a.png 2",
                                     "scale-bar off\npicture a.png 100",
                                     "window w.ppm",
                                     "mode maximum",

@@ -213,4 +213,11 @@ nlohmann::json scaleBarJson(const ScaleBar& bar) {
     return {{"mm", bar.mm}, {"pixels", bar.pixels}, {"at", bar.everywhere ? "everywhere" : "centre"}};
 }
 
+nlohmann::json legendJson(std::span<const LegendBar> bars) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const LegendBar& bar : bars)
+        all.push_back({{"unit", bar.unit}, {"low", bar.low}, {"high", bar.high}});
+    return all;
+}
+
 } // namespace tessera

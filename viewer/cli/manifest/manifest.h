@@ -5,11 +5,13 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
+#include "core/scene/colour_legend.h"
 #include "core/scene/measurement.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 
 namespace tessera {
 
@@ -23,5 +25,7 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
                             const MemoryBudget& ram, const MemoryBudget& gpu);
 /// The manifest's "scaleBar": the bar that was drawn into the picture.
 nlohmann::json scaleBarJson(const ScaleBar& bar);
+/// The manifest's "legend": the bars of colours that were, without their names.
+nlohmann::json legendJson(std::span<const LegendBar> bars);
 
 } // namespace tessera

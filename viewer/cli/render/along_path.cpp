@@ -7,8 +7,7 @@
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"
 #include "render/picture/unfolded.h"
-#include "render/plan/framing.h"
-#include "render/plan/planner.h"
+#include "render/plan/fusion.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
@@ -129,12 +128,7 @@ Path turnOf(const RenderTask& task) {
         return turntable(std::get<Camera>(scene.camera), *a.turn, frames, framesPerSecond);
     if (scene.mode == Mode::slice)
         throw badFile("--turn", "a volume to turn around", "a slice, which is seen along its normal");
-    const Planner plan = planView(scene, task.store, task.ram, task.options.threads);
-    Camera camera = turningCamera(*view, plan.layer().voxels(), plan.layer().statistics, plan.layer().table,
-                                  plan.view.part, scene.imageSize, task.ram, task.options.threads,
-                                  plan.layer().labelBricks.get(), drawnMeshes(scene));
-    if (view->mmPerPixel > 0)
-        camera.parallelScale = parallelScaleOf(view->mmPerPixel, scene.imageSize);
+    const Camera camera = turningCamera(scene, task.stores, task.ram, task.options.threads);
     return turntable(camera, *a.turn, frames, framesPerSecond);
 }
 

@@ -142,7 +142,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
     if (arguments.mode.cropsToBody())
-        cropToBody(arguments, store, scene, ram, common);
+        cropToBody(arguments, stores, scene, ram, common);
 
     RenderOptions options;
     options.engine = engine;

@@ -302,12 +302,25 @@ std::string along(const char* axis, double low, double high) {
 
 } // namespace
 
-void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scene& scene, MemoryBudget& ram,
+void cropToBody(const RenderArguments& arguments, Stores stores, Scene& scene, MemoryBudget& ram,
                 const CommonOptions& common) {
-    if (!inHu(store, scene.volumes.front().unit, ram))
+    std::optional<BodyBox> all;
+    std::string bodies;
+    for (std::size_t n = 0; n < stores.size(); ++n) {
+        const SceneVolume& volume = scene.volumes[n];
+        if ((stores.size() > 1 && !(volume.opacity > 0)) || !inHu(*stores[n], volume.unit, ram))
+            continue;
+        const BodyBox found = findBody(*stores[n], ram);
+        bodies += (all ? "; " : "") + ("a body of " + formatNumber(found.litres, 3)) + " l; " +
+                  formatNumber(found.litresLeftOut, 3) + " l of table and the like left out";
+        if (!all)
+            all = found;
+        all->low = glm::min(all->low, found.low), all->high = glm::max(all->high, found.high);
+    }
+    if (!all)
         throw badFile("--crop body", "values in HU, by which a body is found",
                       "values without a unit that do not look like HU; --unit HU takes them for HU");
-    const BodyBox body = findBody(store, ram);
+    const BodyBox& body = *all;
     const Keep keep = arguments.mode.keep == "outside" ? Keep::outside : Keep::inside;
     std::vector<CropBox>& boxes = cutsOf(arguments.mode, scene).boxes;
     boxes.push_back({body.low, body.high, CropBox::Space::patient, keep});
@@ -317,8 +330,7 @@ void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scen
         fitted->fit = fitted->fit == Fit::shown ? Fit::kept : fitted->fit;
     common.note("--crop body: " + along("x", body.low.x, body.high.x) + ", " +
                 along("y", body.low.y, body.high.y) + ", " + along("z", body.low.z, body.high.z) +
-                " mm: a body of " + formatNumber(body.litres, 3) + " l; " +
-                formatNumber(body.litresLeftOut, 3) + " l of table and the like left out");
+                " mm: " + bodies);
 }
 
 } // namespace tessera

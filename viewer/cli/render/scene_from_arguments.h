@@ -58,9 +58,10 @@ EngineKind engineOf(const RenderArguments& arguments);
 // `--crop body`: the box of the patient, added to the scene like any other box.
 
 /// Adds the box of bricking/analysis/body/body_box.h to the scene's cuts and notes it. A camera by side is
-/// fitted to what is shown within the cuts, unless --fit says otherwise. Throws InputError naming --crop for
-/// values that are not in HU, and as findBody() does.
-void cropToBody(const RenderArguments& arguments, const StoreReader& store, Scene& scene, MemoryBudget& ram,
+/// fitted to what is shown within the cuts, unless --fit says otherwise. Of several volumes the box holds the
+/// bodies of all that are visible and in HU. Throws InputError naming --crop where none is in HU, and as
+/// findBody() does.
+void cropToBody(const RenderArguments& arguments, Stores stores, Scene& scene, MemoryBudget& ram,
                 const CommonOptions& common);
 
 } // namespace tessera
