@@ -193,18 +193,20 @@ void InteractiveRenderer::setWindow(const WindowChoice& window) {
 
 void InteractiveRenderer::setCuts(const Cuts& cuts) {
     TESSERA_CHECK(!engine_.about().compiles);
-    Scene cut = drawn_.scene;
-    cut.cuts = cuts;
-    if (volumes_.size() > 1)
-        cut = sceneInFusion(cut, 0);
-    std::vector<DrawnPart> parts; // what throws does before anything changes
-    for (const auto& volume : volumes_)
-        parts.push_back(drawnPart(cut, volume->plan().info()));
+    // What throws does before anything changes.
+    Scene wished = scene_;
+    wished.cuts = cuts;
+    DrawnVolumes cut = volumesOf(wished, storesOfScene(), options_.firstAlone, opacitiesOf_);
+    std::vector<DrawnPart> parts;
+    for (std::size_t n = 0; n < volumes_.size(); ++n)
+        parts.push_back(drawnPart(volumes_.size() > 1 ? sceneInFusion(cut.scene, n) : cut.scene,
+                                  volumes_[n]->plan().info()));
     if (p_.fused)
-        p_.fused->part = drawnPart(cut, p_.fused->voxels);
+        p_.fused->part = drawnPart(cut.scene, p_.fused->voxels);
     for (std::size_t n = 0; n < volumes_.size(); ++n)
         volumes_[n]->plan().setPart(std::move(parts[n]));
-    scene_.cuts = drawn_.scene.cuts = cuts;
+    scene_ = std::move(wished);
+    drawn_ = std::move(cut);
     cancel();
     forPicture_.add(kCameraChanged);
 }

@@ -207,6 +207,42 @@ TEST_P(SeveralInteractive, AnyStepsKeepTheBudgets) {
     EXPECT_EQ(session.converged().size, scene.imageSize);
 }
 
+// The cuts of one volume stay while those of all change.
+TEST(SeveralInteractives, AreCutAsTheStill) {
+    for (const Mode mode : {Mode::composite, Mode::maximum}) {
+        Scene scene = fusedScene({0, 1}, kPixels);
+        scene.mode = mode;
+        scene.volumes[0].cuts.planes = {{{2, 3, 1}, {0.2, 1, 0.4}, Keep::inside}};
+        Scene other = scene;
+        other.cuts.boxes = {{{-30, -30, -30}, {8, 30, 30}, CropBox::Space::patient, Keep::inside}};
+        std::vector<Image> pictures;
+        {
+            SeveralSession session(scene, true);
+            pictures.push_back(session.converged());
+            session.renderer.setCuts(other.cuts);
+            pictures.push_back(session.converged());
+        }
+        EXPECT_TRUE(bitEqual(pictures[0], fusedPicture(scene, EngineKind::native).image)) << nameOf(mode);
+        EXPECT_TRUE(bitEqual(pictures[1], fusedPicture(other, EngineKind::native).image)) << nameOf(mode);
+        EXPECT_GT(differing(pictures[0], pictures[1]), 0.1);
+    }
+}
+
+// A volume's ambient light follows another's function.
+TEST(SeveralInteractives, AmbientLightFollowsAllFunctions) {
+    Scene scene = fusedScene({0, 1}, kPixels);
+    scene.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 10};
+    Image picture;
+    {
+        SeveralSession session(scene, true);
+        session.converged();
+        session.renderer.setFunction(otherFunction(), 1);
+        picture = session.converged();
+    }
+    scene.volumes[1].transferFunction = otherFunction();
+    EXPECT_TRUE(bitEqual(picture, fusedPicture(scene, EngineKind::native).image));
+}
+
 TEST(SeveralInteractives, ShareTheMemory) {
     const Scene scene = fusedScene({0, 1, 2}, kPixels);
     SeveralSession session(scene, true);

@@ -99,13 +99,13 @@ INSTANTIATE_TEST_SUITE_P(
                     s.volumes[0].labels.show = {"group:pair", "7"};
                     s.volumes[0].labels.borders = LabelBorders::nearest;
                 }},
-        Mixture{"a volume that alone is cut",
-                {0, 1},
-                [](Scene& s) {
-                    s.volumes[0].cuts.planes = {{{2, 3, 1}, {0.2, 1, 0.4}, Keep::inside}};
-                    s.volumes[0].cuts.boxes = {
-                        {{-6, 0, -9}, {5, 30, 8}, CropBox::Space::patient, Keep::outside}};
-                }},
+        Mixture{
+            "a volume that alone is cut",
+            {0, 1},
+            [](Scene& s) {
+                s.volumes[0].cuts.planes = {{{2, 3, 1}, {0.2, 1, 0.4}, Keep::inside}};
+                s.volumes[0].cuts.boxes = {{{-6, 0, -9}, {5, 30, 8}, CropBox::Space::patient, Keep::outside}};
+            }},
         Mixture{"labels with functions of their own",
                 {0},
                 [](Scene& s) {
