@@ -40,7 +40,7 @@ std::vector<LegendBar> colourLegend(const Scene& scene, std::span<const LegendVo
         const auto* const function = std::get_if<TransferFunction>(&volume.transferFunction);
         if (!(volume.opacity > 0) || !function)
             continue;
-        const Scene alone = sceneOfVolume(scene, n);
+        const Scene alone = scene.volumes.size() == 1 ? scene : sceneOfVolume(scene, n);
         const ValueLook look{composite ? ValueColour::transferFunction : alone.valueColour,
                              windowOf(alone.window, volumes[n].values)};
         LegendBar bar;

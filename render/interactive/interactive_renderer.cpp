@@ -62,7 +62,12 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, Stores stores, Engi
     : scene_(interactiveScene(scene, stores, options.firstAlone)),
       drawn_(volumesOf(scene_, stores, options.firstAlone, opacitiesOf_)), engine_(engine), ram_(ram),
       gpu_(gpu), options_(options) {
-    openVolumes();
+    try {
+        openVolumes();
+    } catch (...) {
+        close();
+        throw;
+    }
 }
 
 InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& store, Engine& engine,
@@ -70,7 +75,16 @@ InteractiveRenderer::InteractiveRenderer(const Scene& scene, const StoreReader& 
                                          const InteractiveOptions& options)
     : InteractiveRenderer(scene, std::array{&store}, engine, ram, gpu, options) {}
 
-InteractiveRenderer::~InteractiveRenderer() = default;
+InteractiveRenderer::~InteractiveRenderer() {
+    close();
+}
+
+/// What the engine holds is charged to the budgets of the plans, which go first.
+void InteractiveRenderer::close() {
+    passes_.clear();
+    volumes_.clear();
+    engine_.close();
+}
 
 void InteractiveRenderer::openVolumes() {
     const FrameContext context(ram_, gpu_, options_.threads);
@@ -373,9 +387,11 @@ bool InteractiveRenderer::lightIsWhole() const {
 void InteractiveRenderer::refineLight(Clock::time_point deadline) {
     bool whole = true;
     for (const auto& volume : volumes_) {
-        LightPlane& light = *volume->light();
-        light.refine(volume->likely(), deadline, work_);
-        whole = whole && light.isWhole();
+        LightPlane* const light = volume->light();
+        if (!light)
+            continue;
+        light->refine(volume->likely(), deadline, work_);
+        whole = whole && light->isWhole();
     }
     if (whole || Clock::now() - lastPicture_ > std::max<Clock::duration>(kLightPatience, 2 * pictureTook_))
         forPicture_.add(kLightChanged);

@@ -128,6 +128,7 @@ class InteractiveRenderer {
     };
     Stores storesOfScene() const;
     void openVolumes();
+    void close();
     void bringBricks(Clock::time_point deadline);
     Slicing slicing() const;
     void beginPicture();

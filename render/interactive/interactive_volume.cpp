@@ -128,9 +128,11 @@ void InteractiveVolume::setWindow(const WindowChoice& window) {
 }
 
 void InteractiveVolume::setLight(const Scene& scene) {
-    scene_.lighting = scene.lighting;
-    scene_.shading = scene.shading;
-    TESSERA_CHECK(p_.setLight(scene_));
+    Scene lit = scene_;
+    lit.lighting = scene.lighting;
+    lit.shading = scene.shading;
+    TESSERA_CHECK(p_.setLight(lit)); // which may throw
+    scene_ = std::move(lit);
     if (light())
         light()->lightingChanged();
 }

@@ -45,7 +45,6 @@ TEST_F(LabelledVolumes, MessagesNameTheVolume) {
     expectRefused(scene({good, good, bad}), {"volumes[2].labels.show", "nowhere"});
     expectRefused(scene({good, good, bad}, slice), {"volumes[2].labels.show", "nowhere"});
     expectRefused(scene({good, bad}, R"(,"mode":"maximum")"), {"volumes[1].labels.show", "nowhere"});
-    expectRefused(scene({good, R"("borders":"nearest")"}), {"volumes[1].labels.borders", "nearest"});
     // Labels of a function of their own are drawn as volumes behind the others.
     ASSERT_EQ(run(scene({own, ""})).exitCode, 0);
     expectRefused(scene({own + "," + bad, ""}), {"volumes[0].labels.show"});

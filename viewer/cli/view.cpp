@@ -53,7 +53,6 @@ void checkSets(const ViewArguments& arguments) {
     }
     applySets(arguments.sets, scene);
     arguments.labels.apply(scene);
-    arguments.labels.checkFrames(scene);
     checkLabels(arguments, scene.volumes.front().labels);
 }
 
@@ -70,6 +69,7 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
     session.input = arguments.input;
     session.sets = arguments.sets;
     session.own = arguments.in;
+    session.anyFrame = arguments.labels.takesAnyFrame();
     session.setOwn = [&arguments](Scene& scene) { arguments.labels.apply(scene); };
     session.common = common;
     WindowOptions window;

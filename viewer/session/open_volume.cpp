@@ -114,6 +114,7 @@ OpenVolume::Labelled OpenVolume::labelled(const std::filesystem::path& file,
     Labels& named = with.scene.volumes.front().labels;
     named = {};
     named.path = file;
+    named.sameFrame = options.anyFrame;
     with.labels = openLabels(named, common);
     return with;
 }
@@ -124,6 +125,8 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     pictures = {};
     meshes = {};
     Scene drawn = wanted;
+    for (SceneMesh& mesh : drawn.meshes)
+        mesh.sameFrame = mesh.sameFrame || (options.anyFrame && !mesh.path.empty());
     adoptShapes(scene.meshes, drawn);
     meshes = readMeshesApart(drawn, framesOfPicture(drawn, storesOf(*store, further)), ram);
     pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");

@@ -158,7 +158,10 @@ void savePicture(const std::filesystem::path& path, const ShownPicture& picture,
             document["scaleBar"] = scaleBarJson(bar);
         }
         if (!marks.legend.empty()) {
-            drawColourLegend(image, marks.legend);
+            std::vector<LegendBar> bars = marks.legend; // names of files may be those of patients
+            for (std::size_t n = 0; n < bars.size(); ++n)
+                bars[n].name = bars.size() > 1 ? "volume " + std::to_string(n + 1) : "";
+            drawColourLegend(image, bars);
             document["legend"] = legendJson(marks.legend);
         }
         manifest = document.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);

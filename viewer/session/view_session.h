@@ -33,6 +33,8 @@ struct ViewSessionOptions {
     /// Sets keys of the scene of one path alone: labels lie beside one volume.
     std::filesystem::path own = {};
     std::function<void(Scene&)> setOwn = {};
+    bool anyFrame =
+        false; // labels and structures that are dropped are taken whatever their frame of reference
     CommonOptions common;
     /// Called from another thread when picture(), volume(), state() or picked() has changed.
     std::function<void()> news = [] {};

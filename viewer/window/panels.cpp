@@ -209,7 +209,7 @@ void Panels::state(WindowState& desk) {
     if (s.noStills)
         wrapped("no stills: --ram is too small for one of this volume beside these pictures");
     if (!s.firstAlone.empty())
-        wrapped("while anything moves the first volume alone: %s", s.firstAlone.c_str());
+        wrapped("pictures in motion show the first volume alone: %s", s.firstAlone.c_str());
     if (!s.measured.empty())
         wrapped("%s", s.measured.c_str());
     wrapped("%s", s.engine.c_str());

@@ -1,5 +1,6 @@
 // tests/render/interactive/interactive_volumes_test.cpp: interactive pictures of several volumes. They come
 // to the still's, hold all volumes from the first on, and keep within both budgets, whatever changes.
+#include "core/base/error.h"
 #include "core/image/image_metrics.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/interactive/interactive_renderer.h"
@@ -205,6 +206,32 @@ TEST_P(SeveralInteractive, AnyStepsKeepTheBudgets) {
     }
     session.renderer.setHaste(std::nullopt);
     EXPECT_EQ(session.converged().size, scene.imageSize);
+}
+
+// Engines stay while renderers come and go, and hold nothing of a renderer that is gone or never came.
+TEST(SeveralInteractives, LeaveNothingInTheEngine) {
+    const Scene scene = fusedScene({0, 1}, kPixels);
+    MemoryBudget ram("RAM", "--ram", kMuch), gpu("GPU memory", "--gpu-memory", kMuch);
+    const OpenedVolumes opened(scene);
+    NativeEngine engine(1, gpu, ram);
+    for (int n = 0; n < 2; ++n) {
+        InteractiveRenderer renderer(scene, opened.stores, engine, ram, gpu, {});
+        renderer.advance(Clock::now() + milliseconds(20));
+    }
+    EXPECT_EQ(gpu.usedBytes(), 0u);
+    // Too little memory, at any place on the way.
+    int refused = 0;
+    for (std::size_t bytes = std::size_t{20} << 20; bytes > (std::size_t{1} << 18); bytes = bytes / 8 * 7) {
+        MemoryBudget little("GPU memory", "--gpu-memory", bytes);
+        NativeEngine own(1, little, ram);
+        try {
+            const InteractiveRenderer renderer(scene, opened.stores, own, ram, little, {});
+        } catch (const InputError&) {
+            ++refused;
+        }
+        EXPECT_EQ(little.usedBytes(), 0u) << bytes;
+    }
+    EXPECT_GT(refused, 3);
 }
 
 // The cuts of one volume stay while those of all change.

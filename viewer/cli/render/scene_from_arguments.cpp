@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -306,17 +307,29 @@ void cropToBody(const RenderArguments& arguments, Stores stores, Scene& scene, M
                 const CommonOptions& common) {
     std::optional<BodyBox> all;
     std::string bodies;
+    std::exception_ptr none;
     for (std::size_t n = 0; n < stores.size(); ++n) {
         const SceneVolume& volume = scene.volumes[n];
-        if ((stores.size() > 1 && !(volume.opacity > 0)) || !inHu(*stores[n], volume.unit, ram))
+        const int cut = arguments.mode.cutVolume;
+        const bool counts =
+            cut >= 0 ? n == static_cast<std::size_t>(cut) : stores.size() == 1 || volume.opacity > 0;
+        if (!counts || !inHu(*stores[n], volume.unit, ram))
             continue;
-        const BodyBox found = findBody(*stores[n], ram);
+        BodyBox found;
+        try {
+            found = findBody(*stores[n], ram);
+        } catch (const InputError&) { // another volume may have one
+            none = none ? none : std::current_exception();
+            continue;
+        }
         bodies += (all ? "; " : "") + ("a body of " + formatNumber(found.litres, 3)) + " l; " +
                   formatNumber(found.litresLeftOut, 3) + " l of table and the like left out";
         if (!all)
             all = found;
         all->low = glm::min(all->low, found.low), all->high = glm::max(all->high, found.high);
     }
+    if (!all && none)
+        std::rethrow_exception(none);
     if (!all)
         throw badFile("--crop body", "values in HU, by which a body is found",
                       "values without a unit that do not look like HU; --unit HU takes them for HU");
