@@ -131,7 +131,8 @@ void warnBlank(const RenderTask& task, const RenderResult& result) {
         why =
             "the transfer function shows none of the volume's values, which go from " + rangeOf(result, info);
         fix = " --preset auto";
-    } else if (!drawnPart(sceneOfVolume(scene, 0), info).meets(glm::dvec3(0), glm::dvec3(info.extentVoxels))) {
+    } else if (!drawnPart(sceneOfVolume(scene, 0), info)
+                    .meets(glm::dvec3(0), glm::dvec3(info.extentVoxels))) {
         why = "the cuts leave nothing of the volume, which lies in " + placeOf(info), fix = "";
     }
     printProblem("the picture is blank: " + why + "; try: " +
