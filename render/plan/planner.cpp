@@ -76,6 +76,12 @@ constexpr std::size_t kPartsForTables = 16;
 /// Chunks in progress: as many as keep the loaders busy.
 constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
 
+/// RAM that light of voxels takes.
+std::size_t lightBytes(const Planner& p, const Lighting& lighting) {
+    return lightRamBytes(lighting, p.info(), p.view.shadowQuality, p.threads, !p.view.meshes.empty(),
+                         p.view.amongOthers);
+}
+
 } // namespace
 
 void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
@@ -111,10 +117,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
 }
 
 bool Planner::takesLight(const Scene& scene) const {
-    const auto bytes = [&](const Lighting& lighting) {
-        return lightRamBytes(lighting, info(), view.shadowQuality, threads, !view.meshes.empty(),
-                             view.amongOthers);
-    };
+    const auto bytes = [&](const Lighting& lighting) { return lightBytes(*this, lighting); };
     const Shading& shading = scene.shading;
     return !layer().reduces() && shading.on == layer().optics.shading &&
            shading.gradient == layer().optics.gradient &&
@@ -402,10 +405,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
                     (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
-    floors.need("light per voxel while it is computed",
-                lightRamBytes(view.lighting, volumeInfo, view.shadowQuality, threads, !view.meshes.empty(),
-                              view.amongOthers),
-                0);
+    floors.need("light per voxel while it is computed", lightBytes(*this, view.lighting), 0);
     floors.need("the level map", 0, LevelMap::bytes(bricks));
     floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
     floors.need("levels mapped, the smallest cache and the staging of uploads",
@@ -432,8 +432,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
 }
 
 void Planner::openCache(bool readsOnce) {
-    if (const std::size_t light = lightRamBytes(view.lighting, info(), view.shadowQuality, threads,
-                                                !view.meshes.empty(), view.amongOthers))
+    if (const std::size_t light = lightBytes(*this, view.lighting))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
     // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();

@@ -123,6 +123,25 @@ inline Scene fusedScene(const std::vector<int>& numbers, const glm::ivec2& size)
     return scene;
 }
 
+/// With one light that casts shadows.
+inline Scene shadowed(Scene scene) {
+    Light key;
+    key.kind = LightKind::directional;
+    key.direction = {0.3, 0.8, 0.5};
+    key.shadow = true;
+    scene.lighting.lights = {key};
+    return scene;
+}
+
+/// A parallel camera along y, towards the origin.
+inline Camera frontCamera(double parallelScale) {
+    Camera camera;
+    camera.projection = Projection::parallel;
+    camera.position = {0, -100, 0}, camera.focalPoint = {0, 0, 0}, camera.viewUp = {0, 0, 1};
+    camera.parallelScale = parallelScale;
+    return camera;
+}
+
 /// Two even media in one box, of extinctions per mm, looked at along y.
 struct TwoMedia {
     static constexpr double kMm = 20, kFirst = 0.03, kSecond = 0.05, kUnit = 4;
@@ -141,11 +160,7 @@ struct TwoMedia {
             {{0, -std::expm1(-kSecond * kUnit)}, {2, -std::expm1(-kSecond * kUnit)}}, {{0, {0, 0.6, 1}}},
             kUnit);
         scene.volumes = {first, second};
-        Camera camera;
-        camera.projection = Projection::parallel;
-        camera.position = {0, -100, 0}, camera.focalPoint = {0, 0, 0}, camera.viewUp = {0, 0, 1};
-        camera.parallelScale = 2;
-        scene.camera = camera;
+        scene.camera = frontCamera(2);
         scene.imageSize = {4, 4};
         scene.shading.on = false;
         scene.quality.terminationTransmittance = 0;

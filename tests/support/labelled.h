@@ -5,6 +5,8 @@
 #include "tests/support/label_tools.h"
 #include "tests/support/scene_fixture.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -31,6 +33,14 @@ class BallsOfLabels {
   public:
     const std::filesystem::path store;
 };
+
+/// All bricks at level 0, whatever shows of them.
+inline Selection atLevel0(Selection selection) {
+    std::fill(selection.levels.begin(), selection.levels.end(), std::uint8_t{0});
+    selection.counts = {};
+    selection.counts[0] = selection.levels.size();
+    return selection;
+}
 
 inline void label(Scene& scene, const std::filesystem::path& store, LabelLook look = LabelLook::solid) {
     Labels& labels = scene.volumes[0].labels;

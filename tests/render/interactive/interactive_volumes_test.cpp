@@ -86,14 +86,7 @@ struct SeveralCase {
             s.camera = FittedView{};
             s.imageSize = {170, 150};
         }
-        if (shadows) {
-            Light key;
-            key.kind = LightKind::directional;
-            key.direction = {0.3, 0.8, 0.5};
-            key.shadow = true;
-            s.lighting.lights = {key};
-        }
-        return s;
+        return shadows ? shadowed(s) : s;
     }
     EngineKind engine() const { return native ? EngineKind::native : EngineKind::gpu; }
 };

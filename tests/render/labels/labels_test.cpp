@@ -369,10 +369,7 @@ TEST(LabelCells, AreEmptyOnlyWhereNothingShows) {
     Prepared prepared("torso", scene);
     const Layer& layer = prepared.p.layer();
     const glm::ivec3 e = prepared.p.info().extentVoxels;
-    Selection finest = layer.selection;
-    std::fill(finest.levels.begin(), finest.levels.end(), std::uint8_t{0});
-    finest.counts = {};
-    finest.counts[0] = finest.levels.size();
+    const Selection finest = atLevel0(layer.selection);
     LabelField field(*layer.labelBricks, finest, nullptr, e);
     std::mt19937 random(3);
     int shown = 0;

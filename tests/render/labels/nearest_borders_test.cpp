@@ -60,10 +60,7 @@ TEST(NearestBorders, APlaceHasTheLabelOfItsVoxel) {
     const auto prepared = noise.volume.prepare(noise.scene());
     const Layer& layer = prepared->p.layer();
     const glm::ivec3 e = noise.volume.info.extentVoxels;
-    Selection finest = layer.selection;
-    std::fill(finest.levels.begin(), finest.levels.end(), std::uint8_t{0});
-    finest.counts = {};
-    finest.counts[0] = finest.levels.size();
+    const Selection finest = atLevel0(layer.selection);
     LabelField field(*layer.labelBricks, finest, nullptr, e);
     std::mt19937 random(3);
     for (int i = 0; i < 5000; ++i) {

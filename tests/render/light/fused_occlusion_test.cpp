@@ -72,14 +72,9 @@ TEST(FusedOcclusion, ComesToTheReference) {
 
 // Channels of light differ from volume to volume where one alone sends light.
 TEST(FusedOcclusion, OneVolumeMaySendLight) {
-    Scene scene = occluded(fusedScene({0, 1}, {12, 10}));
+    Scene scene = shadowed(occluded(fusedScene({0, 1}, {12, 10})));
     scene.lighting.occlusion->rays = 4;
     scene.lighting.occlusion->emission = 1;
-    Light key;
-    key.kind = LightKind::directional;
-    key.direction = {0.3, 0.8, 0.5};
-    key.shadow = true;
-    scene.lighting.lights = {key};
     scene.quality.stepVoxels = 1.0 / 8;
     for (const std::size_t sends : {0, 1}) {
         Scene one = scene;
