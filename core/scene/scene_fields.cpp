@@ -101,8 +101,8 @@ const Fields<SceneVolume>& volumeFields() {
               "patient space (LPS, mm) to that of the picture.")
             .unlessDefault();
         f.add("cuts", &SceneVolume::cuts, objectOf(cutsFields()),
-              "Cuts through this volume alone, besides those of the scene; scissors only in a scene of one "
-              "volume.")
+              "Cuts through this volume alone, besides those of the scene; scissors where each volume "
+              "is drawn alone.")
             .unlessDefault();
         f.add("window", &SceneVolume::window, windowKind(),
               "Grey of this volume's values in modes that show single values; without it: the scene's.")
