@@ -160,25 +160,10 @@ void BrickProof::addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, c
             }
 }
 
-std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
-    const std::size_t index = linearIndex(brick, in_.selection.bricks);
-    if (!in_.statistics.hasLabels() && empty({wide_[index].x, wide_[index].y, kShowsFunction}))
-        return 0; // at any levels
+glm::ivec3 BrickProof::rangesAmong(const glm::ivec3& brick, CellHulls& hulls) const {
     const int level = levelOf(brick);
-    findNeighbours(brick, level, false);
-    Hull all = rangeOf(brick, level);
-    for (int n = 0; n < count_; ++n) {
-        const Neighbour& near = neighbours_[static_cast<std::size_t>(n)];
-        if (near.level > 0 || near.layers.x > 1 || near.layers.y > 1 || near.layers.z > 1)
-            all.add(rangeOf(near.brick, near.level));
-        else
-            all.add(voxelRange(index)); // its layer is within ours
-    }
-    if (empty(all))
-        return 0;
     const glm::ivec3 firstCell = brick * kCellsPerBrick;
     const glm::ivec3 cells = glm::min(glm::ivec3(kCellsPerBrick), in_.statistics.cells - firstCell);
-    CellHulls hulls;
     forEachCell(cells, [&](const glm::ivec3& at) {
         hulls[cellBit(at)] = isValue(level) ? rangeOf(brick, level) : cellRange(firstCell + at);
     });
@@ -195,6 +180,35 @@ std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
         }
     for (int n = 0; n < count_; ++n)
         addNeighbour(neighbours_[static_cast<std::size_t>(n)], firstCell, cells, hulls);
+    return cells;
+}
+
+glm::ivec3 BrickProof::rangesOf(const glm::ivec3& brick, CellHulls& hulls) {
+    coarsest_ = levelOf(brick);
+    findNeighbours(brick, coarsest_, false);
+    for (int n = 0; n < count_; ++n)
+        coarsest_ = std::max(coarsest_, neighbours_[static_cast<std::size_t>(n)].level);
+    return rangesAmong(brick, hulls);
+}
+
+std::uint64_t BrickProof::cellsOf(const glm::ivec3& brick) {
+    const std::size_t index = linearIndex(brick, in_.selection.bricks);
+    if (!in_.statistics.hasLabels() && empty({wide_[index].x, wide_[index].y, kShowsFunction}))
+        return 0; // at any levels
+    const int level = levelOf(brick);
+    findNeighbours(brick, level, false);
+    Hull all = rangeOf(brick, level);
+    for (int n = 0; n < count_; ++n) {
+        const Neighbour& near = neighbours_[static_cast<std::size_t>(n)];
+        if (near.level > 0 || near.layers.x > 1 || near.layers.y > 1 || near.layers.z > 1)
+            all.add(rangeOf(near.brick, near.level));
+        else
+            all.add(voxelRange(index)); // its layer is within ours
+    }
+    if (empty(all))
+        return 0;
+    CellHulls hulls;
+    const glm::ivec3 cells = rangesAmong(brick, hulls);
     std::uint64_t mask = 0;
     forEachCell(cells, [&](const glm::ivec3& at) {
         mask |= static_cast<std::uint64_t>(!empty(hulls[cellBit(at)])) << cellBit(at);

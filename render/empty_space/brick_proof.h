@@ -92,6 +92,11 @@ class BrickProof {
     BrickProof(const OccupancyInput& input, const std::vector<glm::vec2>& wide, std::uint32_t finest);
 
     std::uint64_t cellsOf(const glm::ivec3& brick);
+    using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
+    /// Ranges of the cells of a brick. Returns the number of its cells along each axis; others are not set.
+    glm::ivec3 rangesOf(const glm::ivec3& brick, CellHulls& hulls);
+    /// Of that brick and the neighbours that reach it: the coarsest level.
+    int coarsestAround() const { return coarsest_; }
     /// Cells of a brick of level 0 that only level 0 and empty bricks reach, as with a single level.
     std::uint64_t plainCellsOf(const glm::ivec3& brick);
 
@@ -124,7 +129,8 @@ class BrickProof {
     }
     Hull rangeOver(const glm::ivec3& firstCell, const Span& x, const Span& y, const Span& z) const;
     void findNeighbours(const glm::ivec3& brick, int level, bool everyOne);
-    using CellHulls = std::array<Hull, 64>; // x + 4y + 16z
+    /// Ranges of cells by the brick's samples and those of the neighbours that were found.
+    glm::ivec3 rangesAmong(const glm::ivec3& brick, CellHulls& hulls) const;
     /// Adds its samples to the ranges of cells whose points can reach them.
     void addNeighbour(const Neighbour& n, const glm::ivec3& firstCell, const glm::ivec3& cells,
                       CellHulls& hulls) const;
@@ -139,7 +145,7 @@ class BrickProof {
         edges_; // [neighbour's level][level it faces]
     ZeroExtinction zero_;
     std::array<Neighbour, 27> neighbours_; // one to spare
-    int count_ = 0;
+    int count_ = 0, coarsest_ = 0;
 };
 
 } // namespace tessera

@@ -1,0 +1,42 @@
+// core/scene/transport.h: light that a scene's picture follows along paths, with all its scatterings
+// (docs/sampling.md, "Paths").
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+enum class PhaseKind { henyeyGreenstein, schlick, rayleigh };
+
+/// How a medium scatters light to all sides.
+struct Phase {
+    static constexpr double kMostG = 0.99;
+    PhaseKind kind = PhaseKind::henyeyGreenstein;
+    double g = 0; // mean cosine, [-kMostG,kMostG]; 0: evenly. Henyey and Greenstein, Schlick
+    /// Henyey and Greenstein: a second lobe, of mean cosine backG, and its share.
+    double backG = 0, backShare = 0;
+    bool operator==(const Phase&) const = default;
+};
+
+/// Light from all around, at an infinite distance. Uniform: the same from everywhere. Overcast: (1 + 2 z)/3,
+/// z the height (CIE). Two tones: from above and from below, in equal parts.
+enum class SkyKind { none, uniform, overcast, twoTone };
+struct Sky {
+    SkyKind kind = SkyKind::none;
+    double intensity = 1;              // radiance overhead
+    glm::dvec3 colour{1}, below{0.25}; // linear; of two tones the lower one, times the intensity too
+    glm::dvec3 up{0, 0, 1};            // patient space, any length but 0
+    bool operator==(const Sky&) const = default;
+};
+
+struct Transport {
+    static constexpr int kMostBounces = 256;
+    int bounces = 8; // scatterings of a path, [1,kMostBounces]
+    Phase phase;
+    Sky sky;
+    bool operator==(const Transport&) const = default;
+};
+
+} // namespace tessera

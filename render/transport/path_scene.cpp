@@ -1,0 +1,91 @@
+// render/transport/path_scene.cpp: see path_scene.h.
+#include "render/transport/path_scene.h"
+
+#include "core/base/volume.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
+
+namespace tessera {
+
+float mostExtinctionPerMm(const VolumeInfo& info) {
+    const glm::dmat3 linear(info.patientFromVoxel);
+    const double mm = std::min({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+    return static_cast<float>(kMostExtinctionPerVoxel / mm);
+}
+
+PathScene pathScene(const Transport& transport, const Lighting& lighting, const Camera& camera,
+                    const VolumeInfo& info, const Optics& optics, const ExtinctionBounds& bounds,
+                    const Occupancy* occupancy, std::uint32_t seed) {
+    PathScene scene;
+    scene.optics = &optics;
+    scene.bounds = &bounds;
+    scene.occupancy = occupancy;
+    scene.transport = transport;
+    scene.seed = seed;
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    scene.voxelFromPatient = glm::mat3(glm::dmat3(voxelFromPatient));
+    scene.extent = glm::vec3(info.extentVoxels);
+    scene.up = glm::vec3(glm::normalize(transport.sky.up));
+    const glm::dmat3 axes = patientFromCamera(camera);
+    const auto inPatient = [&](const Light& light, const glm::dvec3& v) {
+        return light.frame == LightFrame::patient ? v : axes * v;
+    };
+    double sum = 0;
+    std::vector<double> weights;
+    for (const Light& light : shiningLights(lighting.lights)) {
+        PathLight path;
+        path.power = glm::vec3(glm::pi<double>() * light.intensity * light.colour);
+        path.cosine = static_cast<float>(std::cos(glm::radians(0.5 * light.softness)));
+        const bool atEye = light.kind == LightKind::head;
+        path.isPoint =
+            light.kind == LightKind::point || (atEye && camera.projection == Projection::perspective);
+        if (path.isPoint) {
+            const glm::dvec3 place = atEye ? camera.position
+                                     : light.frame == LightFrame::patient
+                                         ? light.position
+                                         : camera.position + inPatient(light, light.position);
+            path.towards = glm::vec3(glm::dvec3(voxelFromPatient * glm::dvec4(place, 1)));
+            if (!atEye)
+                path.fading = glm::vec3(light.attenuation);
+        } else {
+            const glm::dvec3 towards = atEye ? axes[2] : inPatient(light, light.direction);
+            if (!(glm::length(towards) > 0))
+                continue; // it lights nothing from anywhere
+            path.towards = glm::vec3(glm::normalize(towards));
+        }
+        weights.push_back(light.intensity * std::max({light.colour.r, light.colour.g, light.colour.b}));
+        sum += weights.back();
+        scene.lights.push_back(path);
+    }
+    for (std::size_t n = 0; n < weights.size(); ++n)
+        scene.lights[n].chance = static_cast<float>(weights[n] / sum);
+    return scene;
+}
+
+glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction) {
+    const Sky& sky = scene.transport.sky;
+    const auto of = [&](const glm::dvec3& colour, float share) {
+        return glm::vec3(sky.intensity * colour) * share;
+    };
+    const float height = direction.x * scene.up.x + direction.y * scene.up.y + direction.z * scene.up.z;
+    switch (sky.kind) {
+    case SkyKind::none:
+        break;
+    case SkyKind::uniform:
+        return of(sky.colour, 1.0f);
+    case SkyKind::overcast:
+        return height > 0.0f ? of(sky.colour, (1.0f + 2.0f * height) * (1.0f / 3.0f)) : glm::vec3(0.0f);
+    case SkyKind::twoTone: {
+        const float share = 0.5f + 0.5f * height;
+        return of(sky.colour, share) + of(sky.below, 1.0f - share);
+    }
+    }
+    return glm::vec3(0.0f);
+}
+
+} // namespace tessera

@@ -1,0 +1,52 @@
+// render/transport/path_scene.h: what paths of light go through and where they end: a volume's extinction and
+// its bounds, lights, the sky.
+#pragma once
+
+#include "core/scene/camera.h"
+#include "core/scene/lighting.h"
+#include "core/scene/transport.h"
+#include "render/contract/optics.h"
+#include "render/empty_space/extinction_bounds.h"
+#include "render/empty_space/occupancy.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tessera {
+
+/// A light that places are lit by: from a direction, or at a place.
+struct PathLight {
+    bool isPoint = false;
+    glm::vec3 towards{0}; // unit, patient space; of a point its place, voxels
+    glm::vec3 power{0};   // irradiance at right angles, by channel; of a point before it fades
+    glm::vec3 fading{1, 0, 0};
+    float cosine = 1; // of half its apparent diameter
+    float chance = 1; // that it is the one which is drawn, of all lights
+};
+
+struct PathScene {
+    const Optics* optics = nullptr;
+    const ExtinctionBounds* bounds = nullptr;
+    const Occupancy* occupancy = nullptr; // null: nothing is leapt over
+    Transport transport;
+    std::uint32_t seed = 0;
+    glm::mat3 voxelFromPatient{1}; // linear part
+    glm::vec3 extent{0};           // voxels
+    std::vector<PathLight> lights;
+    glm::vec3 up{0, 0, 1}; // of the sky, unit
+};
+
+/// Extinctions above this many a voxel count as that: thicker walls look the same, and paths would crawl.
+constexpr double kMostExtinctionPerVoxel = 256;
+float mostExtinctionPerMm(const VolumeInfo& info);
+
+/// @param optics, bounds, occupancy  of the volume; outlive it
+PathScene pathScene(const Transport& transport, const Lighting& lighting, const Camera& camera,
+                    const VolumeInfo& info, const Optics& optics, const ExtinctionBounds& bounds,
+                    const Occupancy* occupancy, std::uint32_t seed);
+
+/// Radiance of the sky from a direction, unit, patient space.
+glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction);
+
+} // namespace tessera

@@ -1,0 +1,195 @@
+// Random numbers of paths, and what is made of them: distances, directions, phase functions.
+#include "render/transport/path_numbers.h"
+#include "render/transport/phase.h"
+
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr int kMany = 1000000;
+
+PathNumbers numbersOf(int path, std::uint32_t seed = 7) {
+    return {glm::vec2(static_cast<float>(path % 1000) + 0.5f, static_cast<float>(path / 1000) + 0.25f), seed};
+}
+
+/// The n-th draws of a million paths.
+std::vector<float> draws(int n, std::uint32_t seed = 7) {
+    std::vector<float> out;
+    for (int path = 0; path < kMany; ++path) {
+        PathNumbers numbers = numbersOf(path, seed);
+        for (int k = 0; k < n; ++k)
+            numbers.next();
+        out.push_back(numbers.next());
+    }
+    return out;
+}
+
+double correlation(const std::vector<float>& a, const std::vector<float>& b) {
+    double sum = 0;
+    for (std::size_t n = 0; n < a.size(); ++n)
+        sum += (static_cast<double>(a[n]) - 0.5) * (static_cast<double>(b[n]) - 0.5);
+    return 12 * sum / static_cast<double>(a.size());
+}
+
+TEST(PathNumbers, AreUniformInEveryDraw) {
+    for (const int n : {0, 1, 2, 17, 200}) {
+        std::array<int, 64> bins{};
+        double sum = 0;
+        for (const float u : draws(n)) {
+            ASSERT_TRUE(u >= 0 && u < 1);
+            ++bins[static_cast<std::size_t>(64 * u)];
+            sum += static_cast<double>(u);
+        }
+        EXPECT_NEAR(sum / kMany, 0.5, 4 * std::sqrt(1.0 / 12 / kMany)) << n;
+        double chi = 0;
+        for (const int bin : bins)
+            chi += std::pow(bin - kMany / 64.0, 2) / (kMany / 64.0);
+        EXPECT_LT(chi, 63 + 4 * std::sqrt(2 * 63.0)) << n;
+    }
+}
+
+TEST(PathNumbers, DrawsAndNeighboursAndSeedsAreUnrelated) {
+    const std::vector<float> first = draws(0);
+    for (const int n : {1, 2, 3, 17})
+        EXPECT_LT(std::abs(correlation(first, draws(n))), 0.004) << n;
+    EXPECT_LT(std::abs(correlation(first, draws(0, 8))), 0.004);
+    std::vector<float> next(first.begin() + 1, first.end()), under(first.begin() + 1000, first.end());
+    next.push_back(first.front());
+    under.insert(under.end(), first.begin(), first.begin() + 1000);
+    EXPECT_LT(std::abs(correlation(first, next)), 0.004);
+    EXPECT_LT(std::abs(correlation(first, under)), 0.004);
+}
+
+TEST(PathNumbers, FollowFromPlaceSeedAndDrawAlone) {
+    PathNumbers a = numbersOf(12345), b = numbersOf(12345), other({1.5f, 0.5f}, 7), turned({0.5f, 1.5f}, 7);
+    for (int n = 0; n < 8; ++n)
+        EXPECT_EQ(a.next(), b.next());
+    EXPECT_NE(other.next(), turned.next());
+    EXPECT_EQ(a.draws(), 8u);
+}
+
+TEST(PathNumbers, DistancesAreExponential) {
+    EXPECT_EQ(exponentialOf(0), 0);
+    for (int n = 1; n < 1 << 24; n += 97) {
+        const double u = n * 0x1p-24, expected = -std::log1p(-u);
+        ASSERT_NEAR(static_cast<double>(exponentialOf(static_cast<float>(u))), expected,
+                    1e-6 * expected + 1e-9)
+            << n;
+    }
+    EXPECT_NEAR(exponentialOf(1 - 0x1p-24f), 24 * std::log(2.0f), 1e-5f);
+}
+
+TEST(PathNumbers, TurnsAreCosinesAndSines) {
+    for (int n = 0; n <= 100000; ++n) {
+        const float u = static_cast<float>(n) * 1e-5f;
+        const double angle = 2 * M_PI * static_cast<double>(u);
+        const glm::vec2 turn = turnedBy(u);
+        ASSERT_NEAR(static_cast<double>(turn.x), std::cos(angle), 4e-7) << u;
+        ASSERT_NEAR(static_cast<double>(turn.y), std::sin(angle), 4e-7) << u;
+    }
+}
+
+TEST(PathNumbers, DirectionsLieAroundTheirAxis) {
+    for (int path = 0; path < 2000; ++path) {
+        PathNumbers numbers = numbersOf(path);
+        const float z = 2 * numbers.next() - 1;
+        const glm::vec2 turn = turnedBy(numbers.next());
+        glm::vec3 axis(std::sqrt(std::max(0.0f, 1 - z * z)) * turn, z);
+        if (path < 6) { // along the axes
+            axis = glm::vec3(0);
+            axis[path % 3] = path < 3 ? 1.0f : -1.0f;
+        }
+        const float cosine = 2 * numbers.next() - 1, u = numbers.next();
+        const glm::vec3 d = directionAround(axis, cosine, u);
+        EXPECT_NEAR(glm::length(d), 1, 1e-6f);
+        EXPECT_NEAR(glm::dot(d, axis), cosine, 2e-6f);
+        // Half a turn further it lies on the other side.
+        const glm::vec3 across = directionAround(axis, cosine, u < 0.5f ? u + 0.5f : u - 0.5f);
+        EXPECT_NEAR(glm::length(d + across - 2 * cosine * axis), 0, 4e-6f);
+    }
+}
+
+std::vector<Phase> phases() {
+    std::vector<Phase> all;
+    for (const double g : {-0.99, -0.5, 0.0, 5e-4, 0.3, 0.8, 0.99})
+        all.push_back({PhaseKind::henyeyGreenstein, g});
+    for (const double g : {-0.9, 0.0, 0.6, 0.95})
+        all.push_back({PhaseKind::schlick, g});
+    all.push_back({PhaseKind::rayleigh});
+    all.push_back({PhaseKind::henyeyGreenstein, 0.8, -0.4, 0.25});
+    return all;
+}
+
+/// Integral over the sphere of f(cosine), by the midpoint rule on a grid that is finer towards both ends.
+template <typename F> double overSphere(const F& f) {
+    double sum = 0;
+    constexpr int kSteps = 400000;
+    for (int n = 0; n < kSteps; ++n) {
+        const double a = M_PI * (n + 0.5) / kSteps;
+        sum += 2 * M_PI * std::sin(a) * (M_PI / kSteps) * f(std::cos(a));
+    }
+    return sum;
+}
+
+TEST(Phase, IntegratesToOneWithItsMeanCosine) {
+    for (const Phase& phase : phases()) {
+        const auto p = [&](double c) { return static_cast<double>(phaseOf(phase, static_cast<float>(c))); };
+        EXPECT_NEAR(overSphere(p), 1, std::abs(phase.g) > 0.9 ? 1e-3 : 2e-6) << phase.g;
+        if (phase.kind == PhaseKind::schlick)
+            continue;
+        const double mean = phase.kind == PhaseKind::rayleigh
+                                ? 0
+                                : (1 - phase.backShare) * phase.g + phase.backShare * phase.backG;
+        EXPECT_NEAR(overSphere([&](double c) { return c * p(c); }), mean,
+                    std::abs(phase.g) > 0.9 ? 1e-3 : 2e-6)
+            << phase.g;
+    }
+}
+
+TEST(Phase, IsSampledByItsDensity) {
+    for (const Phase& phase : phases()) {
+        // Narrow lobes are a few cosines wide in float.
+        const int kBins = std::abs(phase.g) > 0.9 ? 8 : 40;
+        std::vector<double> expected(static_cast<std::size_t>(kBins));
+        std::vector<int> found(static_cast<std::size_t>(kBins));
+        // Bins of equal chance by the numerical distribution of the cosine.
+        std::vector<double> upTo;
+        constexpr int kSteps = 200000;
+        double sum = 0;
+        for (int n = 0; n < kSteps; ++n) {
+            const double a = M_PI * (1 - (n + 0.5) / kSteps);
+            sum += 2 * M_PI * std::sin(a) * (M_PI / kSteps) *
+                   static_cast<double>(phaseOf(phase, static_cast<float>(std::cos(a))));
+            upTo.push_back(sum);
+        }
+        const auto bin = [&](double cosine) {
+            const double a = std::acos(std::clamp(cosine, -1.0, 1.0));
+            const double place = (1 - a / M_PI) * kSteps;
+            const auto at = static_cast<std::size_t>(std::clamp(place, 0.0, kSteps - 1.0));
+            return std::clamp(static_cast<int>(kBins * upTo[at] / sum), 0, kBins - 1);
+        };
+        for (int n = 0; n < kSteps; ++n) {
+            const double mass =
+                upTo[static_cast<std::size_t>(n)] - (n > 0 ? upTo[static_cast<std::size_t>(n) - 1] : 0);
+            const double a = M_PI * (1 - (n + 0.5) / kSteps);
+            expected[static_cast<std::size_t>(bin(std::cos(a)))] += mass / sum;
+        }
+        for (int path = 0; path < kMany; ++path) {
+            PathNumbers numbers = numbersOf(path, 3);
+            ++found[static_cast<std::size_t>(
+                bin(static_cast<double>(phaseCosine(phase, [&] { return numbers.next(); }))))];
+        }
+        double chi = 0;
+        for (std::size_t n = 0; n < found.size(); ++n)
+            chi += std::pow(found[n] - kMany * expected[n], 2) / (kMany * expected[n]);
+        EXPECT_LT(chi, kBins - 1 + 5 * std::sqrt(2.0 * kBins))
+            << static_cast<int>(phase.kind) << " " << phase.g;
+    }
+}
+
+} // namespace
+} // namespace tessera

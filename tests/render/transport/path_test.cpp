@@ -1,0 +1,155 @@
+// Paths of light against closed forms: a furnace, single scattering in a slab, a half space with every
+// scattering.
+#include "render/transport/path.h"
+
+#include "tests/support/path_volume.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+struct Mean {
+    double mean = 0, error = 0; // and its standard error
+};
+
+/// Light that comes out of a volume against a way, in the mean over many paths, red.
+template <typename Volume>
+Mean lightAgainst(const Volume& volume, const PathScene& scene, const glm::vec3& from,
+                  const glm::vec3& travel, int paths) {
+    double sum = 0, squares = 0;
+    PathWork work;
+    for (int path = 0; path < paths; ++path) {
+        PathNumbers numbers({static_cast<float>(path % 4096) + 0.5f, static_cast<float>(path / 4096) + 0.5f},
+                            11);
+        PathTracer tracer(scene, volume, numbers, work);
+        const glm::vec3 perMm = scene.voxelFromPatient * travel;
+        const Flight flight{from, perMm, mmToLeave(from, perMm, scene.extent)};
+        const float mm = freePath(
+            *scene.bounds, scene.occupancy, flight,
+            [&](const glm::vec3& p) { return tracer.extinctionAt(p); }, numbers, work);
+        double light = 0;
+        if (mm >= 0) {
+            const glm::vec3 p = from + mm * perMm;
+            light = static_cast<double>(tracer.lightFrom(p, tracer.tissueAt(p), travel).r);
+        } else {
+            light = static_cast<double>(skyFrom(scene, travel).r);
+        }
+        sum += light, squares += light * light;
+    }
+    const double mean = sum / paths;
+    EXPECT_EQ(work.exceeded, 0u);
+    return {mean, std::sqrt(std::max(squares / paths - mean * mean, 0.0) / paths)};
+}
+
+Light lightFrom(const glm::dvec3& towards, double intensity = 1) {
+    Light light;
+    light.kind = LightKind::directional;
+    light.frame = LightFrame::patient;
+    light.direction = towards;
+    light.intensity = intensity;
+    return light;
+}
+
+Transport transportOf(int bounces, const Phase& phase = {}) {
+    Transport transport;
+    transport.bounces = bounces;
+    transport.phase = phase;
+    return transport;
+}
+
+/// A medium that takes no light, under a sky that is the same everywhere, cannot be told from the sky.
+TEST(Paths, SeeNothingInAWhiteFurnace) {
+    const auto lumps = [](const glm::ivec3& i) {
+        return (i.x / 5 + i.y / 7 + i.z / 3) % 3 == 0 ? 2.0f : 0.05f;
+    };
+    const PathVolume volume({24, 24, 24}, lumps, 2);
+    for (const Phase& phase :
+         {Phase{}, Phase{PhaseKind::henyeyGreenstein, 0.8}, Phase{PhaseKind::rayleigh}}) {
+        Transport transport = transportOf(256, phase);
+        transport.sky.kind = SkyKind::uniform;
+        const Mean light =
+            lightAgainst(volume, volume.scene(transport, {}), {3.3f, 0, 5.5f}, {0, 1, 0}, 4000);
+        EXPECT_NEAR(light.mean, 1, 4 * light.error + 1e-3); // roulette makes noise; a few need more bounces
+    }
+    // With an albedo below 1 it is darker.
+    const PathVolume grey({24, 24, 24}, lumps, 2, glm::dvec3(0.8));
+    Transport transport = transportOf(256);
+    transport.sky.kind = SkyKind::uniform;
+    const Mean light = lightAgainst(grey, grey.scene(transport, {}), {3.3f, 0, 5.5f}, {0, 1, 0}, 4000);
+    EXPECT_LT(light.mean, 0.9);
+    EXPECT_GT(light.mean, 0.2);
+}
+
+/// One scattering in a slab of depth H, seen at cosine mu, lit at mu0: a p F mu0/(mu + mu0) (1 - e^(-H(1/mu +
+/// 1/mu0))).
+TEST(Paths, ScatterOnceInASlabAsTheClosedForm) {
+    constexpr double kDensity = 0.1, kAlbedo = 0.7, kIntensity = 2;
+    const PathVolume slab(
+        {160, 160, 16}, [](const glm::ivec3&) { return static_cast<float>(kDensity); }, kDensity,
+        glm::dvec3(kAlbedo));
+    for (const double g : {0.0, 0.6}) {
+        const Phase phase{PhaseKind::henyeyGreenstein, g};
+        const glm::dvec3 towards = glm::normalize(glm::dvec3(0.5, 0.3, -1)),
+                         travel = glm::normalize(glm::dvec3(-0.4, 0.2, 1));
+        const PathScene scene = slab.scene(transportOf(1, phase), {lightFrom(towards, kIntensity)});
+        const Mean light = lightAgainst(slab, scene, {80, 80, 0}, glm::vec3(travel), 60000);
+        const double mu0 = -towards.z, mu = travel.z, depth = 16 * kDensity;
+        const double p = static_cast<double>(phaseOf(phase, static_cast<float>(glm::dot(towards, travel))));
+        const double expected =
+            kAlbedo * p * M_PI * kIntensity * mu0 / (mu + mu0) * -std::expm1(-depth * (1 / mu + 1 / mu0));
+        EXPECT_NEAR(light.mean, expected, 4 * light.error + 1e-3 * expected) << g;
+    }
+}
+
+/// A half space that scatters evenly, lit and seen at right angles: L/F = a/(8 pi) H(1)^2, Chandrasekhar's H
+/// (H(1) computed by its integral equation).
+TEST(Paths, ScatterInAHalfSpaceAsChandrasekharHasIt) {
+    for (const auto& [albedo, h] : {std::pair{0.5, 1.25126}, {0.8, 1.59822}, {0.9, 1.85010}}) {
+        const PathVolume space(
+            {400, 400, 40}, [](const glm::ivec3&) { return 1.5f; }, 1.5, glm::dvec3(albedo));
+        const PathScene scene = space.scene(transportOf(256), {lightFrom({0, 0, -1})});
+        const Mean light = lightAgainst(space, scene, {200, 200, 0}, {0, 0, 1}, 40000);
+        const double expected = M_PI * albedo / (8 * M_PI) * h * h;
+        EXPECT_NEAR(light.mean, expected, 4 * light.error) << albedo;
+        EXPECT_LT(light.error, 0.02 * expected);
+    }
+}
+
+/// A point light fades as the scene says, and its place is where it is.
+TEST(Paths, ScatterThePointLightOnce) {
+    const PathVolume thin(
+        {40, 40, 40}, [](const glm::ivec3&) { return 1e-4f; }, 1e-4, glm::dvec3(1), 2.0);
+    Light light;
+    light.kind = LightKind::point;
+    light.frame = LightFrame::patient;
+    light.position = {40, 40, 100}; // mm
+    light.attenuation = {0, 0, 1};
+    const PathScene scene = thin.scene(transportOf(1), {light});
+    const Mean seen = lightAgainst(thin, scene, {20, 0, 20}, {0, 1, 0}, 400000);
+    double expected = 0; // along the ray: tau / (4 pi) * pi / d^2, with no other attenuation to speak of
+    for (int n = 0; n < 800; ++n) {
+        const double y = (n + 0.5) / 10 - 40; // mm from the middle
+        expected += 0.1 * 1e-4 / 4 / (y * y + 60 * 60);
+    }
+    EXPECT_NEAR(seen.mean, expected, 4 * seen.error + 0.01 * expected);
+    EXPECT_LT(seen.error, 0.1 * expected);
+}
+
+TEST(Skies, AreWhatTheySay) {
+    PathScene scene;
+    scene.transport.sky = {SkyKind::overcast, 3, glm::dvec3(1, 0.5, 0.25)};
+    EXPECT_NEAR(skyFrom(scene, {0, 0, 1}).r, 3, 1e-6f);
+    EXPECT_NEAR(skyFrom(scene, {1, 0, 0}).r, 0, 1e-6f);
+    EXPECT_NEAR(skyFrom(scene, {0.6f, 0, 0.8f}).g, 3 * 0.5f * 2.6f / 3, 1e-6f);
+    EXPECT_EQ(skyFrom(scene, {0, 0, -1}), glm::vec3(0));
+    scene.transport.sky = {SkyKind::twoTone, 1, glm::dvec3(1), glm::dvec3(0, 0.5, 0)};
+    EXPECT_NEAR(skyFrom(scene, {0, 0, -1}).g, 0.5f, 1e-6f);
+    EXPECT_NEAR(skyFrom(scene, {0, 1, 0}).g, 0.75f, 1e-6f);
+    scene.transport.sky.kind = SkyKind::none;
+    EXPECT_EQ(skyFrom(scene, {0, 0, 1}), glm::vec3(0));
+}
+
+} // namespace
+} // namespace tessera
