@@ -16,6 +16,7 @@
 #include "render/plan/frame_plan.h"
 #include "render/residency/brick_residency.h"
 #include "render/residency/pages.h"
+#include "render/transport/path_scene.h"
 
 #include <chrono>
 #include <cstdint>
@@ -36,10 +37,26 @@ struct Rays {
     /// have any size; the caller keeps it until the rays are drawn.
     std::span<const glm::vec2> places = {};
     glm::ivec2 arraySize{0}; // of places; columns, rows
+    /// Colours are those of paths of light that begin where a ray sees something; of plans with a transport.
+    bool paths = false;
 
+    /// The place of a ray on the picture, by its number.
+    glm::vec2 placeOf(std::size_t number) const {
+        const auto width = static_cast<std::size_t>(frame.imageSize.x);
+        return places.empty() ? glm::vec2(static_cast<float>(number % width) + 0.5f,
+                                          static_cast<float>(number / width) + 0.5f)
+                              : places[number];
+    }
     /// Size of the drawn array; columns, rows.
     glm::ivec2 size() const { return places.empty() ? glm::ivec2(frame.imageSize) : arraySize; }
 };
+
+/// What paths of light go through in a plan that has a transport.
+inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) {
+    const Layer& layer = plan.layer();
+    return pathScene(plan.view.lighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
+                     occupancy, plan.view.quality.pixels.seed);
+}
 
 /// Throws if an engine cannot cast such rays.
 inline void check(const Rays& rays) {

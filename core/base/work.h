@@ -6,6 +6,24 @@
 
 namespace tessera {
 
+/// Of paths of light.
+struct PathWork {
+    std::uint64_t paths = 0, bounces = 0;
+    std::uint64_t lookUps = 0, nullCollisions = 0; // extinctions that were read; those that changed nothing
+    std::uint64_t cells = 0;                       // boxes of bounds that ways went through
+    std::uint64_t exceeded = 0;                    // extinctions above their bound
+
+    PathWork& operator+=(const PathWork& o) {
+        paths += o.paths;
+        bounces += o.bounces;
+        lookUps += o.lookUps;
+        nullCollisions += o.nullCollisions;
+        cells += o.cells;
+        exceeded += o.exceeded;
+        return *this;
+    }
+};
+
 struct Work {
     std::uint64_t iterations = 0; // loop iterations of rays: segments taken and leaps over empty space
     std::uint64_t segments = 0;   // strides sampled
@@ -14,6 +32,7 @@ struct Work {
     std::uint64_t blended = 0;    // evaluations that took samples of more than one brick (mixed levels)
     std::uint64_t dispatches = 0;
     std::uint64_t bricksUploaded = 0, bytesUploaded = 0;
+    PathWork paths;
     double longestDispatchMs = 0;
     double marchMs = 0; // all dispatches, compilation not included
 
@@ -23,6 +42,7 @@ struct Work {
         samples += o.samples;
         fetches += o.fetches;
         blended += o.blended;
+        paths += o.paths;
         return *this;
     }
 };

@@ -25,6 +25,18 @@ template <> const NameTable<OcclusionMethod>& namesOf() {
     return names;
 }
 
+template <> const NameTable<PhaseKind>& namesOf() {
+    static const NameTable<PhaseKind> names{{{PhaseKind::henyeyGreenstein, "henyey-greenstein"},
+                                             {PhaseKind::schlick, "schlick"},
+                                             {PhaseKind::rayleigh, "rayleigh"}}};
+    return names;
+}
+template <> const NameTable<Sky>& namesOf() {
+    static const NameTable<Sky> names{
+        {{Sky::uniform, "uniform"}, {Sky::overcast, "overcast"}, {Sky::twoTone, "two-tone"}}};
+    return names;
+}
+
 namespace {
 
 constexpr double kMostMm = 1e7, kMostIntensity = 1e6, kMostSoftness = 60;
@@ -140,6 +152,56 @@ const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
     return fields;
 }
 
+const Fields<Phase>& phaseFields() {
+    static const Fields<Phase> fields = [] {
+        Fields<Phase> f("phase", "How a medium scatters light to all sides, by the angle of its way.");
+        f.add("kind", &Phase::kind, named<PhaseKind>(),
+              "Henyey and Greenstein's function, Schlick's, which is near it, or Rayleigh's.");
+        f.add("g", &Phase::g, numberIn(-Phase::kMostG, Phase::kMostG),
+              "Mean cosine: 0: evenly to all sides; above: onwards; below: back. Not of rayleigh.");
+        f.add("backG", &Phase::backG, numberIn(-Phase::kMostG, Phase::kMostG),
+              "henyey-greenstein: mean cosine of a second lobe.");
+        f.add("backShare", &Phase::backShare, numberIn(0, 1), "henyey-greenstein: share of the second lobe.");
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<Transport>& transportFields() {
+    static const Fields<Transport> fields = [] {
+        Fields<Transport> f(
+            "transport", "Light follows paths through the volume, which scatters it. Colours are the share "
+                         "of light that is scattered; lights cast shadows, and shading, occlusion and "
+                         "finestLevel have no effect.");
+        f.add("bounces", &Transport::bounces, wholeIn(1, Transport::kMostBounces),
+              "Scatterings of a path, at most.");
+        f.add("phase", &Transport::phase, objectOf(phaseFields())).unlessDefault();
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<Environment>& environmentFields() {
+    static const Fields<Environment> fields = [] {
+        Fields<Environment> f("environment", "Light from all around, for transport.");
+        f.add("sky", &Environment::sky, named<Sky>(),
+              "uniform: the same from everywhere; overcast: from above, three times as much overhead as from "
+              "the horizon; two-tone: from above and from below.");
+        f.add("intensity", &Environment::intensity, numberIn(0, kMostIntensity), "Brightness overhead.");
+        f.add("colour", &Environment::colour, colourKind(), "Colour, linear light.");
+        f.add("below", &Environment::below, colourKind(), "two-tone: colour from below.");
+        f.add(
+            "up", &Environment::up,
+            within(-kMostMm, kMostMm, "[x, y, z]").checked([](const glm::dvec3& up, const JsonValue& value) {
+                if (up == glm::dvec3(0))
+                    value.refuse("a direction, not [0, 0, 0]");
+            }),
+            "Towards its middle, patient space (LPS), of any length.");
+        return f;
+    }();
+    return fields;
+}
+
 } // namespace
 
 const Fields<Shading>& shadingFields() {
@@ -186,11 +248,15 @@ const Fields<Lighting>& lightingFields() {
             .unlessDefault();
         f.add("occlusion", &Lighting::occlusion, objectOf(occlusionFields()));
         f.add("surfaceOcclusion", &Lighting::surfaceOcclusion, objectOf(surfaceOcclusionFields()));
+        f.add("transport", &Lighting::transport, objectOf(transportFields()));
+        f.add("environment", &Lighting::environment, objectOf(environmentFields()));
         f.add("finestLevel", &Lighting::finestLevel, wholeIn(0, 3),
               "Resolution of light per voxel: 0: every sample; 1: one value per 2^3 voxels, interpolated; "
               "and so on.")
             .unlessDefault();
         f.rule([](const JsonValue& whole, const Lighting& lighting) {
+            if (lighting.environment && !lighting.transport)
+                whole.refuse("\"transport\" beside \"environment\", which lights paths alone");
             const int ambient = ambientChannels(lighting);
             if (lightChannels(lighting) > kMostLightChannels)
                 whole.refuse("at most " + std::to_string(kMostLightChannels - ambient) +

@@ -1,6 +1,8 @@
 // core/scene/lighting.h: a scene's lights and ambient occlusion (docs/sampling.md, "Shading").
 #pragma once
 
+#include "core/scene/transport.h"
+
 #include <cstddef>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -59,6 +61,8 @@ struct Lighting {
     std::vector<Light> lights = {}; // none: one head light
     std::optional<Occlusion> occlusion = {};
     std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion if only surfaces are visible
+    std::optional<Transport> transport = {};               // paths of light in place of the above
+    std::optional<Environment> environment = {};           // what they see beyond the volume
     int finestLevel = 0; // of light per voxel; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };

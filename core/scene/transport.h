@@ -20,22 +20,26 @@ struct Phase {
     bool operator==(const Phase&) const = default;
 };
 
-/// Light from all around, at an infinite distance. Uniform: the same from everywhere. Overcast: (1 + 2 z)/3,
-/// z the height (CIE). Two tones: from above and from below, in equal parts.
-enum class SkyKind { none, uniform, overcast, twoTone };
-struct Sky {
-    SkyKind kind = SkyKind::none;
-    double intensity = 1;              // radiance overhead
-    glm::dvec3 colour{1}, below{0.25}; // linear; of two tones the lower one, times the intensity too
-    glm::dvec3 up{0, 0, 1};            // patient space, any length but 0
-    bool operator==(const Sky&) const = default;
+/// Uniform: the same from everywhere. Overcast: (1 + 2 z)/3 from above, z the height (CIE). Two tones: from
+/// above and from below, in equal parts.
+enum class Sky { uniform, overcast, twoTone };
+
+/// Light from all around, at an infinite distance.
+struct Environment {
+    Sky sky = Sky::uniform;
+    double intensity = 1;   // radiance overhead
+    glm::dvec3 colour{1};   // linear
+    glm::dvec3 below{0.25}; // of two tones the lower one
+    glm::dvec3 up{0, 0, 1}; // patient space, any length but 0
+    bool operator==(const Environment&) const = default;
 };
 
+/// How light gets through a scene: along paths, which tissue scatters.
 struct Transport {
     static constexpr int kMostBounces = 256;
-    int bounces = 8; // scatterings of a path, [1,kMostBounces]
-    Phase phase;
-    Sky sky;
+    static constexpr int kSamples = 64; // of a pixel, unless a scene names another number
+    int bounces = 8;                    // scatterings of a path, [1,kMostBounces]
+    Phase phase = {};
     bool operator==(const Transport&) const = default;
 };
 

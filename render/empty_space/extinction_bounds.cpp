@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace tessera {
 namespace {
@@ -28,6 +29,12 @@ ExtinctionRange factorsOf(const leaf::GradientNumbers<double>& points) {
 }
 
 } // namespace
+
+float mostExtinctionPerMm(const VolumeInfo& info) {
+    const glm::dmat3 linear(info.patientFromVoxel);
+    const double mm = std::min({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+    return static_cast<float>(kMostExtinctionPerVoxel / mm);
+}
 
 TableExtremes::TableExtremes(const std::vector<glm::vec4>& table) {
     entries_.reserve(table.size());

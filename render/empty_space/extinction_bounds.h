@@ -39,6 +39,10 @@ class TableExtremes {
     std::vector<std::vector<ExtinctionRange>> rows_;
 };
 
+/// Extinctions above this many a voxel count as that: thicker walls look the same, and paths would crawl.
+constexpr double kMostExtinctionPerVoxel = 256;
+float mostExtinctionPerMm(const VolumeInfo& info);
+
 /// A range per cell of 8^3 voxels; of very large volumes per brick.
 class ExtinctionBounds {
   public:

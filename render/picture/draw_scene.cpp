@@ -79,7 +79,7 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
     const bool wentOn = renderer.draw(task, result, added);
     const PixelOver over = layLabelsOver(task, result);
     const auto checking = Clock::now();
-    if (renderer.about().measures && task.options.verify != Verify::none) {
+    if (renderer.about().measures && task.options.verify != Verify::none && !scene.lighting.transport) {
         task.context.progress.stage("measuring the picture's errors");
         const bool full = scene.quality.maxError.value_or(0) > 0;
         const DrawnPicture drawn{scene,

@@ -43,6 +43,18 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.passes > 0)
         line("atlas: %zu pages of 32^3 texels, %zu at once, %d %s", r.selectionPages, r.atlasPages, r.passes,
              r.passes == 1 ? "pass" : "passes");
+    if (const PathWork& w = r.work.paths; w.paths > 0) {
+        const auto each = [&](std::uint64_t count) {
+            return static_cast<double>(count) / static_cast<double>(w.paths);
+        };
+        line("paths of light: %llu, with %.2g scatterings, %.3g extinctions read (%.0f %% of them for "
+             "nothing) and %.3g boxes each",
+             static_cast<unsigned long long>(w.paths), each(w.bounces), each(w.lookUps),
+             percent(w.nullCollisions, w.lookUps), each(w.cells));
+        if (w.exceeded > 0)
+            line("paths of light: %llu extinctions above their bound, counted as that",
+                 static_cast<unsigned long long>(w.exceeded));
+    }
     const Reduction reduction = reductionOf(scene);
     if (reduction != Reduction::composite) {
         line("mode: %s; rays keep the %s value along them%s",

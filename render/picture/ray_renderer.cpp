@@ -49,6 +49,13 @@ std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan
     return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
 }
 
+/// Those of the picture itself, and not of what is tried or estimated.
+Rays picturesRays(const FramePlan& p) {
+    Rays rays = raysOf(p);
+    rays.paths = p.view.lighting.transport.has_value();
+    return rays;
+}
+
 /// The effect of steps and filtering on the picture.
 PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& image) {
     const FramePlan& p = task.plan;
@@ -124,6 +131,7 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
     Progress& progress = task.context.progress;
     const PixelGoal& goal = task.round.goal;
     RaysDrawn these(p);
+    const Rays rays = picturesRays(p);
     const bool goesOn =
         samples_ && samples_->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic;
     if (goesOn)
@@ -131,7 +139,7 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
     else
         samples_.reset(new Samples{std::move(these),
                                    AreaPicture(
-                                       raysOf(p), p.view.quality.pixels, task.options.threads, goal,
+                                       rays, p.view.quality.pixels, task.options.threads, goal,
                                        [&p](const Image& middles) { return overlookedPixels(p, middles); },
                                        result.stepOfMeans),
                                    std::move(light)});
@@ -141,14 +149,14 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
-    while (const std::optional<Rays> rays = picture.next()) {
-        if (looks && !looks->hasLooked() && !rays->places.empty()) { // it takes the hits of middles
+    while (const std::optional<Rays> next = picture.next()) {
+        if (looks && !looks->hasLooked() && !next->places.empty()) { // it takes the hits of middles
             caster_->begin(raysOf(p));
             result.passes = std::max(result.passes,
                                      drawToTheEnd(*caster_, *engine_, p, task.options.slicing, result.work));
             lookAround(*looks, *caster_, p, progress);
         }
-        caster_->begin(*rays);
+        caster_->begin(*next);
         result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
         if (!looks) {
             picture.add(caster_->image());
@@ -156,7 +164,7 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
         }
         if (!looks->hasLooked())
             lookAround(*looks, *caster_, p, progress);
-        const Image more = looks->added(caster_->hits(), rays->places, rays->size(), *tracerOf(*caster_, p));
+        const Image more = looks->added(caster_->hits(), next->places, next->size(), *tracerOf(*caster_, p));
         picture.add(caster_->image(), &more);
     }
     result.image = picture.image();
@@ -190,6 +198,8 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
                                options.threads);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
+    if (p.view.lighting.transport && passes)
+        throw InputError("--gpu-memory: paths of light need all bricks of the picture at once");
     caster_->refine();
     const bool steps = engine_->about().choosesSteps && !p.view.part.flat; // a plane has one sample
     StepSearch search(p, [this, &task](const RayFrame<double>& frame, const Strides& strides) {
@@ -208,7 +218,7 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
-        caster_->begin(raysOf(p));
+        caster_->begin(picturesRays(p));
         result.passes = drawToTheEnd(*caster_, *engine_, p, slicing, result.work);
         result.image = caster_->image();
         if (light) {

@@ -29,6 +29,8 @@ namespace {
 /// Why an engine cannot draw a scene; empty: it can.
 std::string refusalOf(const Scene& scene, EngineKind kind) {
     const EngineTraits& traits = traitsOf(kind);
+    if (scene.lighting.transport && !traits.followsPaths)
+        return "it follows no paths of light";
     if (scene.volumes.size() == 1 || reductionOf(scene) != Reduction::composite)
         return {};
     if (!traits.fuses)
@@ -46,7 +48,7 @@ bool needsAnother(const Scene& scene, EngineKind made, RenderOptions& asked, std
         return false;
     std::vector<std::string> names;
     for (const EngineTraits& traits : engineTraits())
-        if (traits.fuses && traits.kind != made)
+        if ((scene.lighting.transport ? traits.followsPaths : traits.fuses) && traits.kind != made)
             names.push_back(traits.name);
     if (asked.engine != EngineKind::automatic)
         throw badFile("--engine", joinNames(names) + " for this scene", name(made) + ": " + why);

@@ -102,7 +102,7 @@ std::optional<Selection> oneForMix(const Selection& mix, int level, const ViewWe
 } // namespace
 
 Unseen unseenBy(const Lighting& lighting) {
-    return lighting.surfaceOcclusion ? Unseen::kept : Unseen::leftOut;
+    return lighting.surfaceOcclusion || lighting.transport ? Unseen::kept : Unseen::leftOut;
 }
 
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,

@@ -20,6 +20,7 @@
 #include "render/contract/ray.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/distance_map.h" // MapScale
+#include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
 #include "render/labels/label_field.h"
@@ -171,7 +172,8 @@ struct Layer {
     /// and memory suffices.
     bool mapsSurfaces = false;
     Occupancy surfaceOccupancy;
-    TransferTable surfaceTable; // then
+    TransferTable surfaceTable;  // then
+    ExtinctionBounds extinction; // where light follows paths
     Charge selectionCharge;
     Charge functionCharge;             // the transfer function's table, twice
     Charge lightCharge;                // memory for computing light per voxel

@@ -68,6 +68,8 @@ Scene sceneInFusion(const Scene& scene, std::size_t number) {
         integrator = Integrator::midpoint;
         if (scene.lighting.surfaceOcclusion)
             throw refuse("lighting.surfaceOcclusion: expected none", "it");
+        if (scene.lighting.transport)
+            throw refuse("lighting.transport: expected none", "it");
     }
     for (const CropBox& box : scene.cuts.boxes)
         if (box.space == CropBox::Space::voxels)

@@ -60,9 +60,35 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
                          "too, whose share before a surface is unknown; use lighting.occlusion");
 }
 
+/// Combinations that are not implemented.
+void checkTransport(const Scene& scene, const FramePlan& plan) {
+    if (!scene.lighting.transport)
+        return;
+    const auto refuse = [](const std::string& expected, const std::string& found) {
+        return InputError("lighting.transport: expected " + expected + ", found " + found);
+    };
+    if (plan.layer().reduces())
+        throw refuse("mode composite", "one of single values");
+    if (!plan.layer().optics.surfaces.empty())
+        throw refuse("no isosurfaces", std::to_string(plan.layer().optics.surfaces.size()));
+    if (!plan.view.meshes.empty())
+        throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
+    if (plan.view.part.any())
+        throw refuse("no cuts", "some");
+    if (plan.view.quality.maxError)
+        throw refuse("no error bound (its noise is no part of it)", "one");
+}
+
 /// Removes unneeded light: coloured ambient light without emissive tissue; light per voxel that occlusion of
 /// surfaces replaces.
 Scene withoutUnusedLight(Scene scene) {
+    if (scene.lighting.transport) { // rays find places alone; light gets there along paths
+        scene.shading.on = false;
+        scene.lighting.occlusion.reset();
+        scene.lighting.surfaceOcclusion.reset();
+        for (Light& light : scene.lighting.lights)
+            light.shadow = false;
+    }
     if (scene.lighting.surfaceOcclusion)
         scene.lighting.occlusion.reset();
     const auto* function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
@@ -236,6 +262,12 @@ void Planner::mapLevels(bool always) {
         layer().mapEmptySpace(view.quality, *ram);
         revisions.emptySpace = PlanRevisions::next();
     }
+    if (view.lighting.transport) {
+        layer().extinction = {};
+        layer().extinction = ExtinctionBounds(
+            {layer().statistics, layer().table, info(), layer().selection, view.quality.edgeFunction},
+            layer().optics, layer().mapScale, mostExtinctionPerMm(info()), *ram, threads);
+    }
 }
 
 void Planner::mapFunction() {
@@ -309,6 +341,7 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
     p.threads = threads;
     p.view.quality = scene.quality;
     p.view.lighting = scene.lighting;
+    p.view.lighting.transport.reset(); // of stills alone
     p.view.shading = scene.shading;
     p.view.surfaces = scene.surfaces;
     p.view.meshes = drawnMeshes(scene);
@@ -352,7 +385,9 @@ void takeCamera(const Scene& scene, Planner& p) {
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                    std::size_t bytesPerPixel, KnownLayer* known) {
     Planner p = planChanging(withoutUnusedLight(scene), store, ram, threads, bytesPerPixel, known);
+    p.view.lighting.transport = scene.lighting.transport;
     checkSurfaceOcclusion(p);
+    checkTransport(scene, p);
     return p;
 }
 
@@ -415,6 +450,9 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
         floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
     memory = std::move(floors);
     memory.setSpare(free.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
+    if (view.lighting.transport)
+        memory.need("bounds of extinction",
+                    ExtinctionBounds::bytes(extent, MapScale::cells, layer().table.entries.size()), 0);
     if (!view.quality.skipping)
         return;
     memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));

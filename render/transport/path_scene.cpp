@@ -12,25 +12,21 @@
 
 namespace tessera {
 
-float mostExtinctionPerMm(const VolumeInfo& info) {
-    const glm::dmat3 linear(info.patientFromVoxel);
-    const double mm = std::min({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
-    return static_cast<float>(kMostExtinctionPerVoxel / mm);
-}
-
-PathScene pathScene(const Transport& transport, const Lighting& lighting, const Camera& camera,
-                    const VolumeInfo& info, const Optics& optics, const ExtinctionBounds& bounds,
-                    const Occupancy* occupancy, std::uint32_t seed) {
+PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
+                    const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
+                    std::uint32_t seed) {
     PathScene scene;
     scene.optics = &optics;
     scene.bounds = &bounds;
     scene.occupancy = occupancy;
-    scene.transport = transport;
+    scene.transport = lighting.transport.value();
+    scene.environment = lighting.environment;
     scene.seed = seed;
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     scene.voxelFromPatient = glm::mat3(glm::dmat3(voxelFromPatient));
     scene.extent = glm::vec3(info.extentVoxels);
-    scene.up = glm::vec3(glm::normalize(transport.sky.up));
+    if (lighting.environment)
+        scene.up = glm::vec3(glm::normalize(lighting.environment->up));
     const glm::dmat3 axes = patientFromCamera(camera);
     const auto inPatient = [&](const Light& light, const glm::dvec3& v) {
         return light.frame == LightFrame::patient ? v : axes * v;
@@ -68,19 +64,19 @@ PathScene pathScene(const Transport& transport, const Lighting& lighting, const 
 }
 
 glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction) {
-    const Sky& sky = scene.transport.sky;
+    if (!scene.environment)
+        return glm::vec3(0.0f);
+    const Environment& sky = *scene.environment;
     const auto of = [&](const glm::dvec3& colour, float share) {
         return glm::vec3(sky.intensity * colour) * share;
     };
     const float height = direction.x * scene.up.x + direction.y * scene.up.y + direction.z * scene.up.z;
-    switch (sky.kind) {
-    case SkyKind::none:
-        break;
-    case SkyKind::uniform:
+    switch (sky.sky) {
+    case Sky::uniform:
         return of(sky.colour, 1.0f);
-    case SkyKind::overcast:
+    case Sky::overcast:
         return height > 0.0f ? of(sky.colour, (1.0f + 2.0f * height) * (1.0f / 3.0f)) : glm::vec3(0.0f);
-    case SkyKind::twoTone: {
+    case Sky::twoTone: {
         const float share = 0.5f + 0.5f * height;
         return of(sky.colour, share) + of(sky.below, 1.0f - share);
     }

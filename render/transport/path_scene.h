@@ -9,8 +9,10 @@
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
 
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -30,6 +32,7 @@ struct PathScene {
     const ExtinctionBounds* bounds = nullptr;
     const Occupancy* occupancy = nullptr; // null: nothing is leapt over
     Transport transport;
+    std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
     glm::mat3 voxelFromPatient{1}; // linear part
     glm::vec3 extent{0};           // voxels
@@ -37,14 +40,11 @@ struct PathScene {
     glm::vec3 up{0, 0, 1}; // of the sky, unit
 };
 
-/// Extinctions above this many a voxel count as that: thicker walls look the same, and paths would crawl.
-constexpr double kMostExtinctionPerVoxel = 256;
-float mostExtinctionPerMm(const VolumeInfo& info);
-
+/// @param lighting  has a transport
 /// @param optics, bounds, occupancy  of the volume; outlive it
-PathScene pathScene(const Transport& transport, const Lighting& lighting, const Camera& camera,
-                    const VolumeInfo& info, const Optics& optics, const ExtinctionBounds& bounds,
-                    const Occupancy* occupancy, std::uint32_t seed);
+PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
+                    const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
+                    std::uint32_t seed);
 
 /// Radiance of the sky from a direction, unit, patient space.
 glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction);

@@ -2,6 +2,7 @@
 // collisions with bounds of its extinction (docs/sampling.md, "Paths"). Neither has a step, nor a bias.
 #pragma once
 
+#include "core/base/work.h"
 #include "render/contract/leaves.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
@@ -18,20 +19,6 @@ namespace tessera {
 struct Flight {
     glm::vec3 from{0}, perMm{0};
     float mm = 0; // to where it ends
-};
-
-/// Counts of work, for reports.
-struct PathWork {
-    std::uint64_t paths = 0, bounces = 0;
-    std::uint64_t lookUps = 0,
-                  nullCollisions = 0; // extinctions that were read, and those that counted as none
-    std::uint64_t cells = 0;          // boxes that ways went through
-    std::uint64_t exceeded = 0;       // extinctions above their bound
-    PathWork& operator+=(const PathWork& other) {
-        paths += other.paths, bounces += other.bounces, lookUps += other.lookUps;
-        nullCollisions += other.nullCollisions, cells += other.cells, exceeded += other.exceeded;
-        return *this;
-    }
 };
 
 /// Where a way from p leaves the volume, mm.

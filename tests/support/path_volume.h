@@ -30,7 +30,8 @@ class PathVolume {
         selection_.levels.assign(cellCount(selection_.bricks), 0);
         selection_.means.assign(selection_.levels.size(), 0);
         selection_.counts[0] = selection_.levels.size();
-        table_ = makeTable(TransferFunction::fromExtinction({{0, 0}, {most / 512, most / 512}, {most, most}}, {{0, albedo}}));
+        table_ = makeTable(TransferFunction::fromExtinction({{0, 0}, {most / 512, most / 512}, {most, most}},
+                                                            {{0, albedo}}));
         optics_ = makeOptics(table_, info_, Shading{}, 0);
         setShading(optics_, Shading{});
         const OccupancyInput input{statistics_, table_, info_, selection_};
@@ -46,11 +47,12 @@ class PathVolume {
     leaf::LabelShares<float> labels(const glm::vec3&) const { return {}; }
 
     PathScene scene(const Transport& transport, const std::vector<Light>& lights,
-                    const Camera& camera = {}) const {
+                    const std::optional<Environment>& environment = {}, const Camera& camera = {}) const {
         Lighting lighting;
         lighting.lights = lights;
-        PathScene scene =
-            pathScene(transport, lighting, camera, info_, optics_, bounds_, occupancy_.get(), 1);
+        lighting.transport = transport;
+        lighting.environment = environment;
+        PathScene scene = pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(), 1);
         if (lights.empty())
             scene.lights.clear(); // the sky alone
         return scene;

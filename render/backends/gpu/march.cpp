@@ -290,7 +290,10 @@ bool March::runUntil(SourcesOfAll sources, const Slicing& slicing, Clock::time_p
         const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
         GpuWork counted{};
         counters.read(0, std::as_writable_bytes(std::span(&counted, 1)));
-        work += Work{counted.iterations, counted.segments, counted.samples, counted.fetches, counted.blended};
+        Work done;
+        done.iterations = counted.iterations, done.segments = counted.segments, done.samples = counted.samples;
+        done.fetches = counted.fetches, done.blended = counted.blended;
+        work += done;
         return std::pair(ms, counted);
     };
     if (!compiled_) // the driver compiles at the first dispatch; that is not ray casting

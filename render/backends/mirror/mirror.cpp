@@ -146,6 +146,25 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
     return out;
 }
 
+void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySource<float>& rays,
+                 const std::function<glm::vec2(std::size_t)>& places, std::span<glm::vec4> colours,
+                 int threads, Work& work) {
+    std::mutex mutex;
+    parallelFor(
+        (colours.size() + kStrip - 1) / kStrip, threads,
+        [&](std::size_t strip) {
+            Work mine;
+            withField<float>(input, [&](auto& field) {
+                for (std::size_t i = strip * kStrip; i < std::min(colours.size(), (strip + 1) * kStrip); ++i)
+                    if (colours[i].a > 0)
+                        colours[i] = pathColour(rays(i), field, input, scene, places(i), colours[i].a, mine);
+            });
+            const std::lock_guard lock(mutex);
+            work += mine;
+        },
+        input.progress);
+}
+
 template <typename Real>
 std::vector<SurfaceHit> mirrorHits(const MirrorInput& input, std::size_t rayCount,
                                    const RaySource<Real>& rays, int threads) {

@@ -17,10 +17,12 @@
 #include "render/contract/sampler.h"
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
+#include "render/transport/path.h"
 
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 #include <span>
 #include <vector>
@@ -67,12 +69,37 @@ void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& i
     }
 }
 
+/// The place at which a ray has gathered an opacity; of rays that gather less, the last that shows something.
+template <typename Real> struct SeenPlace {
+    Real alpha = 0; // sought
+    bool shows = false;
+    glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
+};
+
+/// True where the place lies in the segment of so many lengths from i on.
+/// @param before  opacity in front of it
+template <typename Real>
+bool takePlace(const SegmentedRay<Real>& ray, int i, Real length, Real before, const SeenSegment<Real>& seen,
+               SeenPlace<Real>& at) {
+    const Real share = (at.alpha - before) / (Real(1) - before); // the segment's opacity up to it
+    const bool here = share < seen.opacity;
+    at.shows = true;
+    at.colour = seen.colour;
+    const Real depth = seen.extinction * (length * ray.segmentMm);
+    const Real part =
+        here ? std::min(Real(1), static_cast<Real>(exponentialOf(static_cast<float>(share))) / depth)
+             : Real(1);
+    at.place = leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i) + part * length);
+    return here;
+}
+
 /// Composites a ray, or a part of it, behind what it has gathered before. Premultiplied colour and alpha.
 /// @param field  value(p) and gradient(p) at a point in voxels; pitch(p), distance of samples there
 /// @param hit  with isosurfaces: gets the first hit
+/// @param at  or null; the ray ends there. Not with isosurfaces
 template <typename Real, typename Field>
 void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
-                    SurfaceHit* hit, glm::vec<4, Real>& sum) {
+                    SurfaceHit* hit, glm::vec<4, Real>& sum, SeenPlace<Real>* at = nullptr) {
     const Optics& optics = *input.optics;
     if (!optics.surfaces.empty()) {
         SurfaceRayState<Real> state{0, sum};
@@ -108,6 +135,8 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
         SeenSegment<Real> seen;
         if (seeSegment(optics, field, front, back, stridePosition(ray, i, length), ray.direction,
                        length * ray.segmentMm, n, work, seen)) {
+            if (at && takePlace(ray, i, length, sum.a, seen, *at))
+                return;
             composite(sum, seen.colour, seen.opacity);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
@@ -172,6 +201,32 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
                                                          const RaySource<float>&, int, Work&);
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
+
+/// The colour of a path of light that a ray sees the end of, and the ray's opacity.
+/// @param place  of the ray on the picture, pixels
+/// @param alpha  the opacity that the whole ray gathers
+template <typename Field>
+glm::vec4 pathColour(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
+                     const PathScene& scene, const glm::vec2& place, float alpha, Work& work) {
+    PathNumbers numbers(place, scene.seed);
+    SeenPlace<float> at;
+    at.alpha = numbers.next() * alpha;
+    glm::vec4 sum(0);
+    compositeAlong(ray, field, input, work, nullptr, sum, &at);
+    if (!at.shows)
+        return {0, 0, 0, alpha};
+    PathTracer<Field> tracer(scene, field, numbers, work.paths);
+    PathTissue tissue = tracer.tissueAt(at.place);
+    tissue.albedo = at.colour;
+    const glm::vec3 direction = inPatient(scene.optics->patientFromVoxel, ray.direction);
+    return {alpha * tracer.lightFrom(at.place, tissue, direction / glm::length(direction)), alpha};
+}
+
+/// Sets colours of rays whose alpha is known to those of paths.
+/// @param places  of a ray, by its number
+void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySource<float>& rays,
+                 const std::function<glm::vec2(std::size_t)>& places, std::span<glm::vec4> colours,
+                 int threads, Work& work);
 
 /// The first hits of rays and isosurfaces, one per ray, in order.
 template <typename Real>

@@ -40,8 +40,12 @@ class MirrorCaster : public RayCaster {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
             input.firstRay = done_;
-            const auto colours = mirrorRays<float>(
-                input, count, [&](std::size_t i) { return all(done_ + i); }, threads_, work);
+            const auto source = [&](std::size_t i) { return all(done_ + i); };
+            auto colours = mirrorRays<float>(input, count, source, threads_, work);
+            if (rays_.paths)
+                mirrorPaths(
+                    input, pathSceneOf(scene_, input.occupancy), source,
+                    [&](std::size_t i) { return rays_.placeOf(done_ + i); }, colours, threads_, work);
             std::copy(colours.begin(), colours.end(),
                       picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_));
             done_ += count;
@@ -165,7 +169,7 @@ EngineTraits mirrorTraits() {
     traits.kind = EngineKind::mirror;
     traits.name = "mirror";
     traits.singleRays = true;
-    traits.fuses = true;
+    traits.fuses = traits.followsPaths = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<MirrorEngine>(input.threads);
     };

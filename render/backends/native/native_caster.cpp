@@ -2,6 +2,7 @@
 #include "render/backends/native/native_caster.h"
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/threads.h"
 #include "render/backends/mirror/mirror.h"
 #include "render/backends/native/native_scene.h"
@@ -121,10 +122,42 @@ native::PacketScene NativeCaster::packetSceneOfVolume(std::size_t number) const 
                           number == 0 ? surfaceBlocks_.get() : nullptr});
 }
 
+/// By the scalar text, which has the packets' bits.
+void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
+    constexpr std::size_t kStrip = 64; // rays of a task
+    MirrorInput input;
+    input.optics = &scene_.layer().optics;
+    input.occupancy = occupancy();
+    input.strides = rays_.strides;
+    const PathScene scene = pathSceneOf(scene_, input.occupancy);
+    const auto rays = frameRays(frame_, rays_.places, rays_.arraySize.x);
+    const Layer& volume = scene_.layer();
+    std::mutex mutex;
+    parallelFor((colour_.size() + kStrip - 1) / kStrip, engine_.threads(),
+                [&](std::size_t strip) {
+                    checkInterrupted();
+                    NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
+                                      volume.selection.finest(), volume.optics.gradient);
+                    field.setLabels(engine_.labelChannels(), volume.optics.labels);
+                    Work mine;
+                    for (std::size_t i = strip * kStrip; i < std::min(colour_.size(), (strip + 1) * kStrip);
+                         ++i)
+                        if (colour_[i].a > 0)
+                            colour_[i] = pathColour(rays(i), field, input, scene, rays_.placeOf(i),
+                                                    colour_[i].a, mine);
+                    const std::lock_guard lock(mutex);
+                    work += mine;
+                },
+                slicing.progress);
+}
+
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
     while (drawRound(slicing, deadline, work)) {
-        if (waiting_ > 0 || !cuts_)
+        if (waiting_ > 0 || !cuts_) {
+            if (waiting_ == 0 && rays_.paths)
+                followPaths(slicing, work);
             return true;
+        }
         if (round_ + 1 >= cuts_->most) {
             if (scene_.layer().reduces())
                 colourKeptValues();

@@ -55,6 +55,7 @@ class NativeCaster : public RayCaster {
     /// One interval of every ray, the same number of each.
     bool drawRound(const Slicing& slicing, Clock::time_point deadline, Work& work);
     void startRound();
+    void followPaths(const Slicing& slicing, Work& work);
     void colourKeptValues();
     bool drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, const Slicing& slicing, Counts& counts);
     void nameStride(NativeField& field, const SegmentedRay<float>& ray, int i, const glm::vec4& sum);

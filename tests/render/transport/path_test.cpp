@@ -67,17 +67,14 @@ TEST(Paths, SeeNothingInAWhiteFurnace) {
     const PathVolume volume({24, 24, 24}, lumps, 2);
     for (const Phase& phase :
          {Phase{}, Phase{PhaseKind::henyeyGreenstein, 0.8}, Phase{PhaseKind::rayleigh}}) {
-        Transport transport = transportOf(256, phase);
-        transport.sky.kind = SkyKind::uniform;
-        const Mean light =
-            lightAgainst(volume, volume.scene(transport, {}), {3.3f, 0, 5.5f}, {0, 1, 0}, 4000);
+        const Mean light = lightAgainst(volume, volume.scene(transportOf(256, phase), {}, Environment{}),
+                                        {3.3f, 0, 5.5f}, {0, 1, 0}, 4000);
         EXPECT_NEAR(light.mean, 1, 4 * light.error + 1e-3); // roulette makes noise; a few need more bounces
     }
     // With an albedo below 1 it is darker.
     const PathVolume grey({24, 24, 24}, lumps, 2, glm::dvec3(0.8));
-    Transport transport = transportOf(256);
-    transport.sky.kind = SkyKind::uniform;
-    const Mean light = lightAgainst(grey, grey.scene(transport, {}), {3.3f, 0, 5.5f}, {0, 1, 0}, 4000);
+    const Mean light =
+        lightAgainst(grey, grey.scene(transportOf(256), {}, Environment{}), {3.3f, 0, 5.5f}, {0, 1, 0}, 4000);
     EXPECT_LT(light.mean, 0.9);
     EXPECT_GT(light.mean, 0.2);
 }
@@ -137,17 +134,17 @@ TEST(Paths, ScatterThePointLightOnce) {
     EXPECT_LT(seen.error, 0.1 * expected);
 }
 
-TEST(Skies, AreWhatTheySay) {
+TEST(Environments, AreWhatTheySay) {
     PathScene scene;
-    scene.transport.sky = {SkyKind::overcast, 3, glm::dvec3(1, 0.5, 0.25)};
+    scene.environment = {Sky::overcast, 3, glm::dvec3(1, 0.5, 0.25)};
     EXPECT_NEAR(skyFrom(scene, {0, 0, 1}).r, 3, 1e-6f);
     EXPECT_NEAR(skyFrom(scene, {1, 0, 0}).r, 0, 1e-6f);
     EXPECT_NEAR(skyFrom(scene, {0.6f, 0, 0.8f}).g, 3 * 0.5f * 2.6f / 3, 1e-6f);
     EXPECT_EQ(skyFrom(scene, {0, 0, -1}), glm::vec3(0));
-    scene.transport.sky = {SkyKind::twoTone, 1, glm::dvec3(1), glm::dvec3(0, 0.5, 0)};
+    scene.environment = {Sky::twoTone, 1, glm::dvec3(1), glm::dvec3(0, 0.5, 0)};
     EXPECT_NEAR(skyFrom(scene, {0, 0, -1}).g, 0.5f, 1e-6f);
     EXPECT_NEAR(skyFrom(scene, {0, 1, 0}).g, 0.75f, 1e-6f);
-    scene.transport.sky.kind = SkyKind::none;
+    scene.environment.reset();
     EXPECT_EQ(skyFrom(scene, {0, 0, 1}), glm::vec3(0));
 }
 

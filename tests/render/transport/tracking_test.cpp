@@ -154,7 +154,7 @@ TEST(Transmittance, OfAWayThatEndsEarlierIsThatOfThePart) {
 
 /// Leaps over empty boxes change no result.
 TEST(FreePath, IsTheSameWithoutLeaps) {
-    const auto walls = [](const glm::ivec3& i) { return i.x < 6 || i.x > 33 ? 0.05f * hashOf(i) : 0.0f; };
+    const auto walls = [](const glm::ivec3& i) { return i.x < 6 || i.x > 33 ? 0.05f * hashOf(i) : -1.0f; };
     const PathVolume volume({40, 34, 30}, walls, 0.05);
     PathWork leaping, walking;
     for (int path = 0; path < 3000; ++path) {

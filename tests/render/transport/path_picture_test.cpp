@@ -1,0 +1,317 @@
+// Pictures by paths of light: engines' bits, closed forms through stores and cameras, noise that is told, and
+// what is refused.
+#include "core/base/error.h"
+#include "render/picture/render_scene.h"
+#include "tests/support/graded.h"
+#include "tests/support/labelled.h"
+#include "tests/support/mixed_fixture.h"
+#include "tests/support/native_fixture.h"
+#include "tests/support/surface_fixture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace tessera {
+namespace {
+
+using namespace tessera::test;
+using ::testing::HasSubstr;
+
+Light sun(double softness = 8) {
+    Light light;
+    light.kind = LightKind::directional;
+    light.direction = {0.5, 0.7, 0.6};
+    light.softness = softness;
+    return light;
+}
+
+Scene lit(Scene scene, int bounces = 4) {
+    scene.lighting.lights = {sun()};
+    scene.lighting.transport = Transport{bounces, {PhaseKind::henyeyGreenstein, 0.3}};
+    scene.lighting.environment = Environment{Sky::twoTone, 0.5};
+    scene.quality.pixels = {4, PixelFilter::box, 3};
+    return scene;
+}
+
+RenderResult drawn(const Scene& scene, const StoreReader& store, MemoryBudget& ram, EngineKind engine,
+                   int threads = 2, std::size_t gpuBytes = std::size_t{64} << 20) {
+    MemoryBudget gpu("GPU memory", "--gpu-memory", gpuBytes);
+    RenderOptions options;
+    options.engine = engine;
+    options.threads = threads;
+    RenderResult result = renderScene(scene, store, ram, gpu, options);
+    EXPECT_LE(ram.peakBytes(), ram.limitBytes());
+    EXPECT_LE(gpu.peakBytes(), gpu.limitBytes());
+    EXPECT_EQ(result.work.paths.exceeded, 0u);
+    return result;
+}
+
+struct Torso {
+    Torso() : reader(storePath("torso"), ram) {}
+    Scene scene(const std::string& preset, int camera = 0, glm::ivec2 size = {32, 24}) const {
+        return sceneOn(reader.info(), preset, camera, size);
+    }
+    RenderResult draw(const Scene& scene, EngineKind engine, int threads = 2,
+                      std::size_t gpuBytes = std::size_t{64} << 20) {
+        return drawn(scene, reader, ram, engine, threads, gpuBytes);
+    }
+    MemoryBudget ram{"RAM", "--ram", std::size_t{256} << 20};
+    StoreReader reader;
+};
+
+std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
+    std::vector<Scene> scenes;
+    for (int camera = 0; camera < 3; ++camera)
+        scenes.push_back(lit(torso.scene(camera == 1 ? "soft-tissue" : "bone-1", camera)));
+    scenes.push_back(lit(torso.scene("lung")));
+    grade(scenes.back());
+    scenes.push_back(lit(torso.scene("bone-1")));
+    label(scenes.back(), labels.store);
+    scenes.push_back(lit(torso.scene("bone-1"), 1));
+    scenes.back().quality.skipping = false;
+    scenes.push_back(lit(torso.scene("skin")));
+    Light lamp;
+    lamp.kind = LightKind::point;
+    lamp.position = {10, 20, 30};
+    lamp.attenuation = {1, 0.01, 0.001};
+    scenes.back().lighting.lights = {Light{}, lamp};
+    scenes.back().lighting.transport->phase = {PhaseKind::rayleigh};
+    return scenes;
+}
+
+TEST(PathPicture, NativeHasTheMirrorsBits) {
+    Torso torso;
+    const BallsOfLabels labels(torso.reader.info());
+    for (const Scene& scene : manyScenes(torso, labels)) {
+        const RenderResult mirror = torso.draw(scene, EngineKind::mirror);
+        EXPECT_FALSE(isBlank(mirror.image));
+        EXPECT_GT(mirror.work.paths.paths, 0u);
+        for (const int threads : {1, 2}) {
+            const RenderResult native = torso.draw(scene, EngineKind::native, threads);
+            EXPECT_EQ(differing(native.image, mirror.image), 0u);
+            EXPECT_EQ(native.work.paths.lookUps, mirror.work.paths.lookUps);
+        }
+    }
+}
+
+TEST(PathPicture, NativeHasTheMirrorsBitsWhereLevelsMix) {
+    Torso torso;
+    Scene scene = lit(torso.scene("bone-1"));
+    const std::size_t small = std::size_t{3} << 20;
+    const RenderResult native = torso.draw(scene, EngineKind::native, 2, small);
+    std::size_t levels = 0;
+    for (const std::size_t bricks : native.bricksOfLevel)
+        levels += bricks > 0;
+    EXPECT_GT(levels, 2u) << "nothing is tested";
+    EXPECT_EQ(differing(native.image, torso.draw(scene, EngineKind::mirror, 2, small).image), 0u);
+}
+
+/// Rays see what they saw: alpha has no noise.
+TEST(PathPicture, HasTheOpacityOfThePictureWithoutLight) {
+    Torso torso;
+    const Scene scene = lit(torso.scene("soft-tissue"));
+    Scene plain = scene;
+    plain.lighting = {};
+    plain.shading.on = false;
+    const Image paths = torso.draw(scene, EngineKind::native).image,
+                unlit = torso.draw(plain, EngineKind::native).image;
+    for (std::size_t n = 0; n < paths.pixels.size(); ++n)
+        ASSERT_EQ(paths.pixels[n].a, unlit.pixels[n].a);
+}
+
+/// White tissue under a sky that is the same everywhere cannot be told from the sky, whatever its shape.
+TEST(PathPicture, IsWhiteInAFurnace) {
+    Torso torso;
+    Scene scene = torso.scene("bone-1");
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromOpacity({{-500, 0}, {0, 0.002}, {300, 0.02}, {1500, 0.05}}, {}, 1);
+    scene.lighting.lights = {sun()};
+    scene.lighting.lights[0].intensity = 0;
+    scene.lighting.transport = Transport{256, {PhaseKind::henyeyGreenstein, -0.2}};
+    scene.lighting.environment = Environment{};
+    scene.quality.pixels = {16, PixelFilter::box, 3};
+    const Image image = torso.draw(scene, EngineKind::native).image;
+    double light = 0, alpha = 0;
+    for (const glm::vec4& pixel : image.pixels)
+        light += static_cast<double>(pixel.g), alpha += static_cast<double>(pixel.a);
+    EXPECT_GT(alpha, 0.2 * static_cast<double>(image.pixels.size()));
+    EXPECT_NEAR(light / alpha, 1, 0.01);
+}
+
+struct Mean {
+    double mean = 0, error = 0; // and its standard error
+};
+/// Red, over all pixels.
+Mean meanOf(const Image& image) {
+    double sum = 0, squares = 0;
+    for (const glm::vec4& pixel : image.pixels)
+        sum += static_cast<double>(pixel.r), squares += std::pow(static_cast<double>(pixel.r), 2);
+    const auto count = static_cast<double>(image.pixels.size());
+    return {sum / count, std::sqrt((squares / count - std::pow(sum / count, 2)) / count)};
+}
+
+/// A slab of one extinction, seen and lit along slanted ways, scatters once: the closed form, through a store
+/// with sheared voxels.
+TEST(PathPicture, ScattersOnceInASlabAsTheClosedForm) {
+    const Stored stored([](const glm::dvec3&) { return 1.0; }, {96, 96, 24}, false);
+    Scene scene = stored.scene({});
+    const double density = 0.08, albedo = 0.6;
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromExtinction({{0, density}, {2, density}}, {{0, glm::dvec3(albedo)}});
+    scene.imageSize = {16, 16};
+    Camera camera;
+    camera.projection = Projection::parallel;
+    camera.focalPoint = glm::dvec3(stored.info.patientFromVoxel * glm::dvec4(48, 48, 12, 1));
+    camera.position = camera.focalPoint + 200.0 * glm::normalize(glm::dvec3(0.3, -0.2, -1));
+    camera.viewUp = {0, 1, 0};
+    camera.parallelScale = 4;
+    scene.camera = camera;
+    Light light;
+    light.kind = LightKind::directional;
+    light.frame = LightFrame::patient;
+    light.direction = {-0.4, 0.1, -1};
+    light.intensity = 2;
+    scene.lighting.lights = {light};
+    scene.lighting.transport = Transport{1, {PhaseKind::henyeyGreenstein, 0.5}};
+    scene.quality.pixels = {256, PixelFilter::box, 3};
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
+    const StoreReader reader(scene.volumes[0].path, ram);
+    const RenderResult result = drawn(scene, reader, ram, EngineKind::native);
+    const glm::dvec3 travel = glm::normalize(camera.focalPoint - camera.position),
+                     towards = glm::normalize(light.direction);
+    const double mu = travel.z, mu0 = -towards.z, depth = 24 * 1.5 * density;
+    const double phase = static_cast<double>(
+        phaseOf(scene.lighting.transport->phase, static_cast<float>(glm::dot(travel, towards))));
+    const double expected =
+        albedo * phase * M_PI * light.intensity * mu0 / (mu + mu0) * -std::expm1(-depth * (1 / mu + 1 / mu0));
+    const Mean many = meanOf(result.image);
+    EXPECT_NEAR(many.mean, expected, 4 * many.error + 1e-3 * expected);
+    EXPECT_LT(many.error, 5e-3 * expected);
+    scene.quality.pixels.samples = 16; // a sixteenth of them has four times the error
+    const Mean few = meanOf(drawn(scene, reader, ram, EngineKind::native).image);
+    EXPECT_NEAR(few.mean, expected, 4 * few.error + 1e-3 * expected);
+    EXPECT_NEAR(few.error / many.error, 4, 0.5);
+}
+
+/// The standard error that a picture tells is the one that it makes.
+TEST(PathPicture, TellsTheErrorThatItMakes) {
+    Torso torso;
+    Scene scene = lit(torso.scene("bone-1", 0, {12, 10}));
+    constexpr int kSeeds = 60;
+    for (const int samples : {8, 32}) {
+        scene.quality.pixels.samples = samples;
+        std::vector<std::vector<double>> pixels;
+        double told = 0;
+        for (int seed = 0; seed < kSeeds; ++seed) {
+            scene.quality.pixels.seed = static_cast<std::uint32_t>(seed);
+            const RenderResult result = torso.draw(scene, EngineKind::native);
+            ASSERT_TRUE(result.pixels.error);
+            told += std::pow(result.pixels.error->rms, 2);
+            std::vector<double> values;
+            for (const glm::vec4& pixel : result.image.pixels)
+                for (int c = 0; c < 4; ++c)
+                    values.push_back(static_cast<double>(pixel[c]));
+            pixels.push_back(values);
+        }
+        double variance = 0;
+        std::size_t shown = 0;
+        for (std::size_t n = 0; n < pixels[0].size(); n += 4) {
+            double alpha = 0;
+            for (const auto& picture : pixels)
+                alpha += picture[n + 3];
+            if (!(alpha > 0))
+                continue;
+            ++shown;
+            for (std::size_t c = 0; c < 4; ++c) {
+                double mean = 0, squares = 0;
+                for (const auto& picture : pixels)
+                    mean += picture[n + c] / kSeeds;
+                for (const auto& picture : pixels)
+                    squares += std::pow(picture[n + c] - mean, 2);
+                variance += squares / (kSeeds - 1) / 4;
+            }
+        }
+        const double made = std::sqrt(variance / static_cast<double>(shown));
+        EXPECT_NEAR(std::sqrt(told / kSeeds) / made, 1, 0.1) << samples;
+    }
+}
+
+/// No point has an extinction beyond its bounds, whatever levels meet there.
+TEST(ExtinctionBoundsOfScenes, HoldEveryPoint) {
+    for (const EdgeFunction edge : kEdgeFunctions)
+        for (const std::string preset : {"bone-1", "soft-tissue"}) {
+            MixedScene mixed("torso", preset, 0, edge);
+            Planner& p = mixed.p();
+            for (const bool mixes : {false, true}) {
+                if (mixes)
+                    mixed.choose(randomLevels(p.layer().selection, 7, true));
+                const Layer& layer = p.layer();
+                const ExtinctionBounds bounds(
+                    {layer.statistics, layer.table, p.info(), layer.selection, edge}, layer.optics,
+                    MapScale::cells, 1e6f, mixed.prepared->budgets.ram);
+                std::mt19937 random(11);
+                const MirrorInput input = mirrorInput(p, false);
+                std::size_t outside = 0, positive = 0;
+                withCacheField<float>(
+                    *input.cache, *input.info, *input.selection, input.levels, Gradient::central,
+                    [&](auto& field) {
+                        for (int n = 0; n < 40000; ++n) {
+                            glm::vec3 at;
+                            for (int axis = 0; axis < 3; ++axis)
+                                at[axis] = std::uniform_real_distribution<float>(
+                                    0, static_cast<float>(p.info().extentVoxels[axis]))(random);
+                            const float extinction = lookUp(layer.optics, field.value(at)).a;
+                            const ExtinctionRange range = bounds.of(glm::ivec3(at) >> bounds.shift());
+                            outside += extinction > range.most || extinction < range.least;
+                            positive += extinction > 0;
+                        }
+                    });
+                EXPECT_EQ(outside, 0u) << preset << " " << static_cast<int>(edge) << mixes;
+                EXPECT_GT(positive, 100u);
+            }
+        }
+}
+
+TEST(PathPicture, CostsNothingWithoutATransport) {
+    Torso torso;
+    const RenderResult plain = torso.draw(torso.scene("bone-1"), EngineKind::native);
+    EXPECT_EQ(plain.work.paths.paths, 0u);
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20),
+        gpu("GPU memory", "--gpu-memory", std::size_t{64} << 20);
+    const Planner p = planScene(torso.scene("bone-1"), torso.reader, {}, {ram, gpu, 0});
+    EXPECT_FALSE(p.layer().extinction.exists());
+}
+
+std::string refused(const Scene& scene, EngineKind engine = EngineKind::native) {
+    Torso torso;
+    try {
+        torso.draw(scene, engine);
+    } catch (const InputError& e) {
+        return e.what();
+    }
+    return "drawn";
+}
+
+TEST(PathPicture, RefusesWhatIsNotThere) {
+    Torso torso;
+    const Scene scene = lit(torso.scene("bone-1"));
+    EXPECT_THAT(refused(scene, EngineKind::reference), HasSubstr("native, mirror for this scene"));
+    Scene other = scene;
+    other.surfaces = {{300}};
+    EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected no isosurfaces"));
+    other = scene;
+    other.mode = Mode::maximum; // has no light
+    EXPECT_EQ(torso.draw(other, EngineKind::native).work.paths.paths, 0u);
+    other = scene;
+    other.cuts.planes = {{}};
+    EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected no cuts"));
+    other = scene;
+    other.quality.maxError = 3;
+    EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected no error bound"));
+}
+
+} // namespace
+} // namespace tessera
