@@ -2,6 +2,7 @@
 #include "render/empty_space/extinction_bounds.h"
 
 #include "core/base/threads.h"
+#include "render/contract/lattice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -98,8 +99,11 @@ std::size_t TableExtremes::bytes(std::size_t entries) {
                                          (sizeof(ExtinctionRange) + sizeof(std::vector<ExtinctionRange>));
 }
 
-std::size_t ExtinctionBounds::bytes(const glm::ivec3& extentVoxels, MapScale scale, std::size_t entries) {
-    return cellCount(mapGrid(extentVoxels, scale)) * sizeof(std::uint32_t) + TableExtremes::bytes(entries);
+std::size_t ExtinctionBounds::bytes(const glm::ivec3& extentVoxels, std::size_t entries) {
+    const std::size_t parts =
+        hasParts(extentVoxels) ? sizeof(std::int32_t) + kPartsOfCell * sizeof(std::uint32_t) : 0;
+    return cellCount(cellGrid(extentVoxels)) * (sizeof(std::uint32_t) + parts) +
+           TableExtremes::bytes(entries);
 }
 
 std::uint32_t ExtinctionBounds::packed(const ExtinctionRange& range) {
@@ -108,30 +112,90 @@ std::uint32_t ExtinctionBounds::packed(const ExtinctionRange& range) {
     return (up & 0xffff0000u) | (std::bit_cast<std::uint32_t>(range.least) >> 16);
 }
 
-ExtinctionBounds::ExtinctionBounds(const OccupancyInput& input, const Optics& optics, MapScale scale,
-                                   float limit, MemoryBudget& ram, int threads)
-    : shift_(boxShift(scale)), limit_(limit), grid_(mapGrid(input.info.extentVoxels, scale)),
-      extentVoxels_(input.info.extentVoxels) {
-    charge_ = ram.charge(bytes(extentVoxels_, scale, optics.table.size()), "the bounds of extinction");
+ExtinctionRange ExtinctionBounds::rangeOf(const TableExtremes& table, const Optics& optics, const Hull& hull,
+                                          bool labelled) const {
+    // As placeOf() has them in float.
+    const double x = double{hull.lo} * double{optics.scale} + double{optics.offset},
+                 y = double{hull.hi} * double{optics.scale} + double{optics.offset};
+    ExtinctionRange range = table.between(std::min(x, y) - kRounding, std::max(x, y) + kRounding);
+    const ExtinctionRange factors = factorsOf(optics.gradientOpacity);
+    range = {range.least * factors.least, range.most * factors.most};
+    if (labelled) { // shares of a label are anything from 0 to 1
+        range.least = 0;
+        if ((hull.shows & kShowsFunction) == 0)
+            range.most = 0;
+        if ((hull.shows & kShowsMedium) != 0)
+            range.most += optics.labels.density;
+    }
+    return {std::min(range.least, limit_), std::min(range.most, limit_)};
+}
+
+void ExtinctionBounds::refine(const OccupancyInput& input, const Optics& optics, BrickCache& cache,
+                              MemoryBudget& ram, int threads) {
+    if (!hasParts(extentVoxels_))
+        return;
+    parts_.assign(ranges_.size(), -1);
+    std::vector<glm::ivec3> cells;
+    const std::vector<glm::vec2> none;
+    BrickProof proof(input, none, static_cast<std::uint32_t>(input.selection.finest()));
+    for (std::size_t b = 0; b < input.selection.levels.size(); ++b) {
+        const glm::ivec3 brick = gridPosition(b, input.selection.bricks), first = brick * kCellsPerBrick;
+        const std::uint64_t plain = proof.plainCellsOf(brick);
+        for (std::size_t n = 0; plain != 0 && n < 64; ++n) {
+            const glm::ivec3 cell = first + gridPosition(n, glm::ivec3(kCellsPerBrick));
+            if ((plain >> n & 1u) == 0 || glm::any(glm::greaterThanEqual(cell, grid_)))
+                continue;
+            const ExtinctionRange range = ofCell(cell);
+            if (!(range.most > range.least))
+                continue;
+            parts_[linearIndex(cell, grid_)] = static_cast<std::int32_t>(cells.size());
+            cells.push_back(cell);
+        }
+    }
+    partsCharge_ =
+        ram.charge(parts_.size() * sizeof(std::int32_t) + cells.size() * kPartsOfCell * sizeof(std::uint32_t),
+                   "the bounds of extinction in parts of cells");
+    partRanges_.resize(cells.size() * kPartsOfCell);
+    const TableExtremes table(optics.table);
+    const bool labelled = input.statistics.hasLabels();
+    constexpr std::size_t kCellsAtATime = 256;
+    parallelFor((cells.size() + kCellsAtATime - 1) / kCellsAtATime, threads, [&](std::size_t turn) {
+        LatticeReader samples(cache, input.info, 0, &input.selection);
+        constexpr int kEdge = kCellExtent + 2;
+        double values[kEdge * kEdge * kEdge];
+        for (std::size_t n = turn * kCellsAtATime; n < std::min(cells.size(), (turn + 1) * kCellsAtATime);
+             ++n) {
+            samples.cube<kEdge>(cells[n] * kCellExtent - 1, values);
+            const std::uint8_t shows =
+                input.statistics.showsOfCell(linearIndex(cells[n], input.statistics.cells));
+            for (int part = 0; part < kPartsOfCell; ++part) {
+                const glm::ivec3 first =
+                    gridPosition(static_cast<std::size_t>(part), glm::ivec3(kParts)) * (1 << kPartShift);
+                Hull hull;
+                hull.shows = shows;
+                constexpr int kSide = (1 << kPartShift) + 2;
+                for (int z = 0; z < kSide; ++z)
+                    for (int y = 0; y < kSide; ++y)
+                        for (int x = 0; x < kSide; ++x) {
+                            const auto value = static_cast<float>(
+                                values[linearIndex(first + glm::ivec3(x, y, z), glm::ivec3(kEdge))]);
+                            hull.add(value, value);
+                        }
+                partRanges_[n * kPartsOfCell + static_cast<std::size_t>(part)] =
+                    packed(rangeOf(table, optics, hull, labelled));
+            }
+        }
+    });
+}
+
+ExtinctionBounds::ExtinctionBounds(const OccupancyInput& input, const Optics& optics, float limit,
+                                   MemoryBudget& ram, int threads)
+    : limit_(limit), grid_(cellGrid(input.info.extentVoxels)), extentVoxels_(input.info.extentVoxels) {
+    charge_ = ram.charge(cellCount(grid_) * sizeof(std::uint32_t) + TableExtremes::bytes(optics.table.size()),
+                         "the bounds of extinction");
     ranges_.assign(cellCount(grid_), 0);
     const TableExtremes table(optics.table);
-    const ExtinctionRange factors = factorsOf(optics.gradientOpacity);
     const bool labelled = input.statistics.hasLabels();
-    const auto rangeOf = [&](const Hull& hull) {
-        // As placeOf() has them in float.
-        const double x = double{hull.lo} * double{optics.scale} + double{optics.offset},
-                     y = double{hull.hi} * double{optics.scale} + double{optics.offset};
-        ExtinctionRange range = table.between(std::min(x, y) - kRounding, std::max(x, y) + kRounding);
-        range = {range.least * factors.least, range.most * factors.most};
-        if (labelled) { // shares of a label are anything from 0 to 1
-            range.least = 0;
-            if ((hull.shows & kShowsFunction) == 0)
-                range.most = 0;
-            if ((hull.shows & kShowsMedium) != 0)
-                range.most += optics.labels.density;
-        }
-        return ExtinctionRange{std::min(range.least, limit), std::min(range.most, limit)};
-    };
     const glm::ivec3& bricks = input.selection.bricks;
     const std::vector<glm::vec2> none; // ranges around bricks, which decide nothing here
     constexpr std::size_t kBricksAtATime = 64;
@@ -141,7 +205,6 @@ ExtinctionBounds::ExtinctionBounds(const OccupancyInput& input, const Optics& op
         BrickProof::CellHulls hulls;
         for (std::size_t b = turn * kBricksAtATime; b < std::min(count, (turn + 1) * kBricksAtATime); ++b) {
             const glm::ivec3 brick = gridPosition(b, bricks), cells = proof.rangesOf(brick, hulls);
-            Hull whole;
             const auto forEachCell = [&](const auto& visit) {
                 glm::ivec3 at(0);
                 for (at.z = 0; at.z < cells.z; ++at.z)
@@ -149,15 +212,13 @@ ExtinctionBounds::ExtinctionBounds(const OccupancyInput& input, const Optics& op
                         for (at.x = 0; at.x < cells.x; ++at.x)
                             visit(at);
             };
+            Hull whole;
             forEachCell([&](const glm::ivec3& at) { whole.add(hulls[cellBit(at)]); });
-            const std::uint32_t all = packed(rangeOf(whole));
-            if (scale == MapScale::bricks)
-                ranges_[b] = all;
-            else
-                forEachCell([&](const glm::ivec3& at) {
-                    ranges_[linearIndex(kCellsPerBrick * brick + at, grid_)] =
-                        proof.coarsestAround() >= kCoarse ? all : packed(rangeOf(hulls[cellBit(at)]));
-                });
+            const bool coarse = proof.coarsestAround() >= kCoarse;
+            forEachCell([&](const glm::ivec3& at) {
+                ranges_[linearIndex(kCellsPerBrick * brick + at, grid_)] =
+                    packed(rangeOf(table, optics, coarse ? whole : hulls[cellBit(at)], labelled));
+            });
         }
     });
 }

@@ -264,9 +264,8 @@ void Planner::mapLevels(bool always) {
     }
     if (view.lighting.transport) {
         layer().extinction = {};
-        layer().extinction = ExtinctionBounds(
-            {layer().statistics, layer().table, info(), layer().selection, view.quality.edgeFunction},
-            layer().optics, layer().mapScale, mostExtinctionPerMm(info()), *ram, threads);
+        layer().extinction =
+            ExtinctionBounds(occupancyInput(), layer().optics, mostExtinctionPerMm(info()), *ram, threads);
     }
 }
 
@@ -451,8 +450,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     memory = std::move(floors);
     memory.setSpare(free.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
     if (view.lighting.transport)
-        memory.need("bounds of extinction",
-                    ExtinctionBounds::bytes(extent, MapScale::cells, layer().table.entries.size()), 0);
+        memory.need("bounds of extinction", ExtinctionBounds::bytes(extent, layer().table.entries.size()), 0);
     if (!view.quality.skipping)
         return;
     memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
@@ -469,6 +467,11 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
         layer().surfaceTable = layer().table.ofSurfaces();
 }
 
+OccupancyInput Planner::occupancyInput() const {
+    const Layer& volume = layers.front();
+    return {volume.statistics, volume.table, info(), volume.selection, view.quality.edgeFunction};
+}
+
 void Planner::openCache(bool readsOnce) {
     if (const std::size_t light = lightBytes(*this, view.lighting))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
@@ -481,6 +484,8 @@ void Planner::openCache(bool readsOnce) {
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
     layer().cache = std::make_unique<BrickCache>(layer().voxels(), *ram, bytes, used);
+    if (view.lighting.transport)
+        layer().extinction.refine(occupancyInput(), layer().optics, *layer().cache, *ram, threads);
 }
 
 void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {

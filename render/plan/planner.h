@@ -86,6 +86,7 @@ class Planner : public FramePlan {
     std::size_t ramFloorBytes = 0; // of the scene
 
   private:
+    OccupancyInput occupancyInput() const;
     void chargeTables(Integrator integrator);
     void setValues(const Scene& scene, Reduction reduction);
     /// The tables that segments of the lengths need which rays take through the selection.

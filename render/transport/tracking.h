@@ -53,10 +53,10 @@ class BoundedWay {
             const glm::vec3 p = flight_.from + begin_ * flight_.perMm;
             const glm::ivec3 voxel =
                 glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), bounds_.extentVoxels() - 1);
-            const int shift = bounds_.shift();
-            const glm::ivec3 box = voxel >> shift;
-            range_ = bounds_.of(box);
-            float end = leaves(box << shift, (box + 1) << shift, kOverlap);
+            const ExtinctionBounds::Box here = bounds_.at(voxel);
+            const glm::ivec3 box = voxel >> here.shift;
+            range_ = here.range;
+            float end = leaves(box << here.shift, (box + 1) << here.shift, kOverlap);
             if (range_.most <= 0.0f && occupancy_)
                 if (const std::optional<EmptyBox> empty = emptyBoxAt(*occupancy_, flight_.perMm, p))
                     end = std::max(end, leaves(empty->low, empty->high, -static_cast<float>(kLeapMargin)));

@@ -36,7 +36,7 @@ class PathVolume {
         setShading(optics_, Shading{});
         const OccupancyInput input{statistics_, table_, info_, selection_};
         occupancy_ = std::make_unique<Occupancy>(input, MapScale::cells, ram_, 1);
-        bounds_ = ExtinctionBounds(input, optics_, MapScale::cells, static_cast<float>(4 * most), ram_, 1);
+        bounds_ = ExtinctionBounds(input, optics_, static_cast<float>(4 * most), ram_, 1);
     }
 
     // As samples and as a field.

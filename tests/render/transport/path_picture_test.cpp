@@ -109,6 +109,14 @@ TEST(PathPicture, NativeHasTheMirrorsBitsWhereLevelsMix) {
     EXPECT_EQ(differing(native.image, torso.draw(scene, EngineKind::mirror, 2, small).image), 0u);
 }
 
+TEST(PathPicture, IsTheSameWithoutSkipping) {
+    Torso torso;
+    Scene scene = lit(torso.scene("bone-1"));
+    const Image leaping = torso.draw(scene, EngineKind::native).image;
+    scene.quality.skipping = false;
+    EXPECT_EQ(differing(torso.draw(scene, EngineKind::native).image, leaping), 0u);
+}
+
 /// Rays see what they saw: alpha has no noise.
 TEST(PathPicture, HasTheOpacityOfThePictureWithoutLight) {
     Torso torso;
@@ -249,9 +257,12 @@ TEST(ExtinctionBoundsOfScenes, HoldEveryPoint) {
                 if (mixes)
                     mixed.choose(randomLevels(p.layer().selection, 7, true));
                 const Layer& layer = p.layer();
-                const ExtinctionBounds bounds(
-                    {layer.statistics, layer.table, p.info(), layer.selection, edge}, layer.optics,
-                    MapScale::cells, 1e6f, mixed.prepared->budgets.ram);
+                MemoryBudget& ram = mixed.prepared->budgets.ram;
+                const OccupancyInput volume{layer.statistics, layer.table, p.info(), layer.selection, edge};
+                ExtinctionBounds bounds(volume, layer.optics, 1e6f, ram);
+                bounds.refine(volume, layer.optics, *layer.cache, ram);
+                EXPECT_LE(bounds.usedBytes(),
+                          ExtinctionBounds::bytes(p.info().extentVoxels, layer.optics.table.size()));
                 std::mt19937 random(11);
                 const MirrorInput input = mirrorInput(p, false);
                 std::size_t outside = 0, positive = 0;
@@ -264,7 +275,7 @@ TEST(ExtinctionBoundsOfScenes, HoldEveryPoint) {
                                 at[axis] = std::uniform_real_distribution<float>(
                                     0, static_cast<float>(p.info().extentVoxels[axis]))(random);
                             const float extinction = lookUp(layer.optics, field.value(at)).a;
-                            const ExtinctionRange range = bounds.of(glm::ivec3(at) >> bounds.shift());
+                            const ExtinctionRange range = bounds.at(glm::ivec3(at)).range;
                             outside += extinction > range.most || extinction < range.least;
                             positive += extinction > 0;
                         }
