@@ -250,6 +250,14 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
     if (a.surfaceOcclusion && b.surfaceOcclusion && a.surfaceOcclusion->rays == b.surfaceOcclusion->rays)
         out.surfaceOcclusion->radiusMm =
             mixed(a.surfaceOcclusion->radiusMm, b.surfaceOcclusion->radiusMm, share);
+    if (a.environment && b.environment && a.environment->sky == b.environment->sky) {
+        const Environment& to = *b.environment;
+        Environment& e = *out.environment;
+        e.intensity = mixed(e.intensity, to.intensity, share);
+        e.colour = mixed(e.colour, to.colour, share);
+        e.below = mixed(e.below, to.below, share);
+        e.up = turned(e.up, to.up, share);
+    }
     return out;
 }
 

@@ -51,6 +51,15 @@ Kind<glm::dvec3> within(double lowest, double highest, const std::string& expect
                                      &glm::dvec3::z);
 }
 
+Kind<GradientWeight> gradientWeightKind() {
+    return numbersAt<GradientWeight>(&GradientWeight::low, &GradientWeight::high)
+        .checked([](const GradientWeight& weight, const JsonValue& value) {
+            if (!(weight.low >= 0 && weight.low <= weight.high))
+                value.refuse("[low, high], 0 or more, ascending");
+            checkValue(weight.high, "[low, high]", value.place());
+        });
+}
+
 /// Refuses a key of other kinds of light.
 auto onlyOf(const std::string& key, LightKind kind, const std::string& which) {
     return [=](const Light& light, const JsonValue& whole) {
@@ -167,6 +176,24 @@ const Fields<Phase>& phaseFields() {
     return fields;
 }
 
+const Fields<SurfaceScattering>& surfaceScatteringFields() {
+    static const Fields<SurfaceScattering> fields = [] {
+        Fields<SurfaceScattering> f("surface",
+                                    "Where the field is steep, light is scattered as by a surface: evenly, "
+                                    "below a coat that mirrors. Without it tissue is a medium everywhere.");
+        f.add(
+             "gradient", &SurfaceScattering::gradient, gradientWeightKind(),
+             "[low, high], physical units per mm: gradients up to low scatter as a medium, from high on as a "
+             "surface.")
+            .required();
+        f.add("mirrored", &SurfaceScattering::mirrored, numberIn(0, 1),
+              "Share of light that the coat mirrors at right angles.");
+        f.add("roughness", &SurfaceScattering::roughness, numberIn(0.05, 1), "Roughness of the coat.");
+        return f;
+    }();
+    return fields;
+}
+
 const Fields<Transport>& transportFields() {
     static const Fields<Transport> fields = [] {
         Fields<Transport> f(
@@ -176,6 +203,7 @@ const Fields<Transport>& transportFields() {
         f.add("bounces", &Transport::bounces, wholeIn(1, Transport::kMostBounces),
               "Scatterings of a path, at most.");
         f.add("phase", &Transport::phase, objectOf(phaseFields())).unlessDefault();
+        f.add("surface", &Transport::surface, objectOf(surfaceScatteringFields()));
         return f;
     }();
     return fields;
@@ -223,13 +251,7 @@ const Fields<Shading>& shadingFields() {
               "Highlights by the mirrored light direction, or by the direction halfway between light and "
               "viewer (wider at the same power).")
             .unlessDefault();
-        f.add("gradientWeight", &Shading::gradientWeight,
-              numbersAt<GradientWeight>(&GradientWeight::low, &GradientWeight::high)
-                  .checked([](const GradientWeight& weight, const JsonValue& value) {
-                      if (!(weight.low >= 0 && weight.low <= weight.high))
-                          value.refuse("[low, high], 0 or more, ascending");
-                      checkValue(weight.high, "[low, high]", value.place());
-                  }),
+        f.add("gradientWeight", &Shading::gradientWeight, gradientWeightKind(),
               "[low, high], physical units per mm: gradients up to low are shaded as a volume, from high on "
               "as a surface. Without it every gradient is a surface.");
         return f;

@@ -41,13 +41,6 @@ enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic };
 /// Highlights by the mirrored light direction, or by the direction halfway between light and viewer.
 enum class ShadingModel { phong, blinnPhong };
 
-/// Gradient lengths between volume and surface lighting, in physical units per mm. Shading is that of a
-/// volume up to the lower one, that of a surface from the higher on.
-struct GradientWeight {
-    double low = 0, high = 0;
-    bool operator==(const GradientWeight&) const = default;
-};
-
 /// With a head light: colour * (ambient + diffuse * |n.v|) + specular * max(0, r.v)^specularPower,
 /// the specular part white. Off: the transfer function's colour.
 struct Shading {

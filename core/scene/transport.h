@@ -2,9 +2,8 @@
 // (docs/sampling.md, "Paths").
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 
 namespace tessera {
 
@@ -34,12 +33,28 @@ struct Environment {
     bool operator==(const Environment&) const = default;
 };
 
+/// Gradient lengths between volume and surface lighting, in physical units per mm. Shading is that of a
+/// volume up to the lower one, that of a surface from the higher on.
+struct GradientWeight {
+    double low = 0, high = 0;
+    bool operator==(const GradientWeight&) const = default;
+};
+
+/// Where the field is steep, light is scattered as by a surface: evenly, below a coat that mirrors.
+struct SurfaceScattering {
+    GradientWeight gradient;
+    double mirrored = 0.028; // share of light that the coat mirrors at right angles, [0,1]
+    double roughness = 0.35; // of the coat, [0.05,1]
+    bool operator==(const SurfaceScattering&) const = default;
+};
+
 /// How light gets through a scene: along paths, which tissue scatters.
 struct Transport {
     static constexpr int kMostBounces = 256;
     static constexpr int kSamples = 64; // of a pixel, unless a scene names another number
     int bounces = 8;                    // scatterings of a path, [1,kMostBounces]
     Phase phase = {};
+    std::optional<SurfaceScattering> surface = {}; // none: a medium everywhere
     bool operator==(const Transport&) const = default;
 };
 

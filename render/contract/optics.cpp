@@ -77,7 +77,7 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
     o.hasLights =
         shading.on && (!isHeadLightAlone(lighting.lights) || !materials.empty() ||
                        shading.model != ShadingModel::phong || shading.gradientWeight || lighting.occlusion);
-    if (!o.hasLights)
+    if (!o.hasLights && !lighting.transport) // paths of light ask for what materials send
         return;
     o.lighting.model.halfway = shading.model == ShadingModel::blinnPhong ? 1 : 0;
     if (const auto& weight = shading.gradientWeight) {

@@ -161,6 +161,7 @@ bool Planner::setLight(const Scene& scene) {
     view.lighting = scene.lighting;
     view.shading = shading;
     view.lighting.surfaceOcclusion.reset();
+    view.lighting.transport.reset();
     setShading(layer().optics, shading);
     setLighting(layer().optics, shading, view.lighting, layer().function.materials(), view.camera, info());
     return true;
@@ -383,8 +384,13 @@ void takeCamera(const Scene& scene, Planner& p) {
 
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
                    std::size_t bytesPerPixel, KnownLayer* known) {
-    Planner p = planChanging(withoutUnusedLight(scene), store, ram, threads, bytesPerPixel, known);
-    p.view.lighting.transport = scene.lighting.transport;
+    const Scene used = withoutUnusedLight(scene);
+    Planner p = planChanging(used, store, ram, threads, bytesPerPixel, known);
+    if (used.lighting.transport) {
+        p.view.lighting.transport = used.lighting.transport;
+        setLighting(p.layer().optics, used.shading, p.view.lighting, p.layer().function.materials(),
+                    p.view.camera, p.info());
+    }
     checkSurfaceOcclusion(p);
     checkTransport(scene, p);
     return p;

@@ -57,13 +57,14 @@ template <typename Field> class PathTracer {
     /// @param p  voxels
     /// @param travel  of the path, unit, patient space
     glm::vec3 lightFrom(glm::vec3 p, PathTissue tissue, glm::vec3 travel) {
-        glm::vec3 sum = tissue.emission, throughput = tissue.albedo;
+        glm::vec3 sum = tissue.emission, throughput(1.0f);
         ++work_.paths;
         for (int bounce = 1; bounce <= scene_.transport.bounces; ++bounce) {
             ++work_.bounces;
-            sum += throughput * lightOfLights(p, travel);
-            const float cosine = phaseCosine(scene_.transport.phase, [&] { return numbers_.next(); });
-            travel = directionAround(travel, cosine, numbers_.next());
+            const Normal normal = normalAt(p, travel);
+            sum += throughput * lightOfLights(p, tissue.albedo, normal, travel);
+            if (!turn(tissue.albedo, normal, travel, throughput))
+                break;
             const Flight flight = flightFrom(p, travel);
             const float mm = freePath(
                 *scene_.bounds, scene_.occupancy, flight, [&](const glm::vec3& q) { return extinctionAt(q); },
@@ -75,7 +76,6 @@ template <typename Field> class PathTracer {
             p = flight.from + mm * flight.perMm;
             tissue = tissueAt(p);
             sum += throughput * tissue.emission;
-            throughput *= tissue.albedo;
             if (bounce >= kSureBounces) { // by roulette, which changes no mean
                 const float most = std::max({throughput.r, throughput.g, throughput.b});
                 const float stays = std::clamp(most, 0.05f, 0.95f);
@@ -90,13 +90,54 @@ template <typename Field> class PathTracer {
   private:
     static constexpr int kSureBounces = 4;
 
+    /// Unit, patient space, on the viewer's side; none: the place scatters as a medium.
+    struct Normal {
+        bool any = false;
+        glm::vec3 n{0};
+    };
+    /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
+    Normal normalAt(const glm::vec3& p, const glm::vec3& travel) {
+        Normal normal;
+        if (!scene_.transport.surface)
+            return normal;
+        const glm::vec3 g = leaf::transformed(scene_.optics->voxelFromPatientTransposed, field_.gradient(p));
+        const float length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
+        const float t = std::clamp((length - scene_.steepFrom) * scene_.perSteep, 0.0f, 1.0f);
+        const float chance = t * t * (3.0f - 2.0f * t);
+        normal.any = numbers_.next() < chance && length > 0.0f;
+        if (normal.any) {
+            normal.n = g / length;
+            if (normal.n.x * travel.x + normal.n.y * travel.y + normal.n.z * travel.z > 0.0f)
+                normal.n = -normal.n;
+        }
+        return normal;
+    }
+
+    /// Draws the way on. False: no light comes from there.
+    bool turn(const glm::vec3& albedo, const Normal& normal, glm::vec3& travel, glm::vec3& throughput) {
+        const auto next = [&] { return numbers_.next(); };
+        if (normal.any) {
+            glm::vec3 towards, share;
+            if (!scene_.surface.sample(albedo, normal.n, -travel, next, towards, share))
+                return false;
+            travel = towards;
+            throughput *= share;
+            return true;
+        }
+        const float cosine = phaseCosine(scene_.transport.phase, next);
+        travel = directionAround(travel, cosine, numbers_.next());
+        throughput *= albedo;
+        return true;
+    }
+
     Flight flightFrom(const glm::vec3& p, const glm::vec3& direction) const {
         const glm::vec3 perMm = scene_.voxelFromPatient * direction;
         return {p, perMm, mmToLeave(p, perMm, scene_.extent)};
     }
 
     /// Light of one of the lights, drawn by its power, scattered into the path.
-    glm::vec3 lightOfLights(const glm::vec3& p, const glm::vec3& travel) {
+    glm::vec3 lightOfLights(const glm::vec3& p, const glm::vec3& albedo, const Normal& normal,
+                            const glm::vec3& travel) {
         if (scene_.lights.empty())
             return glm::vec3(0.0f);
         float u = numbers_.next();
@@ -120,12 +161,20 @@ template <typename Field> class PathTracer {
         }
         Flight flight = flightFrom(p, towards);
         flight.mm = std::min(flight.mm, mm);
-        const float phase = phaseOf(scene_.transport.phase,
-                                    travel.x * towards.x + travel.y * towards.y + travel.z * towards.z);
+        glm::vec3 scattered;
+        if (normal.any) {
+            const float slant = normal.n.x * towards.x + normal.n.y * towards.y + normal.n.z * towards.z;
+            if (!(slant > 0.0f))
+                return glm::vec3(0.0f);
+            scattered = scene_.surface.of(albedo, normal.n, -travel, towards) * slant;
+        } else {
+            const float cosine = travel.x * towards.x + travel.y * towards.y + travel.z * towards.z;
+            scattered = albedo * phaseOf(scene_.transport.phase, cosine);
+        }
         const float left = transmittance(
             *scene_.bounds, scene_.occupancy, flight, [&](const glm::vec3& q) { return extinctionAt(q); },
             numbers_, work_);
-        return power * (phase * left / light.chance);
+        return power * scattered * (left / light.chance);
     }
 
     const PathScene& scene_;

@@ -9,6 +9,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
+#include <limits>
 
 namespace tessera {
 
@@ -22,6 +23,15 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
     scene.transport = lighting.transport.value();
     scene.environment = lighting.environment;
     scene.seed = seed;
+    if (const auto& surface = scene.transport.surface) {
+        const double perStored = 1 / std::abs(info.rescaleSlope);
+        scene.steepFrom = static_cast<float>(surface->gradient.low * perStored);
+        scene.perSteep =
+            static_cast<float>(std::min(1 / ((surface->gradient.high - surface->gradient.low) * perStored),
+                                        double{std::numeric_limits<float>::max()}));
+        scene.surface.mirrored = static_cast<float>(surface->mirrored);
+        scene.surface.width = static_cast<float>(surface->roughness * surface->roughness);
+    }
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     scene.voxelFromPatient = glm::mat3(glm::dmat3(voxelFromPatient));
     scene.extent = glm::vec3(info.extentVoxels);

@@ -8,6 +8,7 @@
 #include "render/contract/optics.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
+#include "render/transport/surface_response.h"
 
 #include <cstdint>
 #include <glm/mat3x3.hpp>
@@ -34,8 +35,10 @@ struct PathScene {
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
-    glm::mat3 voxelFromPatient{1}; // linear part
-    glm::vec3 extent{0};           // voxels
+    SurfaceResponse surface;
+    float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
+    glm::mat3 voxelFromPatient{1};     // linear part
+    glm::vec3 extent{0};               // voxels
     std::vector<PathLight> lights;
     glm::vec3 up{0, 0, 1}; // of the sky, unit
 };

@@ -33,6 +33,9 @@ Lighting lit(double n) {
     lighting.lights = {Light{}, light};
     lighting.occlusion = Occlusion{OcclusionMethod::local, 32, 10 + n, n, 0.1 * n, 0.5 + 0.1 * n, 0.2 * n};
     lighting.surfaceOcclusion = SurfaceOcclusion{16, 12 + n, true};
+    lighting.transport = Transport{};
+    lighting.environment =
+        Environment{Sky::twoTone, 1 + n, {0.1 * n, 0.2, 0}, {0, 0.2 * n, 1}, {n, 1, 2 * n}};
     return lighting;
 }
 
@@ -69,6 +72,8 @@ TEST(BlendOfLights, WhatCannotGoOverStays) {
         EXPECT_EQ(blend(a, b, 0.5).lights, lit(2).lights);
     }
     Lighting b = lit(4);
+    b.environment->sky = Sky::uniform;
+    EXPECT_EQ(blend(a, b, 0.5).environment, a.environment);
     b.surfaceOcclusion->rays = 8;
     EXPECT_EQ(blend(a, b, 0.5).surfaceOcclusion, a.surfaceOcclusion);
     b.surfaceOcclusion.reset();

@@ -41,7 +41,11 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
       {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
        "colour":[0,0,1],"shadow":false,"softness":0}],
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
-    "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},"finestLevel":2},
+    "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
+    "transport":{"bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
+      "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5}},
+    "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1]},
+    "finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
   "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1],"thickness":5,"reduction":"maximum"},
@@ -121,6 +125,11 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.lights[2], lamp);
     EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3}));
     EXPECT_EQ(scene.lighting.surfaceOcclusion, (SurfaceOcclusion{24, 7.5, false}));
+    EXPECT_EQ(scene.lighting.transport, (Transport{12,
+                                                   {PhaseKind::henyeyGreenstein, 0.5, -0.25, 0.125},
+                                                   SurfaceScattering{{20, 90.5}, 0.25, 0.5}}));
+    EXPECT_EQ(scene.lighting.environment,
+              (Environment{Sky::twoTone, 0.75, {1, 0.5, 0.25}, {0, 0.25, 0.5}, {0, -1, 1}}));
     EXPECT_EQ(scene.lighting.finestLevel, 2);
     EXPECT_EQ(scene.mode, Mode::slice);
     EXPECT_EQ(std::get<GreyWindow>(scene.window), (GreyWindow{40.5, 400}));
@@ -263,6 +272,19 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/surfaceOcclusion/radius", 0},
              {"/lighting/surfaceOcclusion/filter", 1},
              {"/lighting/surfaceOcclusion/bias", 1},
+             {"/lighting/transport/bounces", 0},
+             {"/lighting/transport/bounces", 257},
+             {"/lighting/transport/phase/g", 1},
+             {"/lighting/transport/phase/backShare", -0.1},
+             {"/lighting/transport/phase/kind", "mie"},
+             {"/lighting/transport/surface/gradient", {2, 1}},
+             {"/lighting/transport/surface/gradient", 1},
+             {"/lighting/transport/surface/roughness", 0.01},
+             {"/lighting/transport/surface/mirrored", 1.5},
+             {"/lighting/transport", nullptr},
+             {"/lighting/environment/up", {0, 0, 0}},
+             {"/lighting/environment/intensity", -1},
+             {"/lighting/environment/sky", "blue"},
              {"/volumes/0/transferFunction/materials/1/from", -1},
              {"/volumes/0/transferFunction/materials/1/to", 0},
              {"/volumes/0/transferFunction/materials/0", {{"from", 1}, {"to", 2}}},

@@ -72,6 +72,8 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     label(scenes.back(), labels.store);
     scenes.push_back(lit(torso.scene("bone-1"), 1));
     scenes.back().quality.skipping = false;
+    scenes.push_back(lit(torso.scene("soft-tissue")));
+    scenes.back().lighting.transport->surface = SurfaceScattering{{20, 150}, 0.1, 0.3};
     scenes.push_back(lit(torso.scene("skin")));
     Light lamp;
     lamp.kind = LightKind::point;
@@ -147,6 +149,32 @@ TEST(PathPicture, IsWhiteInAFurnace) {
         light += static_cast<double>(pixel.g), alpha += static_cast<double>(pixel.a);
     EXPECT_GT(alpha, 0.2 * static_cast<double>(image.pixels.size()));
     EXPECT_NEAR(light / alpha, 1, 0.01);
+}
+
+/// Tissue of albedo a that sends e by itself, under a sky of e / (1 - a): light is the same everywhere.
+TEST(PathPicture, GlowsInBalanceWithItsSky) {
+    Torso torso;
+    Scene scene = torso.scene("bone-1");
+    TransferFunction function = TransferFunction::fromOpacity({{-500, 0}, {0, 0.01}, {300, 0.1}, {1500, 0.3}},
+                                                              {{0, glm::dvec3(0.6)}}, 1);
+    Material glow;
+    glow.from = -3000, glow.to = 30000;
+    glow.emission = {0.2, 0.1, 0};
+    function.setMaterials({glow});
+    scene.volumes[0].transferFunction = function;
+    scene.lighting.transport = Transport{256};
+    scene.lighting.lights = {sun()};
+    scene.lighting.lights[0].intensity = 0;
+    scene.lighting.environment = Environment{Sky::uniform, 0.5, {1, 0.5, 0}};
+    scene.quality.pixels = {16, PixelFilter::box, 3};
+    const Image image = torso.draw(scene, EngineKind::native).image;
+    glm::dvec4 sum(0);
+    for (const glm::vec4& pixel : image.pixels)
+        sum += glm::dvec4(pixel);
+    EXPECT_GT(sum.a, 0.2 * static_cast<double>(image.pixels.size()));
+    EXPECT_NEAR(sum.r / sum.a, 0.5, 0.005);
+    EXPECT_NEAR(sum.g / sum.a, 0.25, 0.0025);
+    EXPECT_EQ(sum.b, 0);
 }
 
 struct Mean {

@@ -134,6 +134,51 @@ TEST(Paths, ScatterThePointLightOnce) {
     EXPECT_LT(seen.error, 0.1 * expected);
 }
 
+/// Share of light that a surface sends back, by its own sampling and by even directions.
+TEST(SurfaceResponse, MakesNoLightAndIsSampledByItself) {
+    const glm::vec3 n(0, 0, 1), albedo(0.9f, 0.5f, 0.1f);
+    PathWork work;
+    for (const float mirrored : {0.0f, 0.028f, 0.5f, 1.0f})
+        for (const float roughness : {0.05f, 0.35f, 1.0f})
+            for (const float cosine : {1.0f, 0.7f, 0.2f, 0.05f}) {
+                const SurfaceResponse response{mirrored, roughness * roughness};
+                const glm::vec3 v(std::sqrt(1 - cosine * cosine), 0, cosine);
+                constexpr int kMany = 40000;
+                double own = 0, squares = 0, even = 0, evenSquares = 0, blue = 0;
+                for (int path = 0; path < kMany; ++path) {
+                    PathNumbers numbers({static_cast<float>(path % 4096), static_cast<float>(path / 4096)},
+                                        2);
+                    const auto next = [&] { return numbers.next(); };
+                    glm::vec3 l, share(0);
+                    if (response.sample(albedo, n, v, next, l, share)) {
+                        EXPECT_GT(l.z, 0);
+                        own += static_cast<double>(share.r),
+                            squares += std::pow(static_cast<double>(share.r), 2);
+                        blue += static_cast<double>(share.b);
+                    }
+                    const glm::vec3 any = directionAround(n, numbers.next(), numbers.next());
+                    const double light =
+                        2 * M_PI * static_cast<double>(response.of(albedo, n, v, any).r * any.z);
+                    even += light, evenSquares += light * light;
+                }
+                own /= kMany, even /= kMany, squares /= kMany, evenSquares /= kMany, blue /= kMany;
+                const double error = std::sqrt(
+                    (std::max(squares - own * own, 0.0) + std::max(evenSquares - even * even, 0.0)) / kMany);
+                if (roughness > 0.1f) { // even directions hardly meet a narrower lobe
+                    EXPECT_NEAR(own, even, 5 * error + 2e-3) << mirrored << " " << roughness << " " << cosine;
+                }
+                EXPECT_LE(own, 1 + 5 * error) << mirrored << " " << roughness << " " << cosine;
+                EXPECT_LE(blue, own + 1e-6);
+                const glm::vec3 l = glm::normalize(glm::vec3(-0.4f, 0.3f, 0.6f));
+                EXPECT_NEAR(response.of(albedo, n, v, l).g, response.of(albedo, n, l, v).g,
+                            1e-5f * response.of(albedo, n, v, l).g + 1e-7f);
+            }
+    // Without a coat it is Lambert's.
+    const SurfaceResponse bare{0, 0.1f};
+    EXPECT_NEAR(bare.of(albedo, n, {0, 0, 1}, {0, 0.6f, 0.8f}).r, 0.9f / static_cast<float>(M_PI), 2e-3f);
+    EXPECT_EQ(bare.of(albedo, n, {0, 0, 1}, {0, 0.6f, -0.8f}), glm::vec3(0));
+}
+
 TEST(Environments, AreWhatTheySay) {
     PathScene scene;
     scene.environment = {Sky::overcast, 3, glm::dvec3(1, 0.5, 0.25)};

@@ -187,6 +187,10 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
+    if (const PathWork& paths = work.paths; paths.paths > 0)
+        manifest["paths"] = {{"paths", paths.paths},         {"scatterings", paths.bounces},
+                             {"extinctions", paths.lookUps}, {"nullCollisions", paths.nullCollisions},
+                             {"boxes", paths.cells},         {"aboveBounds", paths.exceeded}};
     if (stores.size() > 1)
         manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)

@@ -1,0 +1,99 @@
+// render/transport/surface_response.h: how a place with a steep gradient answers light, as a surface: evenly
+// below a thin coat that mirrors (docs/sampling.md, "Paths"; course notes 7.4.4). Reflected light alone: what
+// is behind a surface is the volume's.
+#pragma once
+
+#include "render/transport/path_numbers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/vec3.hpp>
+
+namespace tessera {
+
+/// Unit vectors from the surface; n on the viewer's side.
+struct SurfaceResponse {
+    float mirrored = 0.028f; // share of light at right angles; that of wet tissue
+    float width = 0.1225f;   // of the mirrored lobe: roughness squared
+
+    /// Schlick's approximation of Fresnel's.
+    float fresnel(float cosine) const {
+        const float m = std::clamp(1.0f - cosine, 0.0f, 1.0f), m2 = m * m;
+        return mirrored + (1.0f - mirrored) * (m2 * m2 * m);
+    }
+
+    /// Of light from l towards v, per steradian and irradiance at right angles to n: by channel. The coat
+    /// takes its share on the way in and out, so no light is made, and l and v can be exchanged.
+    glm::vec3 of(const glm::vec3& albedo, const glm::vec3& n, const glm::vec3& v, const glm::vec3& l) const {
+        const float nv = dot(n, v), nl = dot(n, l);
+        if (!(nv > 0.0f) || !(nl > 0.0f))
+            return glm::vec3(0.0f);
+        const float even = (1.0f - fresnel(nv)) * (1.0f - fresnel(nl)) * 0.318309886f;
+        return albedo * even + glm::vec3(coat(n, v, l, nv, nl));
+    }
+
+    /// A direction of light by the response, times its cosine, as good as it can; `share` is response times
+    /// cosine over its density. Takes three numbers. False: no light comes from there.
+    template <typename Next>
+    bool sample(const glm::vec3& albedo, const glm::vec3& n, const glm::vec3& v, Next&& next, glm::vec3& l,
+                glm::vec3& share) const {
+        const float choice = next(), a = next(), b = next();
+        const float nv = dot(n, v);
+        const float ofCoat = mirrored > 0.0f ? coatChance(nv) : 0.0f;
+        if (choice < ofCoat) {
+            const float cosine = std::sqrt((1.0f - a) / (1.0f + (width * width - 1.0f) * a));
+            const glm::vec3 h = directionAround(n, cosine, b);
+            l = 2.0f * dot(v, h) * h - v;
+        } else {
+            l = directionAround(n, std::sqrt(1.0f - a), b);
+        }
+        const float nl = dot(n, l);
+        const float density = this->density(n, v, l, nv, nl, ofCoat);
+        if (!(nl > 0.0f) || !(density > 0.0f))
+            return false;
+        share = of(albedo, n, v, l) * (nl / density);
+        return true;
+    }
+
+  private:
+    static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+    float coatChance(float nv) const { return std::clamp(2.0f * fresnel(nv), 0.1f, 0.9f); }
+    /// Normals of the coat's facets, per steradian (Trowbridge and Reitz).
+    float facets(float nh) const {
+        const float a2 = width * width, d = nh * nh * (a2 - 1.0f) + 1.0f;
+        return a2 / (3.14159265f * d * d);
+    }
+    /// Light that the coat mirrors: facets, those that others hide (Smith), Fresnel.
+    float coat(const glm::vec3& n, const glm::vec3& v, const glm::vec3& l, float nv, float nl) const {
+        if (!(mirrored > 0.0f))
+            return 0.0f;
+        const glm::vec3 sum = v + l;
+        const float length = std::sqrt(dot(sum, sum));
+        if (!(length > 0.0f))
+            return 0.0f;
+        const glm::vec3 h = sum / length;
+        const auto lambda = [&](float cosine) {
+            const float c2 = cosine * cosine;
+            return 0.5f * (std::sqrt(1.0f + width * width * std::max(0.0f, 1.0f - c2) / c2) - 1.0f);
+        };
+        const float seen = 1.0f / (1.0f + lambda(nv) + lambda(nl));
+        return facets(std::max(0.0f, dot(n, h))) * seen * fresnel(dot(v, h)) / (4.0f * nv * nl);
+    }
+    float density(const glm::vec3& n, const glm::vec3& v, const glm::vec3& l, float nv, float nl,
+                  float ofCoat) const {
+        if (!(nl > 0.0f) || !(nv > 0.0f))
+            return 0.0f;
+        float sum = (1.0f - ofCoat) * nl * 0.318309886f;
+        if (ofCoat > 0.0f) {
+            glm::vec3 h = v + l;
+            h /= std::sqrt(dot(h, h));
+            const float nh = std::max(0.0f, dot(n, h)), vh = dot(v, h);
+            if (vh > 0.0f)
+                sum += ofCoat * facets(nh) * nh / (4.0f * vh);
+        }
+        return sum;
+    }
+};
+
+} // namespace tessera
