@@ -55,7 +55,7 @@ struct Rays {
 inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) {
     const Layer& layer = plan.layer();
     return pathScene(plan.view.lighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
-                     occupancy, plan.view.quality.pixels.seed);
+                     occupancy, plan.view.quality.pixels);
 }
 
 /// Throws if an engine cannot cast such rays.

@@ -62,8 +62,8 @@ template <typename Field> class PathTracer {
         for (int bounce = 1; bounce <= scene_.transport.bounces; ++bounce) {
             ++work_.bounces;
             const Normal normal = normalAt(p, travel);
-            sum += throughput * lightOfLights(p, tissue.albedo, normal, travel);
-            if (!turn(tissue.albedo, normal, travel, throughput))
+            sum += throughput * lightOfLights(p, tissue.albedo, normal, travel, bounce == 1);
+            if (!turn(tissue.albedo, normal, bounce == 1, travel, throughput))
                 break;
             const Flight flight = flightFrom(p, travel);
             const float mm = freePath(
@@ -89,6 +89,7 @@ template <typename Field> class PathTracer {
 
   private:
     static constexpr int kSureBounces = 4;
+    static constexpr std::uint32_t kLater = 4; // of pairs: those that are drawn
 
     /// Unit, patient space, on the viewer's side; none: the place scatters as a medium.
     struct Normal {
@@ -114,18 +115,20 @@ template <typename Field> class PathTracer {
     }
 
     /// Draws the way on. False: no light comes from there.
-    bool turn(const glm::vec3& albedo, const Normal& normal, glm::vec3& travel, glm::vec3& throughput) {
-        const auto next = [&] { return numbers_.next(); };
+    bool turn(const glm::vec3& albedo, const Normal& normal, bool first, glm::vec3& travel,
+              glm::vec3& throughput) {
+        const glm::vec2 two = numbers_.pair(first ? 2 : kLater);
         if (normal.any) {
             glm::vec3 towards, share;
-            if (!scene_.surface.sample(albedo, normal.n, -travel, next, towards, share))
+            if (!scene_.surface.sample(albedo, normal.n, -travel, numbers_.next(), two.x, two.y, towards,
+                                       share))
                 return false;
             travel = towards;
             throughput *= share;
             return true;
         }
-        const float cosine = phaseCosine(scene_.transport.phase, next);
-        travel = directionAround(travel, cosine, numbers_.next());
+        const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers_.next(); });
+        travel = directionAround(travel, cosine, two.y);
         throughput *= albedo;
         return true;
     }
@@ -137,7 +140,7 @@ template <typename Field> class PathTracer {
 
     /// Light of one of the lights, drawn by its power, scattered into the path.
     glm::vec3 lightOfLights(const glm::vec3& p, const glm::vec3& albedo, const Normal& normal,
-                            const glm::vec3& travel) {
+                            const glm::vec3& travel, bool first) {
         if (scene_.lights.empty())
             return glm::vec3(0.0f);
         float u = numbers_.next();
@@ -156,8 +159,8 @@ template <typename Field> class PathTracer {
             power /= light.fading.x + mm * (light.fading.y + mm * light.fading.z);
         }
         if (light.cosine < 1.0f) {
-            const float cosine = 1.0f - numbers_.next() * (1.0f - light.cosine);
-            towards = directionAround(towards, cosine, numbers_.next());
+            const glm::vec2 two = numbers_.pair(first ? 1 : kLater);
+            towards = directionAround(towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
         }
         Flight flight = flightFrom(p, towards);
         flight.mm = std::min(flight.mm, mm);

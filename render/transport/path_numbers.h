@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -17,11 +18,28 @@ class PathNumbers {
   public:
     /// @param place  pixels
     PathNumbers(const glm::vec2& place, std::uint32_t seed) {
+        place_ = place;
+        const glm::vec2 pixel = glm::floor(place);
+        pixel_ = mixed(mixed(std::bit_cast<std::uint32_t>(pixel.x) + seed) ^
+                       std::bit_cast<std::uint32_t>(pixel.y));
         const std::uint32_t x = std::bit_cast<std::uint32_t>(place.x),
                             y = std::bit_cast<std::uint32_t>(place.y);
         first_ = mixed(mixed(x + 0x9e3779b9u) ^ y) + seed;
         second_ = mixed(mixed(first_) ^ (x + (y << 16 | y >> 16)));
         first_ = mixed(first_);
+    }
+
+    /// Of a pixel whose places are strata of its area: the first numbers of its paths are strata, too.
+    void stratify() { stratified_ = true; }
+
+    /// Two numbers that make a way or a direction. The first ones of a path, `number` from 0 to 3, are its
+    /// place in the pixel, scrambled by the pixel (Owen): those of all paths of a pixel are then spread as
+    /// evenly as its places, and each pair apart from the others. Later ones are drawn.
+    glm::vec2 pair(std::uint32_t number) {
+        const float a = next(), b = next();
+        if (!stratified_ || number > 3)
+            return {a, b};
+        return {scrambled(place_.x, 2 * number), scrambled(place_.y, 2 * number + 1)};
     }
 
     /// The next one, from 0 to below 1: a multiple of 2^-24.
@@ -41,6 +59,30 @@ class PathNumbers {
         return n ^ (n >> 16);
     }
 
+    static std::uint32_t reversed(std::uint32_t n) {
+        n = (n >> 16) | (n << 16);
+        n = ((n & 0xff00ff00u) >> 8) | ((n & 0x00ff00ffu) << 8);
+        n = ((n & 0xf0f0f0f0u) >> 4) | ((n & 0x0f0f0f0fu) << 4);
+        n = ((n & 0xccccccccu) >> 2) | ((n & 0x33333333u) << 2);
+        return ((n & 0xaaaaaaaau) >> 1) | ((n & 0x55555555u) << 1);
+    }
+    /// A coordinate's part of its pixel with every bit flipped by a hash of those above it (Laine and Karras,
+    /// Stratified Sampling for Stochastic Transparency, 2011; constants of N. Vegdahl).
+    float scrambled(float coordinate, std::uint32_t number) const {
+        const auto part = static_cast<std::uint32_t>((coordinate - std::floor(coordinate)) * 0x1p24f) << 8;
+        const std::uint32_t seed = mixed(pixel_ + 0x9e3779b9u * (number + 1));
+        std::uint32_t n = reversed(part);
+        n ^= n * 0x3d20adeau;
+        n += seed;
+        n *= (seed >> 16) | 1u;
+        n ^= n * 0x05526c56u;
+        n ^= n * 0x53a22864u;
+        return static_cast<float>(reversed(n) >> 8) * 0x1p-24f;
+    }
+
+    glm::vec2 place_{0};
+    std::uint32_t pixel_ = 0;
+    bool stratified_ = false;
     std::uint32_t first_ = 0, second_ = 0, draws_ = 0;
 };
 

@@ -15,14 +15,15 @@ namespace tessera {
 
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
-                    std::uint32_t seed) {
+                    const PixelSampling& pixels) {
     PathScene scene;
     scene.optics = &optics;
     scene.bounds = &bounds;
     scene.occupancy = occupancy;
     scene.transport = lighting.transport.value();
     scene.environment = lighting.environment;
-    scene.seed = seed;
+    scene.seed = pixels.seed;
+    scene.strata = pixels.filter == PixelFilter::box;
     if (const auto& surface = scene.transport.surface) {
         const double perStored = 1 / std::abs(info.rescaleSlope);
         scene.steepFrom = static_cast<float>(surface->gradient.low * perStored);

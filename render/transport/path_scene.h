@@ -4,6 +4,7 @@
 
 #include "core/scene/camera.h"
 #include "core/scene/lighting.h"
+#include "core/scene/scene.h" // PixelSampling
 #include "core/scene/transport.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/extinction_bounds.h"
@@ -35,6 +36,7 @@ struct PathScene {
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
+    bool strata = false; // places are spread evenly over their pixels
     SurfaceResponse surface;
     float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};     // linear part
@@ -47,7 +49,7 @@ struct PathScene {
 /// @param optics, bounds, occupancy  of the volume; outlive it
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
-                    std::uint32_t seed);
+                    const PixelSampling& pixels);
 
 /// Radiance of the sky from a direction, unit, patient space.
 glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction);

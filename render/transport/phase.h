@@ -70,10 +70,11 @@ inline float phaseOf(const Phase& phase, float cosine) {
     return share > 0.0f ? (1.0f - share) * ahead + share * henyeyGreenstein(back, cosine) : ahead;
 }
 
-/// A cosine of that density. Takes four numbers, whatever the kind.
-/// @param next  the next uniform number: f()
-template <typename Next> float phaseCosine(const Phase& phase, Next&& next) {
-    const float u = next(), a = next(), b = next(), c = next();
+/// A cosine of that density.
+/// @param a  uniform: the cosine's place in its distribution, where one number gives that
+/// @param next  a further uniform number: f(); three are taken, whatever the kind
+template <typename Next> float phaseCosine(const Phase& phase, float a, Next&& next) {
+    const float u = next(), b = next(), c = next();
     const auto g = static_cast<float>(phase.g);
     switch (phase.kind) {
     case PhaseKind::schlick:

@@ -33,11 +33,10 @@ struct SurfaceResponse {
     }
 
     /// A direction of light by the response, times its cosine, as good as it can; `share` is response times
-    /// cosine over its density. Takes three numbers. False: no light comes from there.
-    template <typename Next>
-    bool sample(const glm::vec3& albedo, const glm::vec3& n, const glm::vec3& v, Next&& next, glm::vec3& l,
-                glm::vec3& share) const {
-        const float choice = next(), a = next(), b = next();
+    /// cosine over its density. False: no light comes from there.
+    /// @param choice, a, b  uniform numbers
+    bool sample(const glm::vec3& albedo, const glm::vec3& n, const glm::vec3& v, float choice, float a,
+                float b, glm::vec3& l, glm::vec3& share) const {
         const float nv = dot(n, v);
         const float ofCoat = mirrored > 0.0f ? coatChance(nv) : 0.0f;
         if (choice < ofCoat) {

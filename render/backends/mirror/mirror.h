@@ -209,8 +209,10 @@ template <typename Field>
 glm::vec4 pathColour(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
                      const PathScene& scene, const glm::vec2& place, float alpha, Work& work) {
     PathNumbers numbers(place, scene.seed);
+    if (scene.strata)
+        numbers.stratify();
     SeenPlace<float> at;
-    at.alpha = numbers.next() * alpha;
+    at.alpha = numbers.pair(0).x * alpha;
     glm::vec4 sum(0);
     compositeAlong(ray, field, input, work, nullptr, sum, &at);
     if (!at.shows)

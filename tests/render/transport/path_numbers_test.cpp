@@ -1,4 +1,5 @@
 // Random numbers of paths, and what is made of them: distances, directions, phase functions.
+#include "render/pixels/pixel_places.h"
 #include "render/transport/path_numbers.h"
 #include "render/transport/phase.h"
 
@@ -70,6 +71,58 @@ TEST(PathNumbers, FollowFromPlaceSeedAndDrawAlone) {
         EXPECT_EQ(a.next(), b.next());
     EXPECT_NE(other.next(), turned.next());
     EXPECT_EQ(a.draws(), 8u);
+}
+
+/// Places of a pixel that are strata give pairs that are: in all boxes of 1/64 there is one of 64.
+TEST(PathNumbers, PairsOfAPixelAreStrata) {
+    const PixelPlaces places(5, PixelFilter::box);
+    for (const glm::ivec2 pixel : {glm::ivec2(0, 0), {17, 3}, {511, 700}}) {
+        std::vector<glm::vec2> of(64);
+        places.put(pixel, 1, 0, of);
+        for (std::uint32_t number = 0; number < 4; ++number) {
+            std::vector<glm::vec2> pairs;
+            for (const glm::vec2& place : of) {
+                PathNumbers numbers(place, 9);
+                numbers.stratify();
+                pairs.push_back(numbers.pair(number));
+            }
+            for (int across = 0; across <= 6; ++across) {
+                std::vector<int> boxes(64);
+                for (const glm::vec2& p : pairs)
+                    ++boxes[static_cast<std::size_t>(p.x * static_cast<float>(1 << across)) *
+                                (std::size_t{1} << (6 - across)) +
+                            static_cast<std::size_t>(p.y * static_cast<float>(1 << (6 - across)))];
+                EXPECT_EQ(std::count(boxes.begin(), boxes.end(), 1), 64) << number << " " << across;
+            }
+        }
+    }
+}
+
+/// Over pixels they are uniform and unrelated, with the place too.
+TEST(PathNumbers, PairsAreUniformOverPixels) {
+    std::vector<float> x, y, other;
+    for (int path = 0; path < kMany; ++path) {
+        PathNumbers numbers({static_cast<float>(path % 1000) + 0.3f, static_cast<float>(path / 1000) + 0.8f},
+                            7);
+        numbers.stratify();
+        const glm::vec2 pair = numbers.pair(2);
+        x.push_back(pair.x), y.push_back(pair.y);
+        other.push_back(numbers.pair(1).x);
+    }
+    for (const std::vector<float>* of : {&x, &y, &other}) {
+        std::array<int, 64> bins{};
+        for (const float u : *of)
+            ++bins[static_cast<std::size_t>(64 * u)];
+        double chi = 0;
+        for (const int bin : bins)
+            chi += std::pow(bin - kMany / 64.0, 2) / (kMany / 64.0);
+        EXPECT_LT(chi, 63 + 4 * std::sqrt(2 * 63.0));
+    }
+    EXPECT_LT(std::abs(correlation(x, y)), 0.004);
+    EXPECT_LT(std::abs(correlation(x, other)), 0.004);
+    std::vector<float> next(x.begin() + 1, x.end());
+    next.push_back(x.front());
+    EXPECT_LT(std::abs(correlation(x, next)), 0.004);
 }
 
 TEST(PathNumbers, DistancesAreExponential) {
@@ -180,8 +233,8 @@ TEST(Phase, IsSampledByItsDensity) {
         }
         for (int path = 0; path < kMany; ++path) {
             PathNumbers numbers = numbersOf(path, 3);
-            ++found[static_cast<std::size_t>(
-                bin(static_cast<double>(phaseCosine(phase, [&] { return numbers.next(); }))))];
+            ++found[static_cast<std::size_t>(bin(
+                static_cast<double>(phaseCosine(phase, numbers.next(), [&] { return numbers.next(); }))))];
         }
         double chi = 0;
         for (std::size_t n = 0; n < found.size(); ++n)

@@ -148,9 +148,9 @@ TEST(SurfaceResponse, MakesNoLightAndIsSampledByItself) {
                 for (int path = 0; path < kMany; ++path) {
                     PathNumbers numbers({static_cast<float>(path % 4096), static_cast<float>(path / 4096)},
                                         2);
-                    const auto next = [&] { return numbers.next(); };
                     glm::vec3 l, share(0);
-                    if (response.sample(albedo, n, v, next, l, share)) {
+                    if (response.sample(albedo, n, v, numbers.next(), numbers.next(), numbers.next(), l,
+                                        share)) {
                         EXPECT_GT(l.z, 0);
                         own += static_cast<double>(share.r),
                             squares += std::pow(static_cast<double>(share.r), 2);
