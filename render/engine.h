@@ -54,7 +54,7 @@ struct Rays {
 /// What paths of light go through in a plan that has a transport.
 inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) {
     const Layer& layer = plan.layer();
-    return pathScene(plan.view.lighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
+    return pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
                      occupancy, plan.view.quality.pixels);
 }
 

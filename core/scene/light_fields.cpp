@@ -31,6 +31,11 @@ template <> const NameTable<PhaseKind>& namesOf() {
                                              {PhaseKind::rayleigh, "rayleigh"}}};
     return names;
 }
+template <> const NameTable<TransportResponse>& namesOf() {
+    static const NameTable<TransportResponse> names{
+        {{TransportResponse::physical, "physical"}, {TransportResponse::contract, "contract"}}};
+    return names;
+}
 template <> const NameTable<Sky>& namesOf() {
     static const NameTable<Sky> names{
         {{Sky::uniform, "uniform"}, {Sky::overcast, "overcast"}, {Sky::twoTone, "two-tone"}}};
@@ -198,8 +203,13 @@ const Fields<Transport>& transportFields() {
     static const Fields<Transport> fields = [] {
         Fields<Transport> f(
             "transport", "Light follows paths through the volume, which scatters it. Colours are the share "
-                         "of light that is scattered; lights cast shadows, and shading, occlusion and "
-                         "finestLevel have no effect.");
+                         "of light that is scattered; all lights cast shadows, and shading, occlusion and "
+                         "finestLevel have no effect (response physical).");
+        f.add(
+            "response", &Transport::response, named<TransportResponse>(),
+            "physical: light is scattered as in nature. contract: light, shadows and local occlusion as "
+            "without transport, but for what maps and light per voxel cost; the other keys, and environment, "
+            "are physical's.");
         f.add("bounces", &Transport::bounces, wholeIn(1, Transport::kMostBounces),
               "Scatterings of a path, at most.");
         f.add("phase", &Transport::phase, objectOf(phaseFields())).unlessDefault();
@@ -279,6 +289,8 @@ const Fields<Lighting>& lightingFields() {
         f.rule([](const JsonValue& whole, const Lighting& lighting) {
             if (lighting.environment && !lighting.transport)
                 whole.refuse("\"transport\" beside \"environment\", which lights paths alone");
+            if (lighting.environment && lighting.transport->response != TransportResponse::physical)
+                whole.refuse("\"transport\" of response \"physical\" beside \"environment\"");
             const int ambient = ambientChannels(lighting);
             if (lightChannels(lighting) > kMostLightChannels)
                 whole.refuse("at most " + std::to_string(kMostLightChannels - ambient) +

@@ -81,12 +81,17 @@ enum class Integrator { automatic, midpoint, linear, preintegrated, preintegrate
 enum class PixelFilter { box, gaussian };
 
 struct PixelSampling {
-    static constexpr int kAutomatic = 0, kMost = 256;
+    static constexpr int kAutomatic = 0, kMost = 65536;
+    static constexpr int kMostDecided = 256;   // where pixels decide, for an error bound
+    static constexpr int kMostForNoise = 4096; // where a noise is asked for and no number named
     /// Rays through each pixel. 1: through its centre; filter and seed then have no effect. kAutomatic: more
     /// where pixels need them.
     int samples = 1;
     PixelFilter filter = PixelFilter::box; // box: the pixel's own area
     std::uint32_t seed = 0;                // of the positions in a pixel
+    /// Above 0: samples double until the standard error of the picture's means (rms, linear light) is at most
+    /// this, or until there are so many samples.
+    double noise = 0;
     /// True if samples were requested; else the program chooses by engine.
     bool named = false;
 };

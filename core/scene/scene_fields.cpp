@@ -245,6 +245,14 @@ const Fields<Quality>& qualityFields() {
             quality.pixels.named = true;
         };
         f.add(
+             "noise", [](auto& q) -> auto& { return q.pixels.noise; }, numberIn(0, 1),
+             "Samples double until the standard error of the picture (rms, linear light) is at most this, or "
+             "until there are as many as samples says. 0: as many as samples says.")
+            .unlessDefault()
+            .setBy("--noise",
+                   "samples double until the picture's standard error is at most this (rms, linear "
+                   "light), at most --samples, or 4096 without it");
+        f.add(
              "pixelFilter", [](auto& q) -> auto& { return q.pixels.filter; }, named<PixelFilter>(),
              "Filter of a pixel with several samples: its own area, or a Gaussian with a standard deviation "
              "of half a pixel.")

@@ -48,11 +48,18 @@ struct SurfaceScattering {
     bool operator==(const SurfaceScattering&) const = default;
 };
 
+/// Physical: everything that a scene lights is lit by paths. Contract: the light that docs/sampling.md
+/// defines under "Shading", with its shadows and local occlusion, without planes, maps and a number of rays:
+/// one way to each light, and one to a side, in place of the shares that voxels have.
+enum class TransportResponse { physical, contract };
+
 /// How light gets through a scene: along paths, which tissue scatters.
 struct Transport {
     static constexpr int kMostBounces = 256;
     static constexpr int kSamples = 64; // of a pixel, unless a scene names another number
-    int bounces = 8;                    // scatterings of a path, [1,kMostBounces]
+    TransportResponse response = TransportResponse::physical;
+    // Physical alone:
+    int bounces = 8; // scatterings of a path, [1,kMostBounces]
     Phase phase = {};
     std::optional<SurfaceScattering> surface = {}; // none: a medium everywhere
     bool operator==(const Transport&) const = default;

@@ -104,7 +104,7 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
 }
 
 void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, const VolumeInfo& info) {
-    if (!o.hasLights)
+    if (!o.hasLights && !lighting.transport)
         return;
     const glm::dmat3 axes = patientFromCamera(camera);
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);

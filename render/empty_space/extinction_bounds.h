@@ -80,6 +80,10 @@ class ExtinctionBounds {
     void refine(const OccupancyInput& input, const Optics& optics, BrickCache& cache, MemoryBudget& ram,
                 int threads = 0);
 
+    // As lanes read them: [z][y][x]; parts and their ranges are empty where no cell has any.
+    const std::vector<std::uint32_t>& ranges() const { return ranges_; }
+    const std::vector<std::int32_t>& parts() const { return parts_; }
+    const std::vector<std::uint32_t>& partRanges() const { return partRanges_; }
     std::size_t usedBytes() const { return charge_.bytes() + partsCharge_.bytes(); }
     /// RAM of all, with all parts that there may be.
     static std::size_t bytes(const glm::ivec3& extentVoxels, std::size_t entries);

@@ -48,7 +48,7 @@ PixelGoal pixelGoal(double lightness) {
     goal.target.linear *= lightness / goal.target.lightness;
     goal.target.lightness = lightness;
     goal.rays = SIZE_MAX / 4;
-    goal.most = PixelSampling::kMost;
+    goal.most = PixelSampling::kMostDecided;
     return goal;
 }
 

@@ -67,11 +67,19 @@ int AreaPicture::rounds() const {
 
 void AreaPicture::take(std::uint32_t pixel, int upTo) {
     pixels_.push_back(pixel);
-    upTo_.push_back(static_cast<std::uint8_t>(upTo - 1));
+    upTo_.push_back(static_cast<std::uint16_t>(upTo - 1));
+}
+
+/// The error that is asked for is reached. Two samples a pixel tell too little of it.
+bool AreaPicture::isQuiet() const {
+    constexpr int kRoundsBefore = 3;
+    return sampling_.noise > 0 && !decides() && round_ >= kRoundsBefore &&
+           standardError(sums_).rms <= sampling_.noise;
 }
 
 void AreaPicture::beginRound() {
-    ++round_;
+    if (++round_; isQuiet())
+        round_ = rounds();
     first_ = 0;
     pixels_.clear();
     upTo_.clear();
@@ -153,7 +161,9 @@ template <typename Visit> void AreaPicture::forEachRun(const Visit& visit) const
     for (std::size_t n = first_; n < pixels_.size() && room > 0; ++n)
         for (int set = 0; set < 2; ++set) {
             const int has = sums_.samplesOf(pixels_[n], set);
-            const int count = std::min(room, partOf(upTo_[n] + 1, set) - has);
+            // Of one net at a time (pixel_places.h).
+            const int count =
+                std::min({room, partOf(upTo_[n] + 1, set) - has, kMostInSet - has % kMostInSet});
             if (count > 0)
                 visit(pixels_[n], set, has, count);
             room -= std::max(0, count);
@@ -262,7 +272,7 @@ double AreaPicture::share(double ofArray) const {
 std::size_t AreaPicture::bytesPerPixel() {
     // Sums; the list of pixels with samples, gain and choice of each; an array's points, and the engine's
     // picture of it.
-    return PixelSums::bytesPerPixel() + sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(float) + 1 +
+    return PixelSums::bytesPerPixel() + sizeof(std::uint32_t) + sizeof(std::uint16_t) + sizeof(float) + 1 +
            sizeof(glm::vec2) + sizeof(glm::vec4);
 }
 

@@ -76,6 +76,7 @@ class AreaPicture {
     void take(std::uint32_t pixel, int upTo);
     bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
     int rounds() const;
+    bool isQuiet() const;
     template <typename Visit> void forEachRun(const Visit& visit) const;
 
     Rays picture_;
@@ -88,7 +89,7 @@ class AreaPicture {
     std::optional<PixelSums> light_;
     int round_ = -1;
     std::vector<std::uint32_t> pixels_; // of this round
-    std::vector<std::uint8_t> upTo_;    // samples of each pixel after it, less one
+    std::vector<std::uint16_t> upTo_;   // samples of each pixel after it, less one
     std::size_t first_ = 0;             // index of a pixel that lacks samples
     std::optional<double> phasedStep_;
     std::size_t ofOverlooked_ = 0;      // rays

@@ -81,10 +81,12 @@ double filteredOffset(double unit, PixelFilter filter) {
 }
 
 void PixelPlaces::put(const glm::ivec2& pixel, std::uint32_t set, int first, std::span<glm::vec2> out) const {
+    const std::uint64_t net = static_cast<std::uint32_t>(first / kMostInSet);
+    first %= kMostInSet;
     TESSERA_CHECK(first >= 0 && first + static_cast<int>(out.size()) <= kMostInSet);
     const std::uint64_t at =
         std::uint64_t{static_cast<std::uint32_t>(pixel.y)} << 32 | static_cast<std::uint32_t>(pixel.x);
-    const std::uint64_t key = mixed(mixed(at ^ mixed(seed_)) ^ mixed(set));
+    const std::uint64_t key = mixed(mixed(at ^ mixed(seed_)) ^ mixed(net << 32 | set));
     const std::uint64_t keyX = mixed(key + 1), keyY = mixed(key + 2), keyWithin = mixed(key + 3);
     auto i = static_cast<std::uint32_t>(first);
     for (glm::vec2& place : out) {

@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-/// Largest number of samples of a set.
+/// Number of samples of a net: sets that are larger have several.
 constexpr int kMostInSet = 128;
 /// The Gaussian filter, in pixels: its standard deviation, and where it ends.
 constexpr double kFilterDeviation = 0.5, kFilterReach = 1.5;
@@ -32,6 +32,7 @@ class PixelPlaces {
     /// in the pixel. So the mean over sets is unbiased, and the variance of sets estimates that of the mean.
     /// @param pixel  column, row
     /// @param set    of this pixel
+    /// @param first  of a net with all that are put: kMostInSet begin another
     /// @param out    pixels from the picture's corner
     void put(const glm::ivec2& pixel, std::uint32_t set, int first, std::span<glm::vec2> out) const;
 

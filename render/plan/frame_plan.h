@@ -49,8 +49,9 @@ struct ViewState {
     glm::ivec2 imageSize{0};
     Quality quality; // current step, sampling and fetch; the requested integrator
     RayFrame<double> frame;
-    DrawnPart part;    // of the volume
-    Lighting lighting; // the scene's, as are the next two
+    DrawnPart part;        // of the volume
+    Lighting lighting;     // the scene's, as are the next two
+    Lighting pathLighting; // where light follows paths: the scene's with what light per voxel would be
     Shading shading;
     std::vector<Isosurface> surfaces;
     std::vector<SceneMesh> meshes; // those that are drawn

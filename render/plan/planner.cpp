@@ -75,6 +75,16 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
         throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
     if (plan.view.part.any())
         throw refuse("no cuts", "some");
+    if (scene.lighting.transport->response == TransportResponse::contract) {
+        if (!scene.shading.on)
+            throw refuse("shading, which response \"contract\" is about", "none");
+        if (const auto& occlusion = scene.lighting.occlusion;
+            occlusion &&
+            (occlusion->method != OcclusionMethod::local || occlusion->gamma != 1 || occlusion->emission > 0))
+            throw refuse(
+                "occlusion of method local, gamma 1 and emission 0, which the mean of single ways comes to",
+                "another");
+    }
     if (plan.view.quality.maxError)
         throw refuse("no error bound (its noise is no part of it)", "one");
 }
@@ -388,6 +398,7 @@ Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& r
     Planner p = planChanging(used, store, ram, threads, bytesPerPixel, known);
     if (used.lighting.transport) {
         p.view.lighting.transport = used.lighting.transport;
+        p.view.pathLighting = scene.lighting;
         setLighting(p.layer().optics, used.shading, p.view.lighting, p.layer().function.materials(),
                     p.view.camera, p.info());
     }

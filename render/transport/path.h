@@ -20,10 +20,32 @@ struct PathTissue {
     glm::vec3 albedo{0}, emission{0};
 };
 
+/// A path between its scatterings.
+struct Path {
+    /// @param place  of its ray on the picture, pixels
+    Path(const PathScene& scene, const glm::vec2& place) : numbers(place, scene.seed) {
+        if (scene.strata)
+            numbers.stratify();
+    }
+
+    PathNumbers numbers;
+    glm::vec3 p{0};                  // voxels
+    glm::vec3 travel{0};             // unit, patient space
+    PathTissue tissue;               // there
+    glm::vec3 sum{0}, throughput{1}; // of light
+    int bounce = 0;                  // scatterings
+    /// Of a surface, unit, patient space, on the viewer's side; none: the place scatters as a medium.
+    bool isSurface = false;
+    glm::vec3 normal{0};
+    glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
+};
+
+/// Takes paths from scattering to scattering. Ways between places are for who calls: one by one
+/// (lightFrom()), or many side by side.
 template <typename Field> class PathTracer {
   public:
-    PathTracer(const PathScene& scene, Field& field, PathNumbers& numbers, PathWork& work)
-        : scene_(scene), field_(field), numbers_(numbers), work_(work) {}
+    PathTracer(const PathScene& scene, Field& field, PathWork& work)
+        : scene_(scene), field_(field), work_(work) {}
 
     /// Extinction per mm.
     float extinctionAt(const glm::vec3& p) {
@@ -53,84 +75,148 @@ template <typename Field> class PathTracer {
         return tissue;
     }
 
-    /// Light that a place sends to where the path comes from, after any number of scatterings.
-    /// @param p  voxels
-    /// @param travel  of the path, unit, patient space
-    glm::vec3 lightFrom(glm::vec3 p, PathTissue tissue, glm::vec3 travel) {
-        glm::vec3 sum = tissue.emission, throughput(1.0f);
+    /// A path begins at a place.
+    void begin(Path& path) const {
+        path.sum = path.tissue.emission;
         ++work_.paths;
-        for (int bounce = 1; bounce <= scene_.transport.bounces; ++bounce) {
-            ++work_.bounces;
-            const Normal normal = normalAt(p, travel);
-            sum += throughput * lightOfLights(p, tissue.albedo, normal, travel, bounce == 1);
-            if (!turn(tissue.albedo, normal, bounce == 1, travel, throughput))
-                break;
-            const Flight flight = flightFrom(p, travel);
-            const float mm = freePath(
-                *scene_.bounds, scene_.occupancy, flight, [&](const glm::vec3& q) { return extinctionAt(q); },
-                numbers_, work_);
-            if (mm < 0.0f) {
-                sum += throughput * skyFrom(scene_, travel);
-                break;
-            }
-            p = flight.from + mm * flight.perMm;
-            tissue = tissueAt(p);
-            sum += throughput * tissue.emission;
-            if (bounce >= kSureBounces) { // by roulette, which changes no mean
-                const float most = std::max({throughput.r, throughput.g, throughput.b});
-                const float stays = std::clamp(most, 0.05f, 0.95f);
-                if (!(numbers_.next() < stays))
-                    break;
-                throughput /= stays;
-            }
+    }
+    /// Scatters, and draws the way to one of the lights. False: no light comes from any.
+    bool aim(Path& path, Flight& flight) {
+        ++path.bounce;
+        ++work_.bounces;
+        findNormal(path);
+        if (scene_.lights.empty())
+            return false;
+        float u = path.numbers.next();
+        std::size_t n = 0;
+        while (n + 1 < scene_.lights.size() && !(u < scene_.lights[n].chance))
+            u -= scene_.lights[n++].chance;
+        const PathLight& light = scene_.lights[n];
+        const ToLight to = wayTo(light, path, path.bounce == 1 ? 1 : kLater);
+        if (!to.any)
+            return false;
+        glm::vec3 scattered;
+        if (path.isSurface) {
+            const float slant = dot(path.normal, to.towards);
+            if (!(slant > 0.0f))
+                return false;
+            scattered = scene_.surface.of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
+        } else {
+            scattered = path.tissue.albedo * phaseOf(scene_.transport.phase, dot(path.travel, to.towards));
         }
-        return sum;
+        glm::vec3 power = light.power;
+        if (light.isPoint)
+            power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
+        path.shine = path.throughput * power * scattered / light.chance;
+        flight = flightFrom(path.p, to.towards);
+        flight.mm = std::min(flight.mm, to.mm);
+        return true;
+    }
+    /// @param left  of the light that comes by that way
+    static void shineBy(Path& path, float left) { path.sum += path.shine * left; }
+    /// Draws the way on. False: the path ends.
+    bool turn(Path& path, Flight& flight) {
+        PathNumbers& numbers = path.numbers;
+        const glm::vec2 two = numbers.pair(path.bounce == 1 ? 2 : kLater);
+        if (path.isSurface) {
+            glm::vec3 towards, share;
+            if (!scene_.surface.sample(path.tissue.albedo, path.normal, -path.travel, numbers.next(), two.x,
+                                       two.y, towards, share))
+                return false;
+            path.travel = towards;
+            path.throughput *= share;
+        } else {
+            const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers.next(); });
+            path.travel = directionAround(path.travel, cosine, two.y);
+            path.throughput *= path.tissue.albedo;
+        }
+        flight = flightFrom(path.p, path.travel);
+        return true;
+    }
+    /// Takes the end of that way. False: the path ends.
+    /// @param mm  of the first collision; below 0: there is none
+    bool arrive(Path& path, const Flight& flight, float mm) {
+        if (mm < 0.0f) {
+            path.sum += path.throughput * skyFrom(scene_, path.travel);
+            return false;
+        }
+        path.p = flight.from + mm * flight.perMm;
+        path.tissue = tissueAt(path.p);
+        path.sum += path.throughput * path.tissue.emission;
+        if (path.bounce >= scene_.transport.bounces)
+            return false;
+        if (path.bounce >= kSureBounces) { // by roulette, which changes no mean
+            const float most = std::max({path.throughput.r, path.throughput.g, path.throughput.b});
+            const float stays = std::clamp(most, 0.05f, 0.95f);
+            if (!(path.numbers.next() < stays))
+                return false;
+            path.throughput /= stays;
+        }
+        return true;
+    }
+
+    /// Light that a path's place sends to where it comes from, after any number of scatterings.
+    glm::vec3 lightFrom(Path& path) {
+        begin(path);
+        Flight flight;
+        do {
+            if (aim(path, flight))
+                shineBy(path, left(flight, path.numbers));
+            if (!turn(path, flight))
+                break;
+        } while (arrive(path, flight,
+                        freePath(
+                            *scene_.bounds, scene_.occupancy, flight,
+                            [&](const glm::vec3& q) { return extinctionAt(q); }, path.numbers, work_)));
+        return path.sum;
+    }
+
+    /// The colour that docs/sampling.md gives a path's place under "Shading", its shares of light each by one
+    /// way.
+    /// @param colour  of the function
+    /// @param direction  of the ray, unit, voxels
+    glm::vec3 contractColour(Path& path, const glm::vec3& colour, const glm::vec3& direction) {
+        const Optics& optics = *scene_.optics;
+        const glm::vec3& p = path.p;
+        ++work_.paths;
+        const float value = field_.value(p);
+        LabelledSample<float> labelled(optics, field_, p);
+        labelled.take(lookUp(optics, value).a);
+        const glm::vec3 gradient = labelled.isMedium() ? field_.mediumGradient(p) : field_.gradient(p);
+        leaf::ReceivedLight<float> received{{1, 1, 1}, {1, 1, 1, 1}};
+        for (const PathLight& light : scene_.lights)
+            if (light.casts)
+                received.from[light.number] = leftTowards(light, path);
+        if (scene_.occlusion) {
+            const float share = static_cast<float>(scene_.occlusion->bias) + leftAround(path);
+            for (float& all : received.fromAllSides)
+                all = share;
+        }
+        return shade(optics, colour, gradient, direction, p, materialAt(optics, placeOf(optics, value)),
+                     received);
     }
 
   private:
     static constexpr int kSureBounces = 4;
     static constexpr std::uint32_t kLater = 4; // of pairs: those that are drawn
 
-    /// Unit, patient space, on the viewer's side; none: the place scatters as a medium.
-    struct Normal {
-        bool any = false;
-        glm::vec3 n{0};
-    };
-    /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
-    Normal normalAt(const glm::vec3& p, const glm::vec3& travel) {
-        Normal normal;
-        if (!scene_.transport.surface)
-            return normal;
-        const glm::vec3 g = leaf::transformed(scene_.optics->voxelFromPatientTransposed, field_.gradient(p));
-        const float length = std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
-        const float t = std::clamp((length - scene_.steepFrom) * scene_.perSteep, 0.0f, 1.0f);
-        const float chance = t * t * (3.0f - 2.0f * t);
-        normal.any = numbers_.next() < chance && length > 0.0f;
-        if (normal.any) {
-            normal.n = g / length;
-            if (normal.n.x * travel.x + normal.n.y * travel.y + normal.n.z * travel.z > 0.0f)
-                normal.n = -normal.n;
-        }
-        return normal;
-    }
+    static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-    /// Draws the way on. False: no light comes from there.
-    bool turn(const glm::vec3& albedo, const Normal& normal, bool first, glm::vec3& travel,
-              glm::vec3& throughput) {
-        const glm::vec2 two = numbers_.pair(first ? 2 : kLater);
-        if (normal.any) {
-            glm::vec3 towards, share;
-            if (!scene_.surface.sample(albedo, normal.n, -travel, numbers_.next(), two.x, two.y, towards,
-                                       share))
-                return false;
-            travel = towards;
-            throughput *= share;
-            return true;
+    /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
+    void findNormal(Path& path) {
+        path.isSurface = false;
+        if (!scene_.transport.surface)
+            return;
+        const glm::vec3 g =
+            leaf::transformed(scene_.optics->voxelFromPatientTransposed, field_.gradient(path.p));
+        const float length = std::sqrt(dot(g, g));
+        const float t = std::clamp((length - scene_.steepFrom) * scene_.perSteep, 0.0f, 1.0f);
+        path.isSurface = path.numbers.next() < t * t * (3.0f - 2.0f * t) && length > 0.0f;
+        if (path.isSurface) {
+            path.normal = g / length;
+            if (dot(path.normal, path.travel) > 0.0f)
+                path.normal = -path.normal;
         }
-        const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers_.next(); });
-        travel = directionAround(travel, cosine, two.y);
-        throughput *= albedo;
-        return true;
     }
 
     Flight flightFrom(const glm::vec3& p, const glm::vec3& direction) const {
@@ -138,51 +224,61 @@ template <typename Field> class PathTracer {
         return {p, perMm, mmToLeave(p, perMm, scene_.extent)};
     }
 
-    /// Light of one of the lights, drawn by its power, scattered into the path.
-    glm::vec3 lightOfLights(const glm::vec3& p, const glm::vec3& albedo, const Normal& normal,
-                            const glm::vec3& travel, bool first) {
-        if (scene_.lights.empty())
-            return glm::vec3(0.0f);
-        float u = numbers_.next();
-        std::size_t n = 0;
-        while (n + 1 < scene_.lights.size() && !(u < scene_.lights[n].chance))
-            u -= scene_.lights[n++].chance;
-        const PathLight& light = scene_.lights[n];
-        glm::vec3 power = light.power, towards = light.towards;
+    /// The way from a path's place to a light: the direction, drawn within the light's own, and where it
+    /// ends.
+    struct ToLight {
+        bool any = false;
+        glm::vec3 towards{0}; // unit, patient space
         float mm = std::numeric_limits<float>::max();
+    };
+    ToLight wayTo(const PathLight& light, Path& path, std::uint32_t pair) const {
+        ToLight to{true, light.towards};
         if (light.isPoint) {
-            const glm::vec3 way = scene_.optics->patientFromVoxel * (light.towards - p);
-            mm = std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
-            if (!(mm > 0.0f))
-                return glm::vec3(0.0f);
-            towards = way / mm;
-            power /= light.fading.x + mm * (light.fading.y + mm * light.fading.z);
+            const glm::vec3 way = scene_.optics->patientFromVoxel * (light.towards - path.p);
+            to.mm = std::sqrt(dot(way, way));
+            to.any = to.mm > 0.0f;
+            to.towards = to.any ? way / to.mm : way;
         }
-        if (light.cosine < 1.0f) {
-            const glm::vec2 two = numbers_.pair(first ? 1 : kLater);
-            towards = directionAround(towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
+        if (to.any && light.cosine < 1.0f) {
+            const glm::vec2 two = path.numbers.pair(pair);
+            to.towards = directionAround(to.towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
         }
-        Flight flight = flightFrom(p, towards);
-        flight.mm = std::min(flight.mm, mm);
-        glm::vec3 scattered;
-        if (normal.any) {
-            const float slant = normal.n.x * towards.x + normal.n.y * towards.y + normal.n.z * towards.z;
-            if (!(slant > 0.0f))
-                return glm::vec3(0.0f);
-            scattered = scene_.surface.of(albedo, normal.n, -travel, towards) * slant;
-        } else {
-            const float cosine = travel.x * towards.x + travel.y * towards.y + travel.z * towards.z;
-            scattered = albedo * phaseOf(scene_.transport.phase, cosine);
-        }
-        const float left = transmittance(
+        return to;
+    }
+    float left(const Flight& flight, PathNumbers& numbers) {
+        return transmittance(
             *scene_.bounds, scene_.occupancy, flight, [&](const glm::vec3& q) { return extinctionAt(q); },
-            numbers_, work_);
-        return power * scattered * (left / light.chance);
+            numbers, work_);
+    }
+
+    /// Light that a shadow leaves.
+    float leftTowards(const PathLight& light, Path& path) {
+        const ToLight to = wayTo(light, path, 1);
+        if (!to.any)
+            return 1.0f;
+        Flight flight = flightFrom(path.p, to.towards);
+        if (!light.isPoint || to.mm > scene_.shadowFromMm) {
+            flight = flightFrom(path.p + scene_.shadowFromMm * flight.perMm, to.towards);
+            flight.mm = std::min(flight.mm, to.mm - scene_.shadowFromMm);
+        } else {
+            flight.mm = std::min(flight.mm, to.mm);
+        }
+        return left(flight, path.numbers);
+    }
+    /// Local occlusion's share, in the mean over directions and the ways' lengths.
+    float leftAround(Path& path) {
+        const glm::vec2 two = path.numbers.pair(2);
+        const glm::vec3 direction = directionAround({0, 0, 1}, 1.0f - 2.0f * two.x, two.y);
+        const auto from = static_cast<float>(scene_.occlusion->offsetMm),
+                   to = static_cast<float>(scene_.occlusion->radiusMm);
+        Flight flight = flightFrom(path.p, direction);
+        flight = flightFrom(path.p + from * flight.perMm, direction);
+        flight.mm = std::min(flight.mm, path.numbers.pair(3).x * (to - from));
+        return left(flight, path.numbers);
     }
 
     const PathScene& scene_;
     Field& field_;
-    PathNumbers& numbers_;
     PathWork& work_;
 };
 

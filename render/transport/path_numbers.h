@@ -48,7 +48,11 @@ class PathNumbers {
         ++draws_;
         return static_cast<float>(n >> 8) * 0x1p-24f;
     }
+    /// For lanes that draw in its place: the two numbers that all draws follow from, and the count of draws.
+    std::uint32_t first() const { return first_; }
+    std::uint32_t second() const { return second_; }
     std::uint32_t draws() const { return draws_; }
+    void setDraws(std::uint32_t draws) { draws_ = draws; }
 
   private:
     /// A bijection in which every bit depends on every other (C. Wellons, Prospecting for Hash Functions,
@@ -100,7 +104,7 @@ inline float exponentialOf(float u) {
     // ln m = 2 (s + s^3/3 + s^5/5 + ...), |s| at most 0.172
     const float s = (m - 1.0f) / (m + 1.0f), q = s * s;
     const float series = 1.0f + q * (1.0f / 3.0f + q * (1.0f / 5.0f + q * (1.0f / 7.0f + q * (1.0f / 9.0f))));
-    return -(power * 0.693147181f + 2.0f * s * series);
+    return 0.0f - (power * 0.693147181f + 2.0f * s * series);
 }
 
 /// Cosine and sine of 2 pi u, u from 0 to 1, to 2e-7.

@@ -13,6 +13,11 @@
 
 namespace tessera {
 
+namespace {
+/// As the reference's rays of shadow.
+constexpr double kShadowFromVoxels = 2;
+} // namespace
+
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
                     const PixelSampling& pixels) {
@@ -42,10 +47,16 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
     const auto inPatient = [&](const Light& light, const glm::dvec3& v) {
         return light.frame == LightFrame::patient ? v : axes * v;
     };
+    scene.occlusion = lighting.occlusion;
+    scene.shadowFromMm = static_cast<float>(
+        kShadowFromVoxels * std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel)))));
     double sum = 0;
+    int number = -1;
     std::vector<double> weights;
     for (const Light& light : shiningLights(lighting.lights)) {
         PathLight path;
+        path.number = ++number;
+        path.casts = light.shadow && light.kind != LightKind::head;
         path.power = glm::vec3(glm::pi<double>() * light.intensity * light.colour);
         path.cosine = static_cast<float>(std::cos(glm::radians(0.5 * light.softness)));
         const bool atEye = light.kind == LightKind::head;

@@ -25,8 +25,10 @@ struct PathLight {
     glm::vec3 towards{0}; // unit, patient space; of a point its place, voxels
     glm::vec3 power{0};   // irradiance at right angles, by channel; of a point before it fades
     glm::vec3 fading{1, 0, 0};
-    float cosine = 1; // of half its apparent diameter
-    float chance = 1; // that it is the one which is drawn, of all lights
+    int number = 0;    // among those that shine
+    bool casts = true; // a shadow
+    float cosine = 1;  // of half its apparent diameter
+    float chance = 1;  // that it is the one which is drawn, of all lights
 };
 
 struct PathScene {
@@ -43,9 +45,12 @@ struct PathScene {
     glm::vec3 extent{0};               // voxels
     std::vector<PathLight> lights;
     glm::vec3 up{0, 0, 1}; // of the sky, unit
+    // Of the contract's light:
+    std::optional<Occlusion> occlusion;
+    float shadowFromMm = 0; // where ways to lights begin
 };
 
-/// @param lighting  has a transport
+/// @param lighting  the scene's own; has a transport
 /// @param optics, bounds, occupancy  of the volume; outlive it
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/work.h"
+#include "render/backends/native/packet.h" // kWayOverlap
 #include "render/contract/leaves.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
@@ -74,7 +75,7 @@ class BoundedWay {
 
   private:
     /// Voxels that a box's bounds reach beyond it: more than rounding of places.
-    static constexpr float kOverlap = 1.0f / 512;
+    static constexpr float kOverlap = native::kWayOverlap;
 
     float leaves(const glm::ivec3& low, const glm::ivec3& high, float beyond) const {
         float leave = std::numeric_limits<float>::max();

@@ -44,6 +44,7 @@ class PathVolume {
     float at(const glm::ivec3& i) const { return values_[linearIndex(i, extent_)]; }
     float value(const glm::vec3& p) const { return fieldValue(*this, p, 1.0f); }
     glm::vec3 gradient(const glm::vec3&) const { return glm::vec3(0); }
+    glm::vec3 mediumGradient(const glm::vec3&) const { return glm::vec3(0); }
     leaf::LabelShares<float> labels(const glm::vec3&) const { return {}; }
 
     PathScene scene(const Transport& transport, const std::vector<Light>& lights,
@@ -52,8 +53,8 @@ class PathVolume {
         lighting.lights = lights;
         lighting.transport = transport;
         lighting.environment = environment;
-        PathScene scene =
-            pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(), {1, PixelFilter::box, 1});
+        PathScene scene = pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(),
+                                    {1, PixelFilter::gaussian, 1});
         if (lights.empty())
             scene.lights.clear(); // the sky alone
         return scene;

@@ -5,6 +5,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/threads.h"
 #include "render/backends/mirror/mirror.h"
+#include "render/backends/native/native_paths.h"
 #include "render/backends/native/native_scene.h"
 #include "render/backends/native/native_tracer.h"
 #include "render/backends/native/native_volumes.h"
@@ -122,14 +123,16 @@ native::PacketScene NativeCaster::packetSceneOfVolume(std::size_t number) const 
                           number == 0 ? surfaceBlocks_.get() : nullptr});
 }
 
-/// By the scalar text, which has the packets' bits.
 void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
-    constexpr std::size_t kStrip = 64; // rays of a task
+    constexpr std::size_t kStrip = 512; // rays of a task: paths that go side by side
     MirrorInput input;
     input.optics = &scene_.layer().optics;
     input.occupancy = occupancy();
     input.strides = rays_.strides;
     const PathScene scene = pathSceneOf(scene_, input.occupancy);
+    native::PacketScene packets =
+        packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), engine_.labelChannels(),
+                       rays_.strides, false, false, input.occupancy, nullptr, nullptr});
     const auto rays = frameRays(frame_, rays_.places, rays_.arraySize.x);
     const Layer& volume = scene_.layer();
     std::mutex mutex;
@@ -139,12 +142,13 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
                     NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
                                       volume.selection.finest(), volume.optics.gradient);
                     field.setLabels(engine_.labelChannels(), volume.optics.labels);
+                    NativePaths paths(scene, input, field, packets, target_);
                     Work mine;
                     for (std::size_t i = strip * kStrip; i < std::min(colour_.size(), (strip + 1) * kStrip);
                          ++i)
                         if (colour_[i].a > 0)
-                            colour_[i] = pathColour(rays(i), field, input, scene, rays_.placeOf(i),
-                                                    colour_[i].a, mine);
+                            paths.add(rays(i), rays_.placeOf(i), colour_[i], mine);
+                    paths.run(mine);
                     const std::lock_guard lock(mutex);
                     work += mine;
                 },

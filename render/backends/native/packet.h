@@ -257,6 +257,31 @@ struct ShadowLook {
 /// Eight distances, ascending, and the light left there.
 constexpr int kNumbersOfRay = 16;
 
+/// Bounds of extinction (render/empty_space/extinction_bounds.h).
+struct PacketExtinction {
+    const std::uint32_t* cells = nullptr;      // of 8^3 voxels
+    const std::int32_t* parts = nullptr;       // null: no cell has any
+    const std::uint32_t* partRanges = nullptr; // eight a cell that has parts
+    std::int32_t grid[3] = {};                 // cells
+    float limit = 0;
+};
+/// Voxels that ways through a box go beyond it (BoundedWay of render/transport/tracking.h).
+constexpr float kWayOverlap = 1.0f / 512;
+/// Ways of light, one beside another: those of Flight and PathNumbers.
+struct PacketWays {
+    std::int32_t count = 0;
+    const float* from[3] = {};
+    const float* perMm[3] = {};
+    const float* mm = nullptr;
+    const std::uint32_t *first = nullptr, *second = nullptr; // of random numbers
+    std::uint32_t* draws = nullptr;                          // go on
+    /// Free paths: mm to the first collision, below 0 where there is none; transmittances.
+    float* result = nullptr;
+    std::uint64_t lookUps = 0, nullCollisions = 0, cells = 0, exceeded = 0; // as PathWork counts them
+};
+/// Of scenes without labels and gradient opacity, all of whose bricks are there.
+using PacketWaysMarch = void (*)(const PacketScene&, const PacketExtinction&, PacketWays&);
+
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
 using PacketShadowMarch = void (*)(const PacketScene&, PacketJob&, PacketShadows&);
 
@@ -290,6 +315,8 @@ struct PacketTarget {
     PacketShadowMarch (*shadows)(const PacketScene&) = nullptr;
     /// Adds the light that a map leaves at a run of kOcclusionRun places.
     void (*addShadows)(const ShadowLook&, float* light) = nullptr;
+    /// Ways of light: free paths, or transmittances.
+    PacketWaysMarch (*ways)(const PacketScene&, bool free) = nullptr;
     /// For measurements: the cost of trilinear samples and nothing else: so many turns along rays inside a
     /// brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,

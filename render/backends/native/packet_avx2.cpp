@@ -6,6 +6,7 @@
 #include "render/backends/native/packet_rays.h"
 #include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"
+#include "render/backends/native/packet_ways.h"
 
 namespace tessera::native {
 
@@ -22,6 +23,7 @@ const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::occludeAndShine,
                                lanes_avx2::chooseShadows,
                                lanes_avx2::addShadows,
+                               lanes_avx2::chooseWays,
                                lanes_avx2::bareSamples};
 
 } // namespace tessera::native

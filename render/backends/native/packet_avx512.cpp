@@ -6,6 +6,7 @@
 #include "render/backends/native/packet_rays.h"
 #include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"
+#include "render/backends/native/packet_ways.h"
 
 namespace tessera::native {
 
@@ -22,6 +23,7 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::occludeAndShine,
                                  lanes_avx512::chooseShadows,
                                  lanes_avx512::addShadows,
+                                 lanes_avx512::chooseWays,
                                  lanes_avx512::bareSamples};
 
 } // namespace tessera::native

@@ -7,6 +7,7 @@
 #include "render/backends/native/packet_rays.h"
 #include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"
+#include "render/backends/native/packet_ways.h"
 
 namespace tessera::native {
 
@@ -23,6 +24,7 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::occludeAndShine,
                                    lanes_baseline::chooseShadows,
                                    lanes_baseline::addShadows,
+                                   lanes_baseline::chooseWays,
                                    lanes_baseline::bareSamples};
 
 } // namespace tessera::native

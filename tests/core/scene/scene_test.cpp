@@ -42,7 +42,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
        "colour":[0,0,1],"shadow":false,"softness":0}],
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
     "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
-    "transport":{"bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
+    "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
       "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5}},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1]},
     "finestLevel":2},
@@ -125,7 +125,8 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.lights[2], lamp);
     EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3}));
     EXPECT_EQ(scene.lighting.surfaceOcclusion, (SurfaceOcclusion{24, 7.5, false}));
-    EXPECT_EQ(scene.lighting.transport, (Transport{12,
+    EXPECT_EQ(scene.lighting.transport, (Transport{TransportResponse::physical,
+                                                   12,
                                                    {PhaseKind::henyeyGreenstein, 0.5, -0.25, 0.125},
                                                    SurfaceScattering{{20, 90.5}, 0.25, 0.5}}));
     EXPECT_EQ(scene.lighting.environment,
@@ -272,6 +273,8 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/surfaceOcclusion/radius", 0},
              {"/lighting/surfaceOcclusion/filter", 1},
              {"/lighting/surfaceOcclusion/bias", 1},
+             {"/lighting/transport/response", "contract"},
+             {"/lighting/transport/response", "cinematic"},
              {"/lighting/transport/bounces", 0},
              {"/lighting/transport/bounces", 257},
              {"/lighting/transport/phase/g", 1},

@@ -28,9 +28,13 @@ Light sun(double softness = 8) {
     return light;
 }
 
+Transport physical(int bounces, const Phase& phase = {}) {
+    return {TransportResponse::physical, bounces, phase, {}};
+}
+
 Scene lit(Scene scene, int bounces = 4) {
     scene.lighting.lights = {sun()};
-    scene.lighting.transport = Transport{bounces, {PhaseKind::henyeyGreenstein, 0.3}};
+    scene.lighting.transport = physical(bounces, {PhaseKind::henyeyGreenstein, 0.3});
     scene.lighting.environment = Environment{Sky::twoTone, 0.5};
     scene.quality.pixels = {4, PixelFilter::box, 3};
     return scene;
@@ -140,7 +144,7 @@ TEST(PathPicture, IsWhiteInAFurnace) {
         TransferFunction::fromOpacity({{-500, 0}, {0, 0.002}, {300, 0.02}, {1500, 0.05}}, {}, 1);
     scene.lighting.lights = {sun()};
     scene.lighting.lights[0].intensity = 0;
-    scene.lighting.transport = Transport{256, {PhaseKind::henyeyGreenstein, -0.2}};
+    scene.lighting.transport = physical(256, {PhaseKind::henyeyGreenstein, -0.2});
     scene.lighting.environment = Environment{};
     scene.quality.pixels = {16, PixelFilter::box, 3};
     const Image image = torso.draw(scene, EngineKind::native).image;
@@ -162,7 +166,7 @@ TEST(PathPicture, GlowsInBalanceWithItsSky) {
     glow.emission = {0.2, 0.1, 0};
     function.setMaterials({glow});
     scene.volumes[0].transferFunction = function;
-    scene.lighting.transport = Transport{256};
+    scene.lighting.transport = physical(256);
     scene.lighting.lights = {sun()};
     scene.lighting.lights[0].intensity = 0;
     scene.lighting.environment = Environment{Sky::uniform, 0.5, {1, 0.5, 0}};
@@ -211,7 +215,7 @@ TEST(PathPicture, ScattersOnceInASlabAsTheClosedForm) {
     light.direction = {-0.4, 0.1, -1};
     light.intensity = 2;
     scene.lighting.lights = {light};
-    scene.lighting.transport = Transport{1, {PhaseKind::henyeyGreenstein, 0.5}};
+    scene.lighting.transport = physical(1, {PhaseKind::henyeyGreenstein, 0.5});
     scene.quality.pixels = {256, PixelFilter::box, 3};
     MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
     const StoreReader reader(scene.volumes[0].path, ram);
@@ -236,6 +240,57 @@ TEST(PathPicture, ScattersOnceInASlabAsTheClosedForm) {
     const Mean drawnMany = meanOf(drawn(scene, reader, ram, EngineKind::native).image);
     EXPECT_NEAR(drawnMany.mean, expected, 4 * drawnMany.error + 1e-3 * expected);
     EXPECT_NEAR(drawnFew.error / drawnMany.error, 4, 0.5);
+}
+
+/// The contract's light by single ways, over many seeds, and the reference's own rays of light, one ray
+/// through the middle of every pixel.
+TEST(PathPicture, ComesToTheReferencesLight) {
+    Torso torso;
+    Scene scene = torso.scene("bone-1", 0, {10, 8});
+    // Smooth: what steps cost is no matter here.
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction(
+        {{-300, 0}, {200, 0.03}, {1500, 0.3}}, {{-300, {0.9, 0.3, 0.2}}, {800, {0.9, 0.9, 0.7}}});
+    scene.lighting.lights = {sun(0), Light{}};
+    scene.lighting.lights[0].shadow = true;
+    scene.lighting.lights[1].intensity = 0.3;
+    Occlusion occlusion;
+    occlusion.rays = 512;
+    occlusion.radiusMm = 12;
+    occlusion.offsetMm = 1;
+    occlusion.bias = 0.1;
+    occlusion.gamma = 1;
+    scene.lighting.occlusion = occlusion;
+    scene.shading.ambient = 0.5;
+    scene.shading.gradientWeight = GradientWeight{1e6, 1e6}; // as a volume: normals are no matter here either
+    scene.quality.stepVoxels = 0.25;
+    const Image truth = torso.draw(scene, EngineKind::reference).image;
+    scene.lighting.transport = Transport{TransportResponse::contract};
+    constexpr int kSeeds = 200;
+    std::vector<glm::dvec4> sum(truth.pixels.size()), squares(sum);
+    for (int seed = 0; seed < kSeeds; ++seed) {
+        scene.quality.pixels = {1, PixelFilter::box, static_cast<std::uint32_t>(seed)};
+        const Image image = torso.draw(scene, EngineKind::native).image;
+        for (std::size_t n = 0; n < sum.size(); ++n)
+            sum[n] += glm::dvec4(image.pixels[n]),
+                squares[n] += glm::dvec4(image.pixels[n] * image.pixels[n]);
+    }
+    double chi = 0, bias = 0, light = 0;
+    int count = 0;
+    for (std::size_t n = 0; n < sum.size(); ++n)
+        for (int c = 0; c < 3; ++c) {
+            const double mean = sum[n][c] / kSeeds,
+                         variance = (squares[n][c] / kSeeds - mean * mean) / kSeeds;
+            const double difference = mean - static_cast<double>(truth.pixels[n][c]);
+            if (!(truth.pixels[n].a > 0.05f))
+                continue;
+            const double error = std::sqrt(variance) + 2e-3; // steps and the reference's own tolerance
+            chi += std::pow(difference / error, 2);
+            bias += difference, light += static_cast<double>(truth.pixels[n][c]);
+            ++count;
+        }
+    ASSERT_GT(count, 60);
+    EXPECT_LT(chi / count, 1.5);
+    EXPECT_LT(std::abs(bias) / light, 0.01);
 }
 
 /// The standard error that a picture tells is the one that it makes.

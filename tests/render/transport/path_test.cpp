@@ -20,19 +20,21 @@ Mean lightAgainst(const Volume& volume, const PathScene& scene, const glm::vec3&
                   const glm::vec3& travel, int paths) {
     double sum = 0, squares = 0;
     PathWork work;
-    for (int path = 0; path < paths; ++path) {
-        PathNumbers numbers({static_cast<float>(path % 4096) + 0.5f, static_cast<float>(path / 4096) + 0.5f},
-                            11);
-        PathTracer tracer(scene, volume, numbers, work);
+    for (int number = 0; number < paths; ++number) {
+        Path path(scene,
+                  {static_cast<float>(number % 4096) + 0.5f, static_cast<float>(number / 4096) + 0.5f});
+        PathTracer tracer(scene, volume, work);
         const glm::vec3 perMm = scene.voxelFromPatient * travel;
         const Flight flight{from, perMm, mmToLeave(from, perMm, scene.extent)};
         const float mm = freePath(
             *scene.bounds, scene.occupancy, flight,
-            [&](const glm::vec3& p) { return tracer.extinctionAt(p); }, numbers, work);
+            [&](const glm::vec3& p) { return tracer.extinctionAt(p); }, path.numbers, work);
         double light = 0;
         if (mm >= 0) {
-            const glm::vec3 p = from + mm * perMm;
-            light = static_cast<double>(tracer.lightFrom(p, tracer.tissueAt(p), travel).r);
+            path.p = from + mm * perMm;
+            path.travel = travel;
+            path.tissue = tracer.tissueAt(path.p);
+            light = static_cast<double>(tracer.lightFrom(path).r);
         } else {
             light = static_cast<double>(skyFrom(scene, travel).r);
         }

@@ -275,7 +275,9 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     PixelSampling& pixels = scene.quality.pixels;
     if (const EngineKind engine = engineOf(arguments);
         !pixels.named && (engine == EngineKind::automatic || !traitsOf(engine).singleRays))
-        pixels.samples = scene.lighting.transport ? Transport::kSamples : PixelSampling::kAutomatic;
+        pixels.samples = pixels.noise > 0           ? PixelSampling::kMostForNoise
+                         : scene.lighting.transport ? Transport::kSamples
+                                                    : PixelSampling::kAutomatic;
     pixels.named = true; // so that the manifest's scene is the picture's
     for (const std::string& text : arguments.surfaces)
         scene.surfaces.push_back(parseSurface(text));
