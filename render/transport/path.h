@@ -57,9 +57,9 @@ template <typename Field> class PathTracer {
         return std::min(extinction, scene_.bounds->limit());
     }
 
-    PathTissue tissueAt(const glm::vec3& p) {
+    /// @param value  of the field there, as stored
+    PathTissue tissueAt(const glm::vec3& p, float value) {
         const Optics& optics = *scene_.optics;
-        const float value = field_.value(p);
         const glm::vec4 entry = lookUp(optics, value);
         PathTissue tissue;
         tissue.extinction = entry.a;
@@ -75,16 +75,31 @@ template <typename Field> class PathTracer {
         return tissue;
     }
 
-    /// A path begins at a place.
+    /// Puts a path where a ray sees something.
+    /// @param colour  that it sees
+    /// @param direction  of the ray, unit, voxels
+    /// @param value  of the field there
+    void start(Path& path, const glm::vec3& p, const glm::vec3& colour, const glm::vec3& direction,
+               float value) {
+        path.p = p;
+        path.tissue = tissueAt(p, value);
+        path.tissue.albedo = colour;
+        const glm::vec3 d = inPatient(scene_.optics->patientFromVoxel, direction);
+        path.travel = d / std::sqrt(dot(d, d));
+    }
+    /// Its first light is what tissue there sends.
     void begin(Path& path) const {
         path.sum = path.tissue.emission;
         ++work_.paths;
     }
+    /// True if scatterings ask for gradients.
+    bool takesGradients() const { return scene_.transport.surface.has_value(); }
     /// Scatters, and draws the way to one of the lights. False: no light comes from any.
-    bool aim(Path& path, Flight& flight) {
+    /// @param gradient  of the field at the path's place, where it is taken
+    bool aim(Path& path, const glm::vec3& gradient, Flight& flight) {
         ++path.bounce;
         ++work_.bounces;
-        findNormal(path);
+        findNormal(path, gradient);
         if (scene_.lights.empty())
             return false;
         float u = path.numbers.next();
@@ -133,15 +148,20 @@ template <typename Field> class PathTracer {
         flight = flightFrom(path.p, path.travel);
         return true;
     }
-    /// Takes the end of that way. False: the path ends.
+    /// Takes the end of that way. False: the path left the volume.
     /// @param mm  of the first collision; below 0: there is none
-    bool arrive(Path& path, const Flight& flight, float mm) {
+    bool reach(Path& path, const Flight& flight, float mm) const {
         if (mm < 0.0f) {
             path.sum += path.throughput * skyFrom(scene_, path.travel);
             return false;
         }
         path.p = flight.from + mm * flight.perMm;
-        path.tissue = tissueAt(path.p);
+        return true;
+    }
+    /// Takes what is at the path's place. False: the path ends.
+    /// @param value  of the field there
+    bool settle(Path& path, float value) {
+        path.tissue = tissueAt(path.p, value);
         path.sum += path.throughput * path.tissue.emission;
         if (path.bounce >= scene_.transport.bounces)
             return false;
@@ -160,14 +180,15 @@ template <typename Field> class PathTracer {
         begin(path);
         Flight flight;
         do {
-            if (aim(path, flight))
+            if (aim(path, takesGradients() ? field_.gradient(path.p) : glm::vec3(0), flight))
                 shineBy(path, left(flight, path.numbers));
             if (!turn(path, flight))
                 break;
-        } while (arrive(path, flight,
-                        freePath(
-                            *scene_.bounds, scene_.occupancy, flight,
-                            [&](const glm::vec3& q) { return extinctionAt(q); }, path.numbers, work_)));
+        } while (reach(path, flight,
+                       freePath(
+                           *scene_.bounds, scene_.occupancy, flight,
+                           [&](const glm::vec3& q) { return extinctionAt(q); }, path.numbers, work_)) &&
+                 settle(path, field_.value(path.p)));
         return path.sum;
     }
 
@@ -203,12 +224,11 @@ template <typename Field> class PathTracer {
     static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
     /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
-    void findNormal(Path& path) {
+    void findNormal(Path& path, const glm::vec3& gradient) const {
         path.isSurface = false;
-        if (!scene_.transport.surface)
+        if (!takesGradients())
             return;
-        const glm::vec3 g =
-            leaf::transformed(scene_.optics->voxelFromPatientTransposed, field_.gradient(path.p));
+        const glm::vec3 g = leaf::transformed(scene_.optics->voxelFromPatientTransposed, gradient);
         const float length = std::sqrt(dot(g, g));
         const float t = std::clamp((length - scene_.steepFrom) * scene_.perSteep, 0.0f, 1.0f);
         path.isSurface = path.numbers.next() < t * t * (3.0f - 2.0f * t) && length > 0.0f;

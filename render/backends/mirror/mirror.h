@@ -202,34 +202,20 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
 
-/// Begins a path of light where a ray sees something. False: it sees nothing.
-/// @param alpha  the opacity that the whole ray gathers
-template <typename Field>
-bool beginPath(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input, const PathScene& scene,
-               float alpha, PathTracer<Field>& tracer, Path& path, Work& work) {
-    SeenPlace<float> at;
-    at.alpha = path.numbers.pair(0).x * alpha;
-    glm::vec4 sum(0);
-    compositeAlong(ray, field, input, work, nullptr, sum, &at);
-    if (!at.shows)
-        return false;
-    path.p = at.place;
-    path.tissue = tracer.tissueAt(at.place);
-    path.tissue.albedo = at.colour;
-    const glm::vec3 direction = inPatient(scene.optics->patientFromVoxel, ray.direction);
-    path.travel = direction / glm::length(direction);
-    return true;
-}
-
 /// The colour of a path of light that a ray sees the end of, and the ray's opacity.
 /// @param place  of the ray on the picture, pixels
 template <typename Field>
 glm::vec4 pathColour(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
                      const PathScene& scene, const glm::vec2& place, float alpha, Work& work) {
-    PathTracer<Field> tracer(scene, field, work.paths);
     Path path(scene, place);
-    if (!beginPath(ray, field, input, scene, alpha, tracer, path, work))
+    SeenPlace<float> at;
+    at.alpha = path.numbers.pair(0).x * alpha;
+    glm::vec4 sum(0);
+    compositeAlong(ray, field, input, work, nullptr, sum, &at);
+    if (!at.shows)
         return {0, 0, 0, alpha};
+    PathTracer<Field> tracer(scene, field, work.paths);
+    tracer.start(path, at.place, at.colour, ray.direction, field.value(at.place));
     if (scene.transport.response == TransportResponse::contract)
         return {alpha * tracer.contractColour(path, path.tissue.albedo, ray.direction), alpha};
     return {alpha * tracer.lightFrom(path), alpha};

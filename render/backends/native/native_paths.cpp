@@ -4,13 +4,22 @@
 #include <algorithm>
 
 namespace tessera {
+namespace {
+
+/// What packets know: the function alone, the midpoint rule, gradients by differences.
+bool goInPackets(const PathScene& scene) {
+    const Optics& o = *scene.optics;
+    return scene.transport.response == TransportResponse::physical && !o.grades() && o.labels.count == 0 &&
+           o.integrator == Integrator::midpoint && o.gradient != Gradient::analytic &&
+           o.gradient != Gradient::cubic;
+}
+
+} // namespace
 
 NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, NativeField& field,
                          const native::PacketScene& packets, const native::PacketTarget& target)
-    : scene_(scene), input_(input), field_(field), packets_(packets) {
-    // Lanes know the function alone.
-    if (scene.transport.response != TransportResponse::physical || scene.optics->grades() ||
-        scene.optics->labels.count > 0)
+    : scene_(scene), input_(input), field_(field), packets_(packets), target_(target) {
+    if (!goInPackets(scene))
         return;
     const ExtinctionBounds& bounds = *scene.bounds;
     extinction_.cells = bounds.ranges().data();
@@ -23,29 +32,81 @@ NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, Nativ
     extinction_.limit = bounds.limit();
     free_ = target.ways(packets, true);
     left_ = target.ways(packets, false);
+    places_ = target.places(packets);
 }
 
 void NativePaths::add(const SegmentedRay<float>& ray, const glm::vec2& place, glm::vec4& colour, Work& work) {
-    if (!free_) {
+    if (free_)
+        paths_.push_back({ray, Path(scene_, place), {}, &colour});
+    else
         colour = pathColour(ray, field_, input_, scene_, place, colour.a, work);
-        return;
-    }
-    Going going{Path(scene_, place), {}, &colour};
-    PathTracer<NativeField> tracer(scene_, field_, work.paths);
-    if (beginPath(ray, field_, input_, scene_, colour.a, tracer, going.path, work)) {
-        tracer.begin(going.path);
-        paths_.push_back(going);
-    } else {
-        colour = {0, 0, 0, colour.a};
-    }
 }
 
-void NativePaths::follow(bool free, const std::vector<Going*>& of, Work& work) {
+NativePaths::List NativePaths::seek(Work& work) {
+    const auto lanes = static_cast<std::size_t>(target_.lanes());
+    native::PacketJob job;
+    native::PacketSeen seen;
+    List found;
+    glm::vec3 colours[native::kMostLanes];
+    for (std::size_t first = 0; first < paths_.size(); first += lanes) {
+        const std::size_t count = std::min(lanes, paths_.size() - first);
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            Going& going = paths_[first + std::min(lane, count - 1)];
+            const SegmentedRay<float>& ray = going.ray;
+            for (int axis = 0; axis < 3; ++axis) {
+                job.entry[axis][lane] = ray.entry[axis];
+                job.step[axis][lane] = ray.step[axis];
+            }
+            job.segmentMm[lane] = ray.segmentMm;
+            job.tail[lane] = ray.tail;
+            job.count[lane] = lane < count ? ray.count : 0;
+            if (lane < count)
+                seen.alpha[lane] = going.path.numbers.pair(0).x * going.colour->a;
+        }
+        places_.seek(packets_, job, seen);
+        List here;
+        for (std::size_t lane = 0; lane < count; ++lane)
+            if (Going& going = paths_[first + lane]; (seen.shows >> lane & 1u) != 0) {
+                going.path.p = {seen.place[0][lane], seen.place[1][lane], seen.place[2][lane]};
+                colours[here.size()] = {seen.colour[0][lane], seen.colour[1][lane], seen.colour[2][lane]};
+                here.push_back(&going);
+            }
+        sample(here, false);
+        PathTracer<NativeField> tracer(scene_, field_, work.paths);
+        for (std::size_t n = 0; n < here.size(); ++n) {
+            tracer.start(here[n]->path, here[n]->path.p, colours[n], here[n]->ray.direction, result_[n]);
+            tracer.begin(here[n]->path);
+        }
+        found.insert(found.end(), here.begin(), here.end());
+    }
+    work.segments += seen.segments;
+    work.samples += seen.segments;
+    return found;
+}
+
+void NativePaths::sample(const List& of, bool gradients) {
+    const std::size_t room = of.size() + native::kMostLanes;
+    native::PacketSamples samples;
+    samples.count = static_cast<std::int32_t>(of.size());
+    for (int axis = 0; axis < 3; ++axis) {
+        from_[axis].assign(room, 0);
+        for (std::size_t n = 0; n < of.size(); ++n)
+            from_[axis][n] = of[n]->path.p[axis];
+        samples.at[axis] = from_[axis].data();
+        gradient_[axis].resize(room);
+        samples.gradient[axis] = gradients ? gradient_[axis].data() : nullptr;
+    }
+    result_.resize(room);
+    samples.value = result_.data();
+    places_.samples(packets_, samples);
+}
+
+void NativePaths::follow(bool free, const List& of, Work& work) {
     const std::size_t count = of.size();
     for (int axis = 0; axis < 3; ++axis)
         from_[axis].resize(count), perMm_[axis].resize(count);
-    mm_.resize(count), result_.resize(count), first_.resize(count), second_.resize(count),
-        draws_.resize(count);
+    mm_.resize(count), result_.resize(count);
+    first_.resize(count), second_.resize(count), draws_.resize(count);
     for (std::size_t n = 0; n < count; ++n) {
         const Flight& flight = of[n]->flight;
         for (int axis = 0; axis < 3; ++axis)
@@ -71,14 +132,18 @@ void NativePaths::follow(bool free, const std::vector<Going*>& of, Work& work) {
 void NativePaths::run(Work& work) {
     using Tracer = PathTracer<NativeField>;
     Tracer tracer(scene_, field_, work.paths);
-    std::vector<Going*> going, ways;
-    for (Going& path : paths_)
-        going.push_back(&path);
+    List going = paths_.empty() ? List() : seek(work), ways;
     while (!going.empty()) {
+        const bool gradients = tracer.takesGradients();
+        if (gradients)
+            sample(going, true);
         ways.clear();
-        for (Going* g : going)
-            if (tracer.aim(g->path, g->flight))
-                ways.push_back(g);
+        for (std::size_t n = 0; n < going.size(); ++n) {
+            const glm::vec3 gradient =
+                gradients ? glm::vec3(gradient_[0][n], gradient_[1][n], gradient_[2][n]) : glm::vec3(0);
+            if (tracer.aim(going[n]->path, gradient, going[n]->flight))
+                ways.push_back(going[n]);
+        }
         follow(false, ways, work);
         for (std::size_t n = 0; n < ways.size(); ++n)
             Tracer::shineBy(ways[n]->path, result_[n]);
@@ -87,10 +152,15 @@ void NativePaths::run(Work& work) {
             if (tracer.turn(g->path, g->flight))
                 ways.push_back(g);
         follow(true, ways, work);
-        going.clear();
+        List reached;
         for (std::size_t n = 0; n < ways.size(); ++n)
-            if (tracer.arrive(ways[n]->path, ways[n]->flight, result_[n]))
-                going.push_back(ways[n]);
+            if (tracer.reach(ways[n]->path, ways[n]->flight, result_[n]))
+                reached.push_back(ways[n]);
+        sample(reached, false);
+        going.clear();
+        for (std::size_t n = 0; n < reached.size(); ++n)
+            if (tracer.settle(reached[n]->path, result_[n]))
+                going.push_back(reached[n]);
     }
     for (const Going& g : paths_)
         *g.colour = {g.colour->a * g.path.sum, g.colour->a};

@@ -282,6 +282,27 @@ struct PacketWays {
 /// Of scenes without labels and gradient opacity, all of whose bricks are there.
 using PacketWaysMarch = void (*)(const PacketScene&, const PacketExtinction&, PacketWays&);
 
+/// A list of places, voxels, and what the field has there; with room for kMostLanes more.
+struct PacketSamples {
+    std::int32_t count = 0;
+    const float* at[3] = {};
+    float* value = nullptr;
+    float* gradient[3] = {}; // null: not wanted; not of the kind analytic or cubic
+};
+/// Of a packet's rays, where they have gathered an opacity.
+struct PacketSeen {
+    alignas(64) float alpha[kMostLanes];     // that is sought
+    alignas(64) float place[3][kMostLanes];  // voxels
+    alignas(64) float colour[3][kMostLanes]; // of the function
+    std::uint32_t shows = 0;                 // bits: rays that show anything
+    std::uint64_t segments = 0;
+};
+/// Of scenes without labels and gradient opacity, by the midpoint rule, all of whose bricks are there.
+struct PacketPlaceTools {
+    void (*samples)(const PacketScene&, PacketSamples&) = nullptr;
+    void (*seek)(const PacketScene&, const PacketJob&, PacketSeen&) = nullptr;
+};
+
 using PacketMarch = void (*)(const PacketScene&, PacketJob&);
 using PacketShadowMarch = void (*)(const PacketScene&, PacketJob&, PacketShadows&);
 
@@ -317,6 +338,7 @@ struct PacketTarget {
     void (*addShadows)(const ShadowLook&, float* light) = nullptr;
     /// Ways of light: free paths, or transmittances.
     PacketWaysMarch (*ways)(const PacketScene&, bool free) = nullptr;
+    PacketPlaceTools (*places)(const PacketScene&) = nullptr;
     /// For measurements: the cost of trilinear samples and nothing else: so many turns along rays inside a
     /// brick of level 0. Adds the values to job.colour[0].
     void (*bareSamples)(const PacketScene&, const std::int32_t (&brick)[3], int turns,

@@ -24,6 +24,7 @@ const PacketTarget kAvx2Target{"avx2",
                                lanes_avx2::chooseShadows,
                                lanes_avx2::addShadows,
                                lanes_avx2::chooseWays,
+                               lanes_avx2::choosePlaces,
                                lanes_avx2::bareSamples};
 
 } // namespace tessera::native

@@ -24,6 +24,7 @@ const PacketTarget kAvx512Target{"avx512",
                                  lanes_avx512::chooseShadows,
                                  lanes_avx512::addShadows,
                                  lanes_avx512::chooseWays,
+                                 lanes_avx512::choosePlaces,
                                  lanes_avx512::bareSamples};
 
 } // namespace tessera::native

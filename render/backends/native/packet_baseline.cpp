@@ -25,6 +25,7 @@ const PacketTarget kBaselineTarget{"baseline",
                                    lanes_baseline::chooseShadows,
                                    lanes_baseline::addShadows,
                                    lanes_baseline::chooseWays,
+                                   lanes_baseline::choosePlaces,
                                    lanes_baseline::bareSamples};
 
 } // namespace tessera::native

@@ -33,7 +33,7 @@ Mean lightAgainst(const Volume& volume, const PathScene& scene, const glm::vec3&
         if (mm >= 0) {
             path.p = from + mm * perMm;
             path.travel = travel;
-            path.tissue = tracer.tissueAt(path.p);
+            path.tissue = tracer.tissueAt(path.p, volume.value(path.p));
             light = static_cast<double>(tracer.lightFrom(path).r);
         } else {
             light = static_cast<double>(skyFrom(scene, travel).r);
