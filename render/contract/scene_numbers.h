@@ -57,6 +57,10 @@ struct LabelNumbers {
 };
 constexpr int kMostLabelChannels = 7;
 
+/// Voxels by which ways of light go beyond a box of bounds: more than rounding of places
+/// (render/transport/tracking.h).
+constexpr float kWayOverlap = 1.0f / 512;
+
 /// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
 struct MaterialNumbers {
     float from = 0, to = 0;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/base/work.h"
-#include "render/backends/native/packet.h" // kWayOverlap
 #include "render/contract/leaves.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
@@ -43,7 +42,7 @@ class BoundedWay {
             mmPer_[axis] = along != 0.0f ? 1.0f / along : 0.0f;
             fastest = std::max(fastest, std::abs(along));
         }
-        least_ = kOverlap / fastest;
+        least_ = leaf::kWayOverlap / fastest;
     }
 
     /// Goes on to the next box in which something may be. False at the way's end.
@@ -57,7 +56,7 @@ class BoundedWay {
             const ExtinctionBounds::Box here = bounds_.at(voxel);
             const glm::ivec3 box = voxel >> here.shift;
             range_ = here.range;
-            float end = leaves(box << here.shift, (box + 1) << here.shift, kOverlap);
+            float end = leaves(box << here.shift, (box + 1) << here.shift, leaf::kWayOverlap);
             if (range_.most <= 0.0f && occupancy_)
                 if (const std::optional<EmptyBox> empty = emptyBoxAt(*occupancy_, flight_.perMm, p))
                     end = std::max(end, leaves(empty->low, empty->high, -static_cast<float>(kLeapMargin)));
@@ -74,9 +73,6 @@ class BoundedWay {
     const ExtinctionRange& range() const { return range_; }
 
   private:
-    /// Voxels that a box's bounds reach beyond it: more than rounding of places.
-    static constexpr float kOverlap = native::kWayOverlap;
-
     float leaves(const glm::ivec3& low, const glm::ivec3& high, float beyond) const {
         float leave = std::numeric_limits<float>::max();
         for (int axis = 0; axis < 3; ++axis) {

@@ -60,6 +60,17 @@ TEST_F(LabelledVolumes, PresetsThatAreNoneNameTheirOption) {
                   {"tessera: --label-preset: ", "bad.json"});
 }
 
+TEST_F(LabelledVolumes, PresetsOfLabelsComeToTheirLabels) {
+    const Outcome drawn =
+        run("render a.zarr --labels l.nrrd --label-preset 1=skin -o a.png --size 16x16 --engine "
+            "native --no-check --json");
+    ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
+    const auto each = nlohmann::json::parse(drawn.out)["scene"]["volumes"][0]["labels"]["each"];
+    ASSERT_EQ(each.size(), 1u);
+    EXPECT_EQ(each[0]["of"], "1");
+    EXPECT_THAT(each[0]["transferFunction"].dump(), testing::HasSubstr("skin"));
+}
+
 TEST_F(LabelledVolumes, TheTableIsOneOptionOfAll) {
     const auto hidden = [&](const std::string& arguments) {
         const Outcome outcome = run(arguments + " --json");

@@ -291,7 +291,8 @@ bool March::runUntil(SourcesOfAll sources, const Slicing& slicing, Clock::time_p
         GpuWork counted{};
         counters.read(0, std::as_writable_bytes(std::span(&counted, 1)));
         Work done;
-        done.iterations = counted.iterations, done.segments = counted.segments, done.samples = counted.samples;
+        done.iterations = counted.iterations, done.segments = counted.segments,
+        done.samples = counted.samples;
         done.fetches = counted.fetches, done.blended = counted.blended;
         work += done;
         return std::pair(ms, counted);

@@ -265,8 +265,6 @@ struct PacketExtinction {
     std::int32_t grid[3] = {};                 // cells
     float limit = 0;
 };
-/// Voxels that ways through a box go beyond it (BoundedWay of render/transport/tracking.h).
-constexpr float kWayOverlap = 1.0f / 512;
 /// Ways of light, one beside another: those of Flight and PathNumbers.
 struct PacketWays {
     std::int32_t count = 0;

@@ -3,6 +3,7 @@
 #include "render/backends/native/packet_blocks.h"
 #include "render/backends/native/packet_fused.h"
 #include "render/backends/native/packet_light.h"
+#include "render/backends/native/packet_places.h"
 #include "render/backends/native/packet_rays.h"
 #include "render/backends/native/packet_shadows.h"
 #include "render/backends/native/packet_surfaces.h"

@@ -311,6 +311,9 @@ TEST(SegLabels, LiesAreRefused) {
     EXPECT_THAT(refusal([](SegImage& i) { i.frames[2].orientation = "1\\0\\0\\0\\0\\1"; }),
                 HasSubstr("frames of one orientation"));
     EXPECT_THAT(refusal([](SegImage& i) { i.orientation = "1\\0\\0\\1\\0\\0"; }), HasSubstr("perpendicular"));
+    EXPECT_THAT(
+        refusal([](SegImage& i) { i.orientation = ""; }),
+        HasSubstr("expected ImageOrientationPatient (0020,0037) for every frame, found none for frame 1"));
     EXPECT_THAT(refusal([](SegImage& i) { i.orientation = "1\\0\\0\\0\\1\\x"; }), HasSubstr("no number"));
     EXPECT_THAT(refusal([](SegImage& i) { i.orientation = "1\\0\\0\\0\\1"; }), HasSubstr("6 numbers"));
     EXPECT_THAT(refusal([](SegImage& i) { i.spacing = "0\\1"; }), HasSubstr("PixelSpacing"));

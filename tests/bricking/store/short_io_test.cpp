@@ -23,13 +23,16 @@ extern "C" ssize_t pwrite(int file, const void* bytes, std::size_t count, off_t 
 namespace tessera {
 namespace {
 
-TEST(ShortReadsAndWrites, AreGoneOnWith) {
+class ShortReadsAndWrites : public testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(Bytes, ShortReadsAndWrites, testing::Values(7, 1));
+
+TEST_P(ShortReadsAndWrites, AreGoneOnWith) {
     const ScratchFolder folder;
     std::string text;
     for (int i = 0; i < 100; ++i)
         text += static_cast<char>('!' + i % 90);
     const auto bytes = std::as_bytes(std::span(text));
-    mostAtOnce = 7;
+    mostAtOnce = GetParam();
     writeFile(folder / "a", text);
     {
         const FileHandle file = openForWriting(folder / "b");

@@ -100,6 +100,24 @@ TEST_P(Labelled, NativeHasTheMirrorsBits) {
     EXPECT_GT(compare(nativePicture(without).image, whole).maxAbs, 0.01);
 }
 
+/// Their shadows, too, which packets cast and the mirror ray by ray.
+TEST_P(Labelled, NativeHasTheMirrorsLight) {
+    if (GetParam().lit != Lit::shadows)
+        GTEST_SKIP() << "without shadows";
+    Scene scene = GetParam().scene({26, 22});
+    const auto drawn = [&](EngineKind engine) {
+        MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20),
+            gpu("GPU memory", "--gpu-memory", std::size_t{512} << 20);
+        const StoreReader reader(storePath("torso"), ram);
+        RenderOptions options;
+        options.engine = engine;
+        return renderScene(scene, reader, ram, gpu, options).image;
+    };
+    const Image native = drawn(EngineKind::native);
+    EXPECT_FALSE(isBlank(native));
+    EXPECT_EQ(differing(native, drawn(EngineKind::mirror)), 0u);
+}
+
 TEST_P(Labelled, NativeHasTheMirrorsBitsAcrossLevels) {
     if (GetParam().lit == Lit::shadows)
         GTEST_SKIP() << "the mirror's light is compared in whole pictures";

@@ -442,6 +442,41 @@ TEST(SurfaceLight, TheFilterSmoothsAndKeepsEdges) {
     EXPECT_LT(nearWith, nearWithout);
 }
 
+/// A corner that is darker towards its wall, with the wall at the picture's top, bottom, left and right:
+/// means over lines along the wall do not depend on that.
+TEST(SurfaceLight, TheFilterHasNoSide) {
+    const Stored stored(cornerField(), glm::ivec3(40), true);
+    const auto means = [&](const glm::dvec3& up, bool rows, bool backwards) {
+        Scene scene = corner(stored, {.rays = 64, .radiusMm = 12});
+        scene.imageSize = {64, 64};
+        Camera camera;
+        camera.projection = Projection::parallel;
+        camera.focalPoint = {17, 20, 10};
+        camera.position = {17, 20, 60};
+        camera.viewUp = up;
+        camera.parallelScale = 5;
+        scene.camera = camera;
+        const Image image = rendered(scene, EngineKind::native).image;
+        std::vector<double> lines(64);
+        for (std::size_t n = 0; n < image.pixels.size(); ++n) {
+            const std::size_t line = rows ? n / 64 : n % 64;
+            lines[backwards ? 63 - line : line] += static_cast<double>(image.pixels[n].g) / 64;
+        }
+        return lines;
+    };
+    const std::vector<double> top = means({-1, 0, 0}, true, false), bottom = means({1, 0, 0}, true, true),
+                              left = means({0, 1, 0}, false, false), right = means({0, -1, 0}, false, true);
+    EXPECT_GT(std::abs(top[60] - top[3]), 0.05) << "nothing is tested";
+    double sums[3] = {};
+    for (std::size_t n = 3; n < 61; ++n) {
+        sums[0] += (bottom[n] - top[n]) / 58;
+        sums[1] += (left[n] - top[n]) / 58;
+        sums[2] += (right[n] - top[n]) / 58;
+    }
+    for (const double sum : sums)
+        EXPECT_NEAR(sum, 0, 4e-4);
+}
+
 /// Places that share are near in mm. A volume of larger voxels, seen from as much further away, gives the
 /// same picture.
 TEST(SurfaceLight, TheFilterKnowsNoVoxels) {

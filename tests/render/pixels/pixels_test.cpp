@@ -45,6 +45,29 @@ TEST(PixelPlaces, AreNetsInTheirPixel) {
         }
 }
 
+/// Sets that are larger than a net go on in another one.
+TEST(PixelPlaces, GoOnInFurtherNets) {
+    const PixelPlaces places(7, PixelFilter::box);
+    std::vector<glm::vec2> first(128), second(128), far(128);
+    places.put({2, 3}, 0, 0, first);
+    places.put({2, 3}, 0, 128, second);
+    places.put({2, 3}, 0, 128 * 200, far);
+    for (const std::vector<glm::vec2>* at : {&second, &far}) {
+        std::set<int> columns, rows;
+        for (const glm::vec2& p : *at) {
+            columns.insert(static_cast<int>((p.x - 2) * 128));
+            rows.insert(static_cast<int>((p.y - 3) * 128));
+        }
+        EXPECT_EQ(columns.size(), 128u);
+        EXPECT_EQ(rows.size(), 128u);
+        EXPECT_NE(*at, first);
+    }
+    EXPECT_NE(second, far);
+    std::vector<glm::vec2> part(8);
+    places.put({2, 3}, 0, 130, part);
+    EXPECT_TRUE(std::equal(part.begin(), part.end(), second.begin() + 2));
+}
+
 TEST(PixelPlaces, AreTheSameInParts) {
     const PixelPlaces places(1, PixelFilter::gaussian);
     std::vector<glm::vec2> whole(100), part(37);

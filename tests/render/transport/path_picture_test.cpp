@@ -336,6 +336,26 @@ TEST(PathPicture, TellsTheErrorThatItMakes) {
     }
 }
 
+TEST(PathPicture, StopsAtTheNoiseThatIsAskedFor) {
+    Torso torso;
+    Scene scene = lit(torso.scene("bone-1"));
+    scene.quality.pixels.samples = PixelSampling::kMostForNoise;
+    double before = 0;
+    for (const double noise : {0.05, 0.02}) {
+        scene.quality.pixels.noise = noise;
+        const RenderResult result = torso.draw(scene, EngineKind::native);
+        ASSERT_TRUE(result.pixels.error);
+        EXPECT_LE(result.pixels.error->rms, noise);
+        EXPECT_GT(result.pixels.error->rms, 0.2 * noise) << "no more samples than it needs";
+        EXPECT_EQ(std::exp2(std::round(std::log2(result.pixels.taken))), result.pixels.taken);
+        EXPECT_GT(result.pixels.taken, before);
+        before = result.pixels.taken;
+    }
+    scene.quality.pixels.noise = 1e-6; // it is never reached
+    scene.quality.pixels.samples = 300;
+    EXPECT_EQ(torso.draw(scene, EngineKind::native).pixels.taken, 300);
+}
+
 /// No point has an extinction beyond its bounds, whatever levels meet there.
 TEST(ExtinctionBoundsOfScenes, HoldEveryPoint) {
     for (const EdgeFunction edge : kEdgeFunctions)

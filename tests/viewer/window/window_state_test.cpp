@@ -91,6 +91,25 @@ TEST(WindowState, LatenciesAreThoseOfTheLastPictures) {
     EXPECT_EQ(d.desk.latency().pictureTimes.size(), 200u);
 }
 
+/// A camera that somebody set stays when the pane gets another size, and comes back with the first size.
+TEST(WindowState, ASetCameraStaysWhenThePaneChanges) {
+    Desk d;
+    Camera mine = d.desk.camera();
+    mine.position = mine.focalPoint + glm::dvec3(0, 0, 300);
+    mine.viewUp = {0, 1, 0};
+    d.desk.setCamera(mine, false);
+    const auto sized = [&](const glm::ivec2& size) {
+        d.desk.setPictureSize(size);
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        d.desk.settle();
+        EXPECT_EQ(d.desk.scene().imageSize, size);
+        return d.desk.camera();
+    };
+    const Camera wide = sized({300, 400});
+    EXPECT_EQ(glm::normalize(wide.position - wide.focalPoint), glm::dvec3(0, 0, 1));
+    EXPECT_EQ(sized({400, 300}), mine);
+}
+
 /// What moves is asked for as such, and once more when it has come to rest.
 TEST(WindowState, AsksOnceMoreAtRest) {
     Desk d;

@@ -1,0 +1,106 @@
+// render/backends/native/packet_places.h: places of paths of light, a lane each: where rays see something,
+// and what the field has there. The same as the scalar text, bit for bit. For packet_*.cpp alone.
+#pragma once
+
+#include "render/backends/native/packet_march.h"
+#include "render/backends/native/packet_numbers.h"
+
+namespace tessera::TESSERA_LANES {
+
+using native::PacketSamples;
+using native::PacketSeen;
+
+/// Values and gradients of a list of places, as the scalar text has them.
+template <SampleKind K, bool Mixed> void takeSamples(const PacketScene& s, PacketSamples& list) {
+    Here<Mixed> here = hereAtFirst<Mixed>(s.field);
+    for (int first = 0; first < list.count; first += kWidth) {
+        const int rest = list.count - first;
+        const M all = rest >= kWidth ? every() : fromBits((1u << rest) - 1u);
+        const F3 p{load(list.at[0] + first), load(list.at[1] + first), load(list.at[2] + first)};
+        M there = all;
+        store(list.value + first, valueOf<K, true>(s, here, p, there));
+        if (!list.gradient[0])
+            continue;
+        there = all;
+        const F3 g = gradientAt<K>(s.field, s.help, here, s.optics.gradient, p, there);
+        store(list.gradient[0] + first, g.x), store(list.gradient[1] + first, g.y);
+        store(list.gradient[2] + first, g.z);
+    }
+}
+
+/// Where rays have gathered an opacity: as compositeAlong() with a SeenPlace
+/// (render/backends/mirror/mirror.h), by the midpoint rule.
+template <SampleKind K, bool Mixed>
+void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
+    const PacketField& f = s.field;
+    const PacketOptics& o = s.optics;
+    const bool skips = s.space.map != nullptr;
+    const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
+    const F segmentMm = load(job.segmentMm), sought = load(seen.alpha), one(1.0f);
+    const LeapingRays leaping = leapingRays(rays.entry, rays.step);
+    Here<Mixed> here = hereAtFirst<Mixed>(f);
+    Strides strides;
+    I i(0);
+    F alpha(0.0f);
+    F3 place{F(0.0f), F(0.0f), F(0.0f)}, colour = place;
+    M active = i < rays.count, ready = none(), shows = none();
+    std::uint64_t segments = 0;
+    while (any(active)) {
+        const I k = stridesAt<Mixed>(s, rays, strides, i, active), n = shl(I(1), k);
+        const F length = strideLength(rays, i, n);
+        const F3 middle = along(rays, leaf::strideMiddle(number(i), length));
+        if (skips) {
+            const M looking = active & ~ready;
+            const BoxAt box = boxAt(s.space, f, middle, looking);
+            ready = ready | box.shows;
+            const M leaps = looking & ~box.shows;
+            if (any(leaps)) {
+                const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
+                const M ends = ~(beyond < number(rays.count));
+                i = leapt<Mixed>(f, rays, strides, i, n, beyond, ends, leaps);
+                active = active & (i < rays.count);
+                if (count(leaps & active) * 2 > count(ready))
+                    continue;
+            }
+        } else {
+            ready = active;
+        }
+        if (!any(ready))
+            continue;
+        M m = ready;
+        ready = none();
+        const TableLook look = lookUp(o, entriesOf(o, valueOf<K>(s, here, middle, m)));
+        const M adds = m & (look.extinction > F(0.0f));
+        segments += static_cast<unsigned>(count(m));
+        if (any(adds)) {
+            const F depth = look.extinction * (length * segmentMm);
+            const F opacity = opacityOf(depth, adds);
+            const F share = (sought - alpha) / (one - alpha);
+            const M found = adds & (share < opacity);
+            const F part = select(found, min(one, exponential(share) / depth), one);
+            place = select(adds, along(rays, number(i) + part * length), place);
+            colour = select(adds, look.colour, colour);
+            shows = shows | adds;
+            alpha = select(adds, alpha + (one - alpha) * opacity, alpha);
+            active = active & ~found & ~(adds & (one - alpha < F(o.termination)));
+        }
+        i = select(m, i + n, i);
+        active = active & (i < rays.count);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        store(seen.place[axis], axis == 0 ? place.x : axis == 1 ? place.y : place.z);
+        store(seen.colour[axis], axis == 0 ? colour.x : axis == 1 ? colour.y : colour.z);
+    }
+    seen.shows = bits(shows);
+    seen.segments += segments;
+}
+
+inline native::PacketPlaceTools choosePlaces(const PacketScene& s) {
+    return withSamples(s.field, [&](auto of) {
+        constexpr SampleKind kKind = decltype(of)::kind;
+        return s.field.mixed ? native::PacketPlaceTools{takeSamples<kKind, true>, seekPlaces<kKind, true>}
+                             : native::PacketPlaceTools{takeSamples<kKind, false>, seekPlaces<kKind, false>};
+    });
+}
+
+} // namespace tessera::TESSERA_LANES
