@@ -37,6 +37,9 @@ struct Rays {
     /// have any size; the caller keeps it until the rays are drawn.
     std::span<const glm::vec2> places = {};
     glm::ivec2 arraySize{0}; // of places; columns, rows
+    /// Of samples of pixels, one a place: twice the number in its set, and which of the two sets. None: no
+    /// place is one of several.
+    std::span<const std::uint32_t> numbers = {};
     /// Colours are those of paths of light that begin where a ray sees something; of plans with a transport.
     bool paths = false;
 
@@ -47,6 +50,9 @@ struct Rays {
                                           static_cast<float>(number / width) + 0.5f)
                               : places[number];
     }
+    std::optional<std::uint32_t> numberOf(std::size_t ray) const {
+        return numbers.empty() ? std::nullopt : std::optional(numbers[ray]);
+    }
     /// Size of the drawn array; columns, rows.
     glm::ivec2 size() const { return places.empty() ? glm::ivec2(frame.imageSize) : arraySize; }
 };
@@ -55,7 +61,7 @@ struct Rays {
 inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) {
     const Layer& layer = plan.layer();
     return pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
-                     occupancy, plan.view.quality.pixels);
+                     occupancy, plan.view.quality.pixels.seed);
 }
 
 /// Throws if an engine cannot cast such rays.

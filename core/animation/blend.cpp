@@ -250,6 +250,21 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
     if (a.surfaceOcclusion && b.surfaceOcclusion && a.surfaceOcclusion->rays == b.surfaceOcclusion->rays)
         out.surfaceOcclusion->radiusMm =
             mixed(a.surfaceOcclusion->radiusMm, b.surfaceOcclusion->radiusMm, share);
+    if (a.transport && b.transport && a.transport->phase.kind == b.transport->phase.kind) {
+        const Phase& to = b.transport->phase;
+        Phase& phase = out.transport->phase;
+        phase.g = mixed(phase.g, to.g, share);
+        phase.backG = mixed(phase.backG, to.backG, share);
+        phase.backShare = mixed(phase.backShare, to.backShare, share);
+    }
+    if (a.transport && b.transport && a.transport->surface && b.transport->surface) {
+        const SurfaceScattering& to = *b.transport->surface;
+        SurfaceScattering& surface = *out.transport->surface;
+        surface.gradient.low = mixed(surface.gradient.low, to.gradient.low, share);
+        surface.gradient.high = mixed(surface.gradient.high, to.gradient.high, share);
+        surface.mirrored = mixed(surface.mirrored, to.mirrored, share);
+        surface.roughness = mixed(surface.roughness, to.roughness, share);
+    }
     if (a.environment && b.environment && a.environment->sky == b.environment->sky) {
         const Environment& to = *b.environment;
         Environment& e = *out.environment;

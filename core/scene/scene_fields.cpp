@@ -264,6 +264,10 @@ const Fields<Quality>& qualityFields() {
              "Seed of the positions of samples in a pixel.")
             .unlessDefault()
             .setBy("--seed", "seed of the positions of samples in a pixel (default: {default})");
+        f.rule([](const JsonValue& whole, const Quality& q) {
+            if (q.pixels.noise > 0 && q.pixels.named && q.pixels.samples < 2)
+                whole.refuse("\"samples\" from 2 on beside \"noise\"");
+        });
         return f;
     }();
     return fields;

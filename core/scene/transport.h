@@ -13,7 +13,8 @@ enum class PhaseKind { henyeyGreenstein, schlick, rayleigh };
 struct Phase {
     static constexpr double kMostG = 0.99;
     PhaseKind kind = PhaseKind::henyeyGreenstein;
-    double g = 0; // mean cosine, [-kMostG,kMostG]; 0: evenly. Henyey and Greenstein, Schlick
+    double g = 0; // mean cosine (Schlick: of the lobe that it is like), [-kMostG,kMostG]; 0: evenly. Henyey
+                  // and Greenstein, Schlick
     /// Henyey and Greenstein: a second lobe, of mean cosine backG, and its share.
     double backG = 0, backShare = 0;
     bool operator==(const Phase&) const = default;

@@ -100,9 +100,8 @@ std::size_t TableExtremes::bytes(std::size_t entries) {
 }
 
 std::size_t ExtinctionBounds::bytes(const glm::ivec3& extentVoxels, std::size_t entries) {
-    const std::size_t parts =
-        hasParts(extentVoxels) ? sizeof(std::int32_t) + kPartsOfCell * sizeof(std::uint32_t) : 0;
-    return cellCount(cellGrid(extentVoxels)) * (sizeof(std::uint32_t) + parts) +
+    const std::size_t cells = cellCount(cellGrid(extentVoxels));
+    return cells * sizeof(std::uint32_t) + (hasParts(extentVoxels) ? bytesOfParts(cells) : 0) +
            TableExtremes::bytes(entries);
 }
 
@@ -114,10 +113,12 @@ std::uint32_t ExtinctionBounds::packed(const ExtinctionRange& range) {
 
 ExtinctionRange ExtinctionBounds::rangeOf(const TableExtremes& table, const Optics& optics, const Hull& hull,
                                           bool labelled) const {
-    // As placeOf() has them in float.
-    const double x = double{hull.lo} * double{optics.scale} + double{optics.offset},
-                 y = double{hull.hi} * double{optics.scale} + double{optics.offset};
-    ExtinctionRange range = table.between(std::min(x, y) - kRounding, std::max(x, y) + kRounding);
+    // Places are computed in float: they err by a share of what they are made of.
+    const double x = double{hull.lo} * double{optics.scale}, y = double{hull.hi} * double{optics.scale};
+    const double rounding =
+        kRounding + (std::max(std::abs(x), std::abs(y)) + std::abs(double{optics.offset})) * 0x1p-22;
+    ExtinctionRange range = table.between(std::min(x, y) + double{optics.offset} - rounding,
+                                          std::max(x, y) + double{optics.offset} + rounding);
     const ExtinctionRange factors = factorsOf(optics.gradientOpacity);
     range = {range.least * factors.least, range.most * factors.most};
     if (labelled) { // shares of a label are anything from 0 to 1
@@ -134,8 +135,10 @@ void ExtinctionBounds::refine(const OccupancyInput& input, const Optics& optics,
                               MemoryBudget& ram, int threads) {
     if (!hasParts(extentVoxels_))
         return;
+    const std::size_t most = bytesOfParts(ranges_.size());
+    partsCharge_ = ram.charge(most, "the bounds of extinction in parts of cells");
     parts_.assign(ranges_.size(), -1);
-    std::vector<glm::ivec3> cells;
+    std::vector<std::uint32_t> cells; // by their places in the list of all
     const std::vector<glm::vec2> none;
     BrickProof proof(input, none, static_cast<std::uint32_t>(input.selection.finest()));
     for (std::size_t b = 0; b < input.selection.levels.size(); ++b) {
@@ -148,13 +151,11 @@ void ExtinctionBounds::refine(const OccupancyInput& input, const Optics& optics,
             const ExtinctionRange range = ofCell(cell);
             if (!(range.most > range.least))
                 continue;
-            parts_[linearIndex(cell, grid_)] = static_cast<std::int32_t>(cells.size());
-            cells.push_back(cell);
+            const std::size_t at = linearIndex(cell, grid_);
+            parts_[at] = static_cast<std::int32_t>(cells.size());
+            cells.push_back(static_cast<std::uint32_t>(at));
         }
     }
-    partsCharge_ =
-        ram.charge(parts_.size() * sizeof(std::int32_t) + cells.size() * kPartsOfCell * sizeof(std::uint32_t),
-                   "the bounds of extinction in parts of cells");
     partRanges_.resize(cells.size() * kPartsOfCell);
     const TableExtremes table(optics.table);
     const bool labelled = input.statistics.hasLabels();
@@ -165,9 +166,10 @@ void ExtinctionBounds::refine(const OccupancyInput& input, const Optics& optics,
         double values[kEdge * kEdge * kEdge];
         for (std::size_t n = turn * kCellsAtATime; n < std::min(cells.size(), (turn + 1) * kCellsAtATime);
              ++n) {
-            samples.cube<kEdge>(cells[n] * kCellExtent - 1, values);
+            const glm::ivec3 cell = gridPosition(cells[n], grid_);
+            samples.cube<kEdge>(cell * kCellExtent - 1, values);
             const std::uint8_t shows =
-                input.statistics.showsOfCell(linearIndex(cells[n], input.statistics.cells));
+                input.statistics.showsOfCell(linearIndex(cell, input.statistics.cells));
             for (int part = 0; part < kPartsOfCell; ++part) {
                 const glm::ivec3 first =
                     gridPosition(static_cast<std::size_t>(part), glm::ivec3(kParts)) * (1 << kPartShift);
@@ -186,6 +188,10 @@ void ExtinctionBounds::refine(const OccupancyInput& input, const Optics& optics,
             }
         }
     });
+    partsCharge_ = {};
+    partsCharge_ =
+        ram.charge(parts_.size() * sizeof(std::int32_t) + partRanges_.size() * sizeof(std::uint32_t),
+                   "the bounds of extinction in parts of cells");
 }
 
 ExtinctionBounds::ExtinctionBounds(const OccupancyInput& input, const Optics& optics, float limit,

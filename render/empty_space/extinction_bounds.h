@@ -87,6 +87,10 @@ class ExtinctionBounds {
     std::size_t usedBytes() const { return charge_.bytes() + partsCharge_.bytes(); }
     /// RAM of all, with all parts that there may be.
     static std::size_t bytes(const glm::ivec3& extentVoxels, std::size_t entries);
+    /// Of all parts that so many cells may have, and of what finds them.
+    static constexpr std::size_t bytesOfParts(std::size_t cells) {
+        return cells * (sizeof(std::int32_t) + (1 + kPartsOfCell) * sizeof(std::uint32_t));
+    }
     /// By a volume's extent alone, so that pictures do not depend on budgets.
     static bool hasParts(const glm::ivec3& extentVoxels) {
         return cellCount(cellGrid(extentVoxels)) <= kMostWithParts;

@@ -179,7 +179,8 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
                 pictureBytesPerPixel(made.kind, scene.quality.pixels) + meshBytesPerPixel(scene) +
                     (scene.lighting.surfaceOcclusion
                          ? SurfaceLight::bytesPerPixel(scene.quality.pixels.samples != 1)
-                         : 0));
+                         : 0) +
+                    (scene.lighting.transport ? sizeof(std::uint32_t) : 0)); // numbers of samples
     p.setShadowLayers(options.shadowLayers);
     if (first) {
         RenderResult quick;

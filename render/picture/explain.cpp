@@ -47,10 +47,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
         const auto each = [&](std::uint64_t count) {
             return static_cast<double>(count) / static_cast<double>(w.paths);
         };
-        line("paths of light: %llu, with %.2g scatterings, %.3g extinctions read (%.0f %% of them for "
-             "nothing) and %.3g boxes each",
+        line("paths of light: %llu, with %.2g scatterings, %.3g extinctions read (%.3g of them at "
+             "collisions that were none) and %.3g boxes each",
              static_cast<unsigned long long>(w.paths), each(w.bounces), each(w.lookUps),
-             percent(w.nullCollisions, w.lookUps), each(w.cells));
+             each(w.nullCollisions), each(w.cells));
         if (w.exceeded > 0)
             line("paths of light: %llu extinctions above their bound, counted as that",
                  static_cast<unsigned long long>(w.exceeded));

@@ -179,7 +179,7 @@ std::optional<Rays> AreaPicture::next() {
     while (first_ == pixels_.size() && round_ < rounds())
         beginRound();
     if (first_ == pixels_.size()) { // later pixels that are drawn again use this memory
-        array_ = {}, pixels_ = {}, upTo_ = {};
+        array_ = {}, numbers_ = {}, pixels_ = {}, upTo_ = {};
         first_ = 0;
         return std::nullopt;
     }
@@ -187,13 +187,21 @@ std::optional<Rays> AreaPicture::next() {
     forEachRun([&](std::uint32_t, int, int, int count) { rays += static_cast<std::size_t>(count); });
     arraySize_ = rayArraySize(rays);
     array_.resize(rayCount(arraySize_));
+    if (picture_.paths)
+        numbers_.assign(array_.size(), 0);
     glm::vec2 places[kMostInSet];
     std::size_t k = 0;
     forEachRun([&](std::uint32_t pixel, int set, int first, int count) {
         const std::span mine = std::span(places).first(static_cast<std::size_t>(count));
         places_.put(placeOf(pixel, sums_.size()), static_cast<std::uint32_t>(set), first, mine);
-        for (const glm::vec2& place : mine)
-            array_[raySlot(k++, arraySize_)] = place;
+        auto number = static_cast<std::uint32_t>(2 * first + set); // Rays::numbers
+        for (const glm::vec2& place : mine) {
+            const std::size_t slot = raySlot(k++, arraySize_);
+            array_[slot] = place;
+            if (picture_.paths)
+                numbers_[slot] = number;
+            number += 2;
+        }
     });
     for (const glm::vec2 last = array_[raySlot(rays - 1, arraySize_)]; k < array_.size(); ++k)
         array_[raySlot(k, arraySize_)] = last; // unused; results there are dropped
@@ -205,6 +213,8 @@ std::optional<Rays> AreaPicture::next() {
         out.frame.phased = true;
     }
     out.places = array_;
+    if (picture_.paths)
+        out.numbers = numbers_;
     out.arraySize = arraySize_;
     return out;
 }

@@ -96,7 +96,8 @@ class AreaPicture {
     std::size_t budget_ = 0, left_ = 0; // allowed and remaining rays of automatic samples
     std::size_t taken_ = 0;             // rays
     bool drawing_ = false;
-    std::vector<glm::vec2> array_; // of rays; none: through all pixel centres
+    std::vector<glm::vec2> array_;       // of rays; none: through all pixel centres
+    std::vector<std::uint32_t> numbers_; // of the array's samples, where paths of light ask for them
     glm::ivec2 arraySize_{0};
 };
 

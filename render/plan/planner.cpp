@@ -85,6 +85,8 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
                 "occlusion of method local, gamma 1 and emission 0, which the mean of single ways comes to",
                 "another");
     }
+    if (scene.quality.pixels.samples == PixelSampling::kAutomatic)
+        throw refuse("a number of samples (pixels that choose theirs by noise are too dark)", "auto");
     if (plan.view.quality.maxError)
         throw refuse("no error bound (its noise is no part of it)", "one");
 }
@@ -273,11 +275,7 @@ void Planner::mapLevels(bool always) {
         layer().mapEmptySpace(view.quality, *ram);
         revisions.emptySpace = PlanRevisions::next();
     }
-    if (view.lighting.transport) {
-        layer().extinction = {};
-        layer().extinction =
-            ExtinctionBounds(occupancyInput(), layer().optics, mostExtinctionPerMm(info()), *ram, threads);
-    }
+    boundExtinction();
 }
 
 void Planner::mapFunction() {
@@ -484,6 +482,16 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
         layer().surfaceTable = layer().table.ofSurfaces();
 }
 
+void Planner::boundExtinction() {
+    if (!view.lighting.transport)
+        return;
+    layer().extinction = {};
+    layer().extinction =
+        ExtinctionBounds(occupancyInput(), layer().optics, mostExtinctionPerMm(info()), *ram, threads);
+    if (layer().cache) // levels are chosen again: else openCache() goes on
+        layer().extinction.refine(occupancyInput(), layer().optics, *layer().cache, *ram, threads);
+}
+
 OccupancyInput Planner::occupancyInput() const {
     const Layer& volume = layers.front();
     return {volume.statistics, volume.table, info(), volume.selection, view.quality.edgeFunction};
@@ -492,6 +500,11 @@ OccupancyInput Planner::occupancyInput() const {
 void Planner::openCache(bool readsOnce) {
     if (const std::size_t light = lightBytes(*this, view.lighting))
         layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
+    // Of parts of cells, which the cache gives the samples for.
+    Charge reserve;
+    if (view.lighting.transport && ExtinctionBounds::hasParts(info().extentVoxels))
+        reserve = ram->charge(ExtinctionBounds::bytesOfParts(cellCount(cellGrid(info().extentVoxels))),
+                              "the bounds of extinction in parts of cells");
     // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
     const int used = threads > 0 ? threads : defaultThreads();
     const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());
@@ -501,6 +514,7 @@ void Planner::openCache(bool readsOnce) {
     const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
     const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
     layer().cache = std::make_unique<BrickCache>(layer().voxels(), *ram, bytes, used);
+    reserve = {};
     if (view.lighting.transport)
         layer().extinction.refine(occupancyInput(), layer().optics, *layer().cache, *ram, threads);
 }

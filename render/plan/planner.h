@@ -87,6 +87,7 @@ class Planner : public FramePlan {
 
   private:
     OccupancyInput occupancyInput() const;
+    void boundExtinction();
     void chargeTables(Integrator integrator);
     void setValues(const Scene& scene, Reduction reduction);
     /// The tables that segments of the lengths need which rays take through the selection.

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <glm/vec3.hpp>
+#include <optional>
 
 namespace tessera {
 
@@ -21,11 +22,13 @@ struct PathTissue {
 };
 
 /// A path between its scatterings.
-struct Path {
+struct TracedPath {
     /// @param place  of its ray on the picture, pixels
-    Path(const PathScene& scene, const glm::vec2& place) : numbers(place, scene.seed) {
-        if (scene.strata)
-            numbers.stratify();
+    /// @param number  of its sample (Rays::numbers), where its pixel has several
+    TracedPath(const PathScene& scene, const glm::vec2& place, std::optional<std::uint32_t> number = {})
+        : numbers(place, scene.seed) {
+        if (number)
+            numbers.setSample(*number);
     }
 
     PathNumbers numbers;
@@ -69,7 +72,7 @@ template <typename Field> class PathTracer {
         tissue.extinction = labelled.take(tissue.extinction);
         tissue.albedo = labelled.colour(glm::vec3(entry));
         if (optics.lighting.emits) {
-            const leaf::Material<float> material = materialAt(optics, clampedPlaceOf(optics, value));
+            const leaf::Material<float> material = materialAt(optics, placeOf(optics, value));
             tissue.emission = {material.emission[0], material.emission[1], material.emission[2]};
         }
         return tissue;
@@ -79,7 +82,7 @@ template <typename Field> class PathTracer {
     /// @param colour  that it sees
     /// @param direction  of the ray, unit, voxels
     /// @param value  of the field there
-    void start(Path& path, const glm::vec3& p, const glm::vec3& colour, const glm::vec3& direction,
+    void start(TracedPath& path, const glm::vec3& p, const glm::vec3& colour, const glm::vec3& direction,
                float value) {
         path.p = p;
         path.tissue = tissueAt(p, value);
@@ -88,7 +91,7 @@ template <typename Field> class PathTracer {
         path.travel = d / std::sqrt(dot(d, d));
     }
     /// Its first light is what tissue there sends.
-    void begin(Path& path) const {
+    void begin(TracedPath& path) const {
         path.sum = path.tissue.emission;
         ++work_.paths;
     }
@@ -96,7 +99,7 @@ template <typename Field> class PathTracer {
     bool takesGradients() const { return scene_.transport.surface.has_value(); }
     /// Scatters, and draws the way to one of the lights. False: no light comes from any.
     /// @param gradient  of the field at the path's place, where it is taken
-    bool aim(Path& path, const glm::vec3& gradient, Flight& flight) {
+    bool aim(TracedPath& path, const glm::vec3& gradient, Way& way) {
         ++path.bounce;
         ++work_.bounces;
         findNormal(path, gradient);
@@ -123,14 +126,14 @@ template <typename Field> class PathTracer {
         if (light.isPoint)
             power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
         path.shine = path.throughput * power * scattered / light.chance;
-        flight = flightFrom(path.p, to.towards);
-        flight.mm = std::min(flight.mm, to.mm);
+        way = wayFrom(path.p, to.towards);
+        way.mm = std::min(way.mm, to.mm);
         return true;
     }
     /// @param left  of the light that comes by that way
-    static void shineBy(Path& path, float left) { path.sum += path.shine * left; }
+    static void shineBy(TracedPath& path, float left) { path.sum += path.shine * left; }
     /// Draws the way on. False: the path ends.
-    bool turn(Path& path, Flight& flight) {
+    bool turn(TracedPath& path, Way& way) {
         PathNumbers& numbers = path.numbers;
         const glm::vec2 two = numbers.pair(path.bounce == 1 ? 2 : kLater);
         if (path.isSurface) {
@@ -145,22 +148,22 @@ template <typename Field> class PathTracer {
             path.travel = directionAround(path.travel, cosine, two.y);
             path.throughput *= path.tissue.albedo;
         }
-        flight = flightFrom(path.p, path.travel);
+        way = wayFrom(path.p, path.travel);
         return true;
     }
     /// Takes the end of that way. False: the path left the volume.
     /// @param mm  of the first collision; below 0: there is none
-    bool reach(Path& path, const Flight& flight, float mm) const {
+    bool reach(TracedPath& path, const Way& way, float mm) const {
         if (mm < 0.0f) {
             path.sum += path.throughput * skyFrom(scene_, path.travel);
             return false;
         }
-        path.p = flight.from + mm * flight.perMm;
+        path.p = way.from + mm * way.perMm;
         return true;
     }
     /// Takes what is at the path's place. False: the path ends.
     /// @param value  of the field there
-    bool settle(Path& path, float value) {
+    bool settle(TracedPath& path, float value) {
         path.tissue = tissueAt(path.p, value);
         path.sum += path.throughput * path.tissue.emission;
         if (path.bounce >= scene_.transport.bounces)
@@ -176,17 +179,17 @@ template <typename Field> class PathTracer {
     }
 
     /// Light that a path's place sends to where it comes from, after any number of scatterings.
-    glm::vec3 lightFrom(Path& path) {
+    glm::vec3 lightFrom(TracedPath& path) {
         begin(path);
-        Flight flight;
+        Way way;
         do {
-            if (aim(path, takesGradients() ? field_.gradient(path.p) : glm::vec3(0), flight))
-                shineBy(path, left(flight, path.numbers));
-            if (!turn(path, flight))
+            if (aim(path, takesGradients() ? field_.gradient(path.p) : glm::vec3(0), way))
+                shineBy(path, left(way, path.numbers));
+            if (!turn(path, way))
                 break;
-        } while (reach(path, flight,
+        } while (reach(path, way,
                        freePath(
-                           *scene_.bounds, scene_.occupancy, flight,
+                           *scene_.bounds, scene_.occupancy, way,
                            [&](const glm::vec3& q) { return extinctionAt(q); }, path.numbers, work_)) &&
                  settle(path, field_.value(path.p)));
         return path.sum;
@@ -196,7 +199,7 @@ template <typename Field> class PathTracer {
     /// way.
     /// @param colour  of the function
     /// @param direction  of the ray, unit, voxels
-    glm::vec3 contractColour(Path& path, const glm::vec3& colour, const glm::vec3& direction) {
+    glm::vec3 contractColour(TracedPath& path, const glm::vec3& colour, const glm::vec3& direction) {
         const Optics& optics = *scene_.optics;
         const glm::vec3& p = path.p;
         ++work_.paths;
@@ -224,7 +227,7 @@ template <typename Field> class PathTracer {
     static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
     /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
-    void findNormal(Path& path, const glm::vec3& gradient) const {
+    void findNormal(TracedPath& path, const glm::vec3& gradient) const {
         path.isSurface = false;
         if (!takesGradients())
             return;
@@ -239,7 +242,7 @@ template <typename Field> class PathTracer {
         }
     }
 
-    Flight flightFrom(const glm::vec3& p, const glm::vec3& direction) const {
+    Way wayFrom(const glm::vec3& p, const glm::vec3& direction) const {
         const glm::vec3 perMm = scene_.voxelFromPatient * direction;
         return {p, perMm, mmToLeave(p, perMm, scene_.extent)};
     }
@@ -251,7 +254,7 @@ template <typename Field> class PathTracer {
         glm::vec3 towards{0}; // unit, patient space
         float mm = std::numeric_limits<float>::max();
     };
-    ToLight wayTo(const PathLight& light, Path& path, std::uint32_t pair) const {
+    ToLight wayTo(const PathLight& light, TracedPath& path, std::uint32_t pair) const {
         ToLight to{true, light.towards};
         if (light.isPoint) {
             const glm::vec3 way = scene_.optics->patientFromVoxel * (light.towards - path.p);
@@ -265,36 +268,36 @@ template <typename Field> class PathTracer {
         }
         return to;
     }
-    float left(const Flight& flight, PathNumbers& numbers) {
+    float left(const Way& way, PathNumbers& numbers) {
         return transmittance(
-            *scene_.bounds, scene_.occupancy, flight, [&](const glm::vec3& q) { return extinctionAt(q); },
+            *scene_.bounds, scene_.occupancy, way, [&](const glm::vec3& q) { return extinctionAt(q); },
             numbers, work_);
     }
 
     /// Light that a shadow leaves.
-    float leftTowards(const PathLight& light, Path& path) {
+    float leftTowards(const PathLight& light, TracedPath& path) {
         const ToLight to = wayTo(light, path, 1);
         if (!to.any)
             return 1.0f;
-        Flight flight = flightFrom(path.p, to.towards);
+        Way way = wayFrom(path.p, to.towards);
         if (!light.isPoint || to.mm > scene_.shadowFromMm) {
-            flight = flightFrom(path.p + scene_.shadowFromMm * flight.perMm, to.towards);
-            flight.mm = std::min(flight.mm, to.mm - scene_.shadowFromMm);
+            way = wayFrom(path.p + scene_.shadowFromMm * way.perMm, to.towards);
+            way.mm = std::min(way.mm, to.mm - scene_.shadowFromMm);
         } else {
-            flight.mm = std::min(flight.mm, to.mm);
+            way.mm = std::min(way.mm, to.mm);
         }
-        return left(flight, path.numbers);
+        return left(way, path.numbers);
     }
     /// Local occlusion's share, in the mean over directions and the ways' lengths.
-    float leftAround(Path& path) {
+    float leftAround(TracedPath& path) {
         const glm::vec2 two = path.numbers.pair(2);
         const glm::vec3 direction = directionAround({0, 0, 1}, 1.0f - 2.0f * two.x, two.y);
         const auto from = static_cast<float>(scene_.occlusion->offsetMm),
                    to = static_cast<float>(scene_.occlusion->radiusMm);
-        Flight flight = flightFrom(path.p, direction);
-        flight = flightFrom(path.p + from * flight.perMm, direction);
-        flight.mm = std::min(flight.mm, path.numbers.pair(3).x * (to - from));
-        return left(flight, path.numbers);
+        Way way = wayFrom(path.p, direction);
+        way = wayFrom(path.p + from * way.perMm, direction);
+        way.mm = std::min(way.mm, path.numbers.pair(3).x * (to - from));
+        return left(way, path.numbers);
     }
 
     const PathScene& scene_;

@@ -18,7 +18,6 @@ class PathNumbers {
   public:
     /// @param place  pixels
     PathNumbers(const glm::vec2& place, std::uint32_t seed) {
-        place_ = place;
         const glm::vec2 pixel = glm::floor(place);
         pixel_ = mixed(mixed(std::bit_cast<std::uint32_t>(pixel.x) + seed) ^
                        std::bit_cast<std::uint32_t>(pixel.y));
@@ -29,24 +28,37 @@ class PathNumbers {
         first_ = mixed(first_);
     }
 
-    /// Of a pixel whose places are strata of its area: the first numbers of its paths are strata, too.
-    void stratify() { stratified_ = true; }
+    /// The number of the sample in its pixel (Rays::numbers): the first pairs of a pixel's paths are then
+    /// strata.
+    void setSample(std::uint32_t number) {
+        sample_ = number;
+        stratified_ = true;
+    }
 
-    /// Two numbers that make a way or a direction. The first ones of a path, `number` from 0 to 3, are its
-    /// place in the pixel, scrambled by the pixel (Owen): those of all paths of a pixel are then spread as
-    /// evenly as its places, and each pair apart from the others. Later ones are drawn.
+    /// Two numbers that make a direction, or one that makes a place. Pairs 0 to 3 of the paths of a set of
+    /// samples are points of one (0,2)-net each, shuffled and scrambled by pixel, set, net and pair (Burley
+    /// 2020, Practical Hash-based Owen Scrambling): each pair is spread evenly, and unrelated to the others.
+    /// Later ones are drawn.
     glm::vec2 pair(std::uint32_t number) {
         const float a = next(), b = next();
         if (!stratified_ || number > 3)
             return {a, b};
-        return {scrambled(place_.x, 2 * number), scrambled(place_.y, 2 * number + 1)};
+        const std::uint32_t set = sample_ & 1u, index = sample_ >> 1;
+        const std::uint32_t key =
+            mixed(mixed(pixel_ + set + 2 * (index / kNet)) + 0x9e3779b9u * (number + 1));
+        const std::uint32_t i = scrambled((index % kNet) << 25, mixed(key + 1)) >> 25; // shuffled
+        const std::uint32_t x = reversed(i);
+        std::uint32_t y = 0, direction = 1u << 31;
+        for (std::uint32_t n = i; n != 0; n >>= 1, direction ^= direction >> 1)
+            y ^= (n & 1u) != 0 ? direction : 0u;
+        return {unit(scrambled(x, mixed(key + 2))), unit(scrambled(y, mixed(key + 3)))};
     }
 
     /// The next one, from 0 to below 1: a multiple of 2^-24.
     float next() {
         const std::uint32_t n = mixed(mixed(first_ + draws_ * 0x9e3779b9u) ^ second_);
         ++draws_;
-        return static_cast<float>(n >> 8) * 0x1p-24f;
+        return unit(n);
     }
     /// For lanes that draw in its place: the two numbers that all draws follow from, and the count of draws.
     std::uint32_t first() const { return first_; }
@@ -70,21 +82,21 @@ class PathNumbers {
         n = ((n & 0xccccccccu) >> 2) | ((n & 0x33333333u) << 2);
         return ((n & 0xaaaaaaaau) >> 1) | ((n & 0x55555555u) << 1);
     }
-    /// A coordinate's part of its pixel with every bit flipped by a hash of those above it (Laine and Karras,
-    /// Stratified Sampling for Stochastic Transparency, 2011; constants of N. Vegdahl).
-    float scrambled(float coordinate, std::uint32_t number) const {
-        const auto part = static_cast<std::uint32_t>((coordinate - std::floor(coordinate)) * 0x1p24f) << 8;
-        const std::uint32_t seed = mixed(pixel_ + 0x9e3779b9u * (number + 1));
-        std::uint32_t n = reversed(part);
+    /// Every bit flipped by a hash of those above it (Laine and Karras, Stratified Sampling for Stochastic
+    /// Transparency, 2011; constants of N. Vegdahl).
+    static std::uint32_t scrambled(std::uint32_t bits, std::uint32_t seed) {
+        std::uint32_t n = reversed(bits);
         n ^= n * 0x3d20adeau;
         n += seed;
         n *= (seed >> 16) | 1u;
         n ^= n * 0x05526c56u;
         n ^= n * 0x53a22864u;
-        return static_cast<float>(reversed(n) >> 8) * 0x1p-24f;
+        return reversed(n);
     }
+    static float unit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
-    glm::vec2 place_{0};
+    static constexpr std::uint32_t kNet = 128; // kMostInSet of render/pixels/pixel_places.h
+    std::uint32_t sample_ = 0;
     std::uint32_t pixel_ = 0;
     bool stratified_ = false;
     std::uint32_t first_ = 0, second_ = 0, draws_ = 0;

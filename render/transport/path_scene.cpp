@@ -20,15 +20,14 @@ constexpr double kShadowFromVoxels = 2;
 
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
-                    const PixelSampling& pixels) {
+                    std::uint32_t seed) {
     PathScene scene;
     scene.optics = &optics;
     scene.bounds = &bounds;
     scene.occupancy = occupancy;
     scene.transport = lighting.transport.value();
     scene.environment = lighting.environment;
-    scene.seed = pixels.seed;
-    scene.strata = pixels.filter == PixelFilter::box;
+    scene.seed = seed;
     if (const auto& surface = scene.transport.surface) {
         const double perStored = 1 / std::abs(info.rescaleSlope);
         scene.steepFrom = static_cast<float>(surface->gradient.low * perStored);

@@ -4,7 +4,6 @@
 
 #include "core/scene/camera.h"
 #include "core/scene/lighting.h"
-#include "core/scene/scene.h" // PixelSampling
 #include "core/scene/transport.h"
 #include "render/contract/optics.h"
 #include "render/empty_space/extinction_bounds.h"
@@ -38,7 +37,6 @@ struct PathScene {
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
-    bool strata = false; // places are spread evenly over their pixels
     SurfaceResponse surface;
     float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};     // linear part
@@ -54,7 +52,7 @@ struct PathScene {
 /// @param optics, bounds, occupancy  of the volume; outlive it
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
-                    const PixelSampling& pixels);
+                    std::uint32_t seed);
 
 /// Radiance of the sky from a direction, unit, patient space.
 glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction);

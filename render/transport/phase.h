@@ -14,12 +14,14 @@ constexpr float kPi = 3.14159265f;
 
 /// Henyey and Greenstein: (1 - g^2) / (4 pi (1 + g^2 - 2 g cos)^(3/2)); its mean cosine is g.
 inline float henyeyGreenstein(float g, float cosine) {
-    const float d = (1.0f - g) * (1.0f - g) + 2.0f * g * (1.0f - cosine); // 1 + g^2 - 2 g cos, exact near 1
+    // 1 + g^2 - 2 g cos, exact where it is small
+    const float d = g < 0.0f ? (1.0f + g) * (1.0f + g) - 2.0f * g * (1.0f + cosine)
+                             : (1.0f - g) * (1.0f - g) + 2.0f * g * (1.0f - cosine);
     return (1.0f - g * g) / (4.0f * kPi * d * std::sqrt(d));
 }
 /// @param u  uniform
 inline float henyeyGreensteinCosine(float g, float u) {
-    if (std::abs(g) < 1e-3f)
+    if (g == 0.0f)
         return 1.0f - 2.0f * u;
     const float s = (1.0f - g * g) / (1.0f - g + 2.0f * g * u);
     return std::clamp((1.0f + g * g - s * s) / (2.0f * g), -1.0f, 1.0f);
@@ -53,11 +55,16 @@ inline float rayleighCosine(float u, float a, float b, float c) {
     return std::abs(most) > std::abs(z) ? most : z;
 }
 
+/// As it is used: a lobe that is next to even is even.
+inline float lobeOf(double g) {
+    return std::abs(g) < 1e-3 ? 0.0f : static_cast<float>(g);
+}
+
 /// Per steradian.
 /// @param cosine  between the ways of travel in and out
 inline float phaseOf(const Phase& phase, float cosine) {
-    const auto g = static_cast<float>(phase.g), back = static_cast<float>(phase.backG),
-               share = static_cast<float>(phase.backShare);
+    const float g = lobeOf(phase.g), back = lobeOf(phase.backG);
+    const auto share = static_cast<float>(phase.backShare);
     switch (phase.kind) {
     case PhaseKind::schlick:
         return schlick(schlickNumber(g), cosine);
@@ -75,7 +82,7 @@ inline float phaseOf(const Phase& phase, float cosine) {
 /// @param next  a further uniform number: f(); three are taken, whatever the kind
 template <typename Next> float phaseCosine(const Phase& phase, float a, Next&& next) {
     const float u = next(), b = next(), c = next();
-    const auto g = static_cast<float>(phase.g);
+    const float g = lobeOf(phase.g);
     switch (phase.kind) {
     case PhaseKind::schlick:
         return schlickCosine(schlickNumber(g), a);
@@ -84,8 +91,7 @@ template <typename Next> float phaseCosine(const Phase& phase, float a, Next&& n
     case PhaseKind::henyeyGreenstein:
         break;
     }
-    return henyeyGreensteinCosine(
-        u < static_cast<float>(phase.backShare) ? static_cast<float>(phase.backG) : g, a);
+    return henyeyGreensteinCosine(u < static_cast<float>(phase.backShare) ? lobeOf(phase.backG) : g, a);
 }
 
 } // namespace tessera

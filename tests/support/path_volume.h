@@ -53,8 +53,7 @@ class PathVolume {
         lighting.lights = lights;
         lighting.transport = transport;
         lighting.environment = environment;
-        PathScene scene = pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(),
-                                    {1, PixelFilter::gaussian, 1});
+        PathScene scene = pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(), 1);
         if (lights.empty())
             scene.lights.clear(); // the sky alone
         return scene;

@@ -1,6 +1,7 @@
 // render/backends/mirror/mirror.cpp: see mirror.h.
 #include "render/backends/mirror/mirror.h"
 
+#include "core/base/interrupt.h"
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/light/scene_light.h"
@@ -147,17 +148,18 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
 }
 
 void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySource<float>& rays,
-                 const std::function<glm::vec2(std::size_t)>& places, std::span<glm::vec4> colours,
+                 const std::function<PathStart(std::size_t)>& starts, std::span<glm::vec4> colours,
                  int threads, Work& work) {
     std::mutex mutex;
     parallelFor(
         (colours.size() + kStrip - 1) / kStrip, threads,
         [&](std::size_t strip) {
+            checkInterrupted();
             Work mine;
             withField<float>(input, [&](auto& field) {
                 for (std::size_t i = strip * kStrip; i < std::min(colours.size(), (strip + 1) * kStrip); ++i)
                     if (colours[i].a > 0)
-                        colours[i] = pathColour(rays(i), field, input, scene, places(i), colours[i].a, mine);
+                        colours[i] = pathColour(rays(i), field, input, scene, starts(i), colours[i].a, mine);
             });
             const std::lock_guard lock(mutex);
             work += mine;

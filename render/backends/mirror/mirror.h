@@ -81,7 +81,8 @@ template <typename Real> struct SeenPlace {
 template <typename Real>
 bool takePlace(const SegmentedRay<Real>& ray, int i, Real length, Real before, const SeenSegment<Real>& seen,
                SeenPlace<Real>& at) {
-    const Real share = (at.alpha - before) / (Real(1) - before); // the segment's opacity up to it
+    // Not below 0 by rounding.
+    const Real share = std::max(Real(0), (at.alpha - before) / (Real(1) - before)); // of opacity, up to it
     const bool here = share < seen.opacity;
     at.shows = true;
     at.colour = seen.colour;
@@ -135,7 +136,7 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
         SeenSegment<Real> seen;
         if (seeSegment(optics, field, front, back, stridePosition(ray, i, length), ray.direction,
                        length * ray.segmentMm, n, work, seen)) {
-            if (at && takePlace(ray, i, length, sum.a, seen, *at))
+            if (at && seen.opacity > Real(0) && takePlace(ray, i, length, sum.a, seen, *at))
                 return;
             composite(sum, seen.colour, seen.opacity);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
@@ -202,12 +203,18 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
 
+/// What a path's random numbers follow from: the place of its ray on the picture, pixels, and the number of
+/// its sample (Rays::numbers).
+struct PathStart {
+    glm::vec2 place{0};
+    std::optional<std::uint32_t> number = {};
+};
+
 /// The colour of a path of light that a ray sees the end of, and the ray's opacity.
-/// @param place  of the ray on the picture, pixels
 template <typename Field>
 glm::vec4 pathColour(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
-                     const PathScene& scene, const glm::vec2& place, float alpha, Work& work) {
-    Path path(scene, place);
+                     const PathScene& scene, const PathStart& start, float alpha, Work& work) {
+    TracedPath path(scene, start.place, start.number);
     SeenPlace<float> at;
     at.alpha = path.numbers.pair(0).x * alpha;
     glm::vec4 sum(0);
@@ -222,9 +229,9 @@ glm::vec4 pathColour(const SegmentedRay<float>& ray, Field& field, const MirrorI
 }
 
 /// Sets colours of rays whose alpha is known to those of paths.
-/// @param places  of a ray, by its number
+/// @param starts  of a ray, by its number
 void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySource<float>& rays,
-                 const std::function<glm::vec2(std::size_t)>& places, std::span<glm::vec4> colours,
+                 const std::function<PathStart(std::size_t)>& starts, std::span<glm::vec4> colours,
                  int threads, Work& work);
 
 /// The first hits of rays and isosurfaces, one per ray, in order.

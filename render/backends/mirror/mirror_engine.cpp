@@ -45,7 +45,10 @@ class MirrorCaster : public RayCaster {
             if (rays_.paths)
                 mirrorPaths(
                     input, pathSceneOf(scene_, input.occupancy), source,
-                    [&](std::size_t i) { return rays_.placeOf(done_ + i); }, colours, threads_, work);
+                    [&](std::size_t i) {
+                        return PathStart{rays_.placeOf(done_ + i), rays_.numberOf(done_ + i)};
+                    },
+                    colours, threads_, work);
             std::copy(colours.begin(), colours.end(),
                       picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_));
             done_ += count;

@@ -147,7 +147,7 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
                     for (std::size_t i = strip * kStrip; i < std::min(colour_.size(), (strip + 1) * kStrip);
                          ++i)
                         if (colour_[i].a > 0)
-                            paths.add(rays(i), rays_.placeOf(i), colour_[i], mine);
+                            paths.add(rays(i), {rays_.placeOf(i), rays_.numberOf(i)}, colour_[i], mine);
                     paths.run(mine);
                     const std::lock_guard lock(mutex);
                     work += mine;

@@ -1,6 +1,8 @@
 // render/backends/native/native_paths.cpp: see native_paths.h.
 #include "render/backends/native/native_paths.h"
 
+#include "core/base/interrupt.h"
+
 #include <algorithm>
 
 namespace tessera {
@@ -35,11 +37,11 @@ NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, Nativ
     places_ = target.places(packets);
 }
 
-void NativePaths::add(const SegmentedRay<float>& ray, const glm::vec2& place, glm::vec4& colour, Work& work) {
+void NativePaths::add(const SegmentedRay<float>& ray, const PathStart& start, glm::vec4& colour, Work& work) {
     if (free_)
-        paths_.push_back({ray, Path(scene_, place), {}, &colour});
+        paths_.push_back({ray, TracedPath(scene_, start.place, start.number), {}, &colour});
     else
-        colour = pathColour(ray, field_, input_, scene_, place, colour.a, work);
+        colour = pathColour(ray, field_, input_, scene_, start, colour.a, work);
 }
 
 NativePaths::List NativePaths::seek(Work& work) {
@@ -60,8 +62,7 @@ NativePaths::List NativePaths::seek(Work& work) {
             job.segmentMm[lane] = ray.segmentMm;
             job.tail[lane] = ray.tail;
             job.count[lane] = lane < count ? ray.count : 0;
-            if (lane < count)
-                seen.alpha[lane] = going.path.numbers.pair(0).x * going.colour->a;
+            seen.alpha[lane] = lane < count ? going.path.numbers.pair(0).x * going.colour->a : 0;
         }
         places_.seek(packets_, job, seen);
         List here;
@@ -108,10 +109,10 @@ void NativePaths::follow(bool free, const List& of, Work& work) {
     mm_.resize(count), result_.resize(count);
     first_.resize(count), second_.resize(count), draws_.resize(count);
     for (std::size_t n = 0; n < count; ++n) {
-        const Flight& flight = of[n]->flight;
+        const Way& way = of[n]->way;
         for (int axis = 0; axis < 3; ++axis)
-            from_[axis][n] = flight.from[axis], perMm_[axis][n] = flight.perMm[axis];
-        mm_[n] = flight.mm;
+            from_[axis][n] = way.from[axis], perMm_[axis][n] = way.perMm[axis];
+        mm_[n] = way.mm;
         const PathNumbers& numbers = of[n]->path.numbers;
         first_[n] = numbers.first(), second_[n] = numbers.second(), draws_[n] = numbers.draws();
     }
@@ -134,6 +135,7 @@ void NativePaths::run(Work& work) {
     Tracer tracer(scene_, field_, work.paths);
     List going = paths_.empty() ? List() : seek(work), ways;
     while (!going.empty()) {
+        checkInterrupted();
         const bool gradients = tracer.takesGradients();
         if (gradients)
             sample(going, true);
@@ -141,7 +143,7 @@ void NativePaths::run(Work& work) {
         for (std::size_t n = 0; n < going.size(); ++n) {
             const glm::vec3 gradient =
                 gradients ? glm::vec3(gradient_[0][n], gradient_[1][n], gradient_[2][n]) : glm::vec3(0);
-            if (tracer.aim(going[n]->path, gradient, going[n]->flight))
+            if (tracer.aim(going[n]->path, gradient, going[n]->way))
                 ways.push_back(going[n]);
         }
         follow(false, ways, work);
@@ -149,12 +151,12 @@ void NativePaths::run(Work& work) {
             Tracer::shineBy(ways[n]->path, result_[n]);
         ways.clear();
         for (Going* g : going)
-            if (tracer.turn(g->path, g->flight))
+            if (tracer.turn(g->path, g->way))
                 ways.push_back(g);
         follow(true, ways, work);
         List reached;
         for (std::size_t n = 0; n < ways.size(); ++n)
-            if (tracer.reach(ways[n]->path, ways[n]->flight, result_[n]))
+            if (tracer.reach(ways[n]->path, ways[n]->way, result_[n]))
                 reached.push_back(ways[n]);
         sample(reached, false);
         going.clear();

@@ -25,17 +25,16 @@ class NativePaths {
                 const native::PacketScene& packets, const native::PacketTarget& target);
 
     /// Takes a ray that sees something.
-    /// @param place  on the picture, pixels
     /// @param colour  its opacity, and what it becomes when run() returns
-    void add(const SegmentedRay<float>& ray, const glm::vec2& place, glm::vec4& colour, Work& work);
+    void add(const SegmentedRay<float>& ray, const PathStart& start, glm::vec4& colour, Work& work);
     /// Follows all paths that were added, to their ends.
     void run(Work& work);
 
   private:
     struct Going {
         SegmentedRay<float> ray;
-        Path path;
-        Flight flight;
+        TracedPath path;
+        Way way;
         glm::vec4* colour = nullptr;
     };
     using List = std::vector<Going*>;

@@ -265,7 +265,7 @@ struct PacketExtinction {
     std::int32_t grid[3] = {};                 // cells
     float limit = 0;
 };
-/// Ways of light, one beside another: those of Flight and PathNumbers.
+/// Ways of light, one beside another: those of Way and PathNumbers.
 struct PacketWays {
     std::int32_t count = 0;
     const float* from[3] = {};

@@ -75,12 +75,12 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
         if (any(adds)) {
             const F depth = look.extinction * (length * segmentMm);
             const F opacity = opacityOf(depth, adds);
-            const F share = (sought - alpha) / (one - alpha);
-            const M found = adds & (share < opacity);
+            const F share = max(F(0.0f), (sought - alpha) / (one - alpha));
+            const M seen_ = adds & (opacity > F(0.0f)), found = seen_ & (share < opacity);
             const F part = select(found, min(one, exponential(share) / depth), one);
-            place = select(adds, along(rays, number(i) + part * length), place);
-            colour = select(adds, look.colour, colour);
-            shows = shows | adds;
+            place = select(seen_, along(rays, number(i) + part * length), place);
+            colour = select(seen_, look.colour, colour);
+            shows = shows | seen_;
             alpha = select(adds, alpha + (one - alpha) * opacity, alpha);
             active = active & ~found & ~(adds & (one - alpha < F(o.termination)));
         }

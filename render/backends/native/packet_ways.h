@@ -172,7 +172,7 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
                     to = select(leaps, max(to, leavesBox(from, perMm, mmPer, boxLow, boxHigh)), to);
                 }
                 to = min(max(to, begin + least), mm);
-                to = select(to > begin, to, mm);
+                to = select(to > begin, to, asFloat(asInt(begin) + I(1))); // the next number
                 end = select(goes, to, end);
                 const M enters = goes & (high > zero);
                 inBox = inBox | enters;
@@ -211,7 +211,7 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
                 const F here_ = min(leaf::partWay(word(o.table + 3, index, reads),
                                                   word(o.table + 7, index, reads), entries.part),
                                     F(e.limit));
-                exceeded += static_cast<unsigned>(count(reads & (here_ > high)));
+                exceeded += static_cast<unsigned>(count(reads & ((here_ > high) | (here_ < low))));
                 if constexpr (Free) {
                     const M hits = reads & (share < here_);
                     ends(hits, place);

@@ -21,14 +21,14 @@ Mean lightAgainst(const Volume& volume, const PathScene& scene, const glm::vec3&
     double sum = 0, squares = 0;
     PathWork work;
     for (int number = 0; number < paths; ++number) {
-        Path path(scene,
-                  {static_cast<float>(number % 4096) + 0.5f, static_cast<float>(number / 4096) + 0.5f});
+        TracedPath path(scene,
+                        {static_cast<float>(number % 4096) + 0.5f, static_cast<float>(number / 4096) + 0.5f});
         PathTracer tracer(scene, volume, work);
         const glm::vec3 perMm = scene.voxelFromPatient * travel;
-        const Flight flight{from, perMm, mmToLeave(from, perMm, scene.extent)};
+        const Way way{from, perMm, mmToLeave(from, perMm, scene.extent)};
         const float mm = freePath(
-            *scene.bounds, scene.occupancy, flight,
-            [&](const glm::vec3& p) { return tracer.extinctionAt(p); }, path.numbers, work);
+            *scene.bounds, scene.occupancy, way, [&](const glm::vec3& p) { return tracer.extinctionAt(p); },
+            path.numbers, work);
         double light = 0;
         if (mm >= 0) {
             path.p = from + mm * perMm;

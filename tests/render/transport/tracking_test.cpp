@@ -46,13 +46,13 @@ std::vector<Case> cases() {
 /// Depth of the field along a way up to each of many places, by the midpoint rule in double.
 class Depths {
   public:
-    Depths(const PathVolume& volume, const Flight& flight) : mm_(static_cast<double>(flight.mm)) {
+    Depths(const PathVolume& volume, const Way& way) : mm_(static_cast<double>(way.mm)) {
         depth_.push_back(0);
         for (int n = 0; n < kSteps; ++n) {
             const auto at = static_cast<float>((n + 0.5) / kSteps * mm_);
             depth_.push_back(depth_.back() +
                              mm_ / kSteps *
-                                 static_cast<double>(volume.extinction(flight.from + at * flight.perMm)));
+                                 static_cast<double>(volume.extinction(way.from + at * way.perMm)));
         }
     }
     double upTo(double mm) const {
@@ -68,7 +68,7 @@ class Depths {
     std::vector<double> depth_;
 };
 
-Flight flightThrough(const PathVolume& volume, const glm::vec3& from, const glm::vec3& direction) {
+Way wayThrough(const PathVolume& volume, const glm::vec3& from, const glm::vec3& direction) {
     const glm::vec3 perMm = direction / glm::length(direction);
     return {from, perMm, mmToLeave(from, perMm, glm::vec3(volume.extent()))};
 }
@@ -85,15 +85,15 @@ TEST(FreePath, HasTheDistributionOfTheDepth) {
         const PathVolume volume({40, 34, 30}, c.value, c.most);
         PathWork work;
         for (const auto& [from, direction] : ways()) {
-            const Flight flight = flightThrough(volume, from, direction);
-            const Depths depths(volume, flight);
+            const Way way = wayThrough(volume, from, direction);
+            const Depths depths(volume, way);
             std::vector<double> found;
             for (int path = 0; path < kPaths; ++path) {
                 PathNumbers numbers({static_cast<float>(path), from.x + 0.5f}, 5);
                 const float mm = freePath(
-                    volume.bounds(), &volume.occupancy(), flight,
+                    volume.bounds(), &volume.occupancy(), way,
                     [&](const glm::vec3& p) { return volume.extinction(p); }, numbers, work);
-                ASSERT_LE(mm, flight.mm);
+                ASSERT_LE(mm, way.mm);
                 found.push_back(mm < 0 ? 1e30 : static_cast<double>(mm));
             }
             std::sort(found.begin(), found.end());
@@ -118,18 +118,18 @@ TEST(Transmittance, IsUnbiased) {
         const PathVolume volume({40, 34, 30}, c.value, c.most);
         PathWork work;
         for (const auto& [from, direction] : ways()) {
-            const Flight flight = flightThrough(volume, from, direction);
+            const Way way = wayThrough(volume, from, direction);
             double sum = 0, squares = 0;
             for (int path = 0; path < kPaths; ++path) {
                 PathNumbers numbers({static_cast<float>(path), from.x + 0.5f}, 6);
                 const double t = static_cast<double>(transmittance(
-                    volume.bounds(), &volume.occupancy(), flight,
+                    volume.bounds(), &volume.occupancy(), way,
                     [&](const glm::vec3& p) { return volume.extinction(p); }, numbers, work));
                 sum += t, squares += t * t;
             }
             const double mean = sum / kPaths;
             const double error = std::sqrt(std::max(squares / kPaths - mean * mean, 0.0) / kPaths);
-            EXPECT_NEAR(mean, std::exp(-Depths(volume, flight).all()), 4 * error + 2e-5)
+            EXPECT_NEAR(mean, std::exp(-Depths(volume, way).all()), 4 * error + 2e-5)
                 << c.name << " " << c.most;
         }
         EXPECT_EQ(work.exceeded, 0u) << c.name << " " << c.most;
@@ -139,15 +139,15 @@ TEST(Transmittance, IsUnbiased) {
 TEST(Transmittance, OfAWayThatEndsEarlierIsThatOfThePart) {
     const PathVolume volume(
         {40, 34, 30}, [](const glm::ivec3&) { return 0.1f; }, 0.1);
-    Flight flight = flightThrough(volume, {3, 10.3f, 12.1f}, {1, 0.2f, 0});
-    flight.mm = 7;
+    Way way = wayThrough(volume, {3, 10.3f, 12.1f}, {1, 0.2f, 0});
+    way.mm = 7;
     double sum = 0;
     PathWork work;
     for (int path = 0; path < 1000; ++path) {
         PathNumbers numbers({static_cast<float>(path), 0.5f}, 6);
         sum += static_cast<double>(transmittance(
-            volume.bounds(), nullptr, flight, [&](const glm::vec3& p) { return volume.extinction(p); },
-            numbers, work));
+            volume.bounds(), nullptr, way, [&](const glm::vec3& p) { return volume.extinction(p); }, numbers,
+            work));
     }
     EXPECT_NEAR(sum / 1000, std::exp(-0.7), 5e-3); // bounds are 1/128 wide
 }
@@ -159,11 +159,11 @@ TEST(FreePath, IsTheSameWithoutLeaps) {
     PathWork leaping, walking;
     for (int path = 0; path < 3000; ++path) {
         PathNumbers a({static_cast<float>(path), 0.5f}, 6), b = a;
-        const Flight flight =
-            flightThrough(volume, {0.2f, 1.5f + 0.01f * static_cast<float>(path), 2.5f}, {1, 0.1f, 0.4f});
+        const Way way =
+            wayThrough(volume, {0.2f, 1.5f + 0.01f * static_cast<float>(path), 2.5f}, {1, 0.1f, 0.4f});
         const auto extinction = [&](const glm::vec3& p) { return volume.extinction(p); };
-        const float leapt = freePath(volume.bounds(), &volume.occupancy(), flight, extinction, a, leaping);
-        const float walked = freePath(volume.bounds(), nullptr, flight, extinction, b, walking);
+        const float leapt = freePath(volume.bounds(), &volume.occupancy(), way, extinction, a, leaping);
+        const float walked = freePath(volume.bounds(), nullptr, way, extinction, b, walking);
         EXPECT_NEAR(leapt, walked, 2e-2f);
     }
     EXPECT_LT(leaping.cells, walking.cells);

@@ -273,11 +273,15 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         scene.quality.maxError > 0)
         throw badFile("--step", "--step or --max-error, which chooses a step", "both");
     PixelSampling& pixels = scene.quality.pixels;
-    if (const EngineKind engine = engineOf(arguments);
-        !pixels.named && (engine == EngineKind::automatic || !traitsOf(engine).singleRays))
-        pixels.samples = pixels.noise > 0           ? PixelSampling::kMostForNoise
-                         : scene.lighting.transport ? Transport::kSamples
-                                                    : PixelSampling::kAutomatic;
+    if (!pixels.named) {
+        const EngineKind engine = engineOf(arguments);
+        if (pixels.noise > 0)
+            pixels.samples = PixelSampling::kMostForNoise;
+        else if (scene.lighting.transport)
+            pixels.samples = Transport::kSamples;
+        else if (engine == EngineKind::automatic || !traitsOf(engine).singleRays)
+            pixels.samples = PixelSampling::kAutomatic;
+    }
     pixels.named = true; // so that the manifest's scene is the picture's
     for (const std::string& text : arguments.surfaces)
         scene.surfaces.push_back(parseSurface(text));
