@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kMostInt = std::numeric_limits<int>::max();
 constexpr double kLeastScaling = 1e-6; // of a transform: the volume of a voxel
+constexpr double kLeastNoise = 1e-6;   // of a picture: below the rounding of its floats
 
 /// The first three rows, one after another.
 Kind<glm::dmat4> affineKind() {
@@ -245,9 +246,9 @@ const Fields<Quality>& qualityFields() {
             quality.pixels.named = true;
         };
         f.add(
-             "noise", [](auto& q) -> auto& { return q.pixels.noise; }, numberIn(0, 1),
+             "noise", [](auto& q) -> auto& { return q.pixels.noise; }, numberIn(kLeastNoise, 1),
              "Samples double until the standard error of the picture (rms, linear light) is at most this, or "
-             "until there are as many as samples says. 0: as many as samples says.")
+             "until there are as many as samples says (default: as many as samples says).")
             .unlessDefault()
             .setBy("--noise",
                    "samples double until the picture's standard error is at most this (rms, linear "

@@ -62,7 +62,7 @@ TEST_F(LabelledVolumes, PresetsThatAreNoneNameTheirOption) {
 
 TEST_F(LabelledVolumes, PresetsOfLabelsComeToTheirLabels) {
     const Outcome drawn =
-        run("render a.zarr --labels l.nrrd --label-preset 1=skin -o a.png --size 16x16 --engine "
+        run("render a.zarr --labels l.nrrd --label-preset 1=skin --unit HU -o a.png --size 16x16 --engine "
             "native --no-check --json");
     ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
     const auto each = nlohmann::json::parse(drawn.out)["scene"]["volumes"][0]["labels"]["each"];

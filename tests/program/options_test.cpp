@@ -192,7 +192,7 @@ TEST_F(Program, AnOptionIsAKeyOfTheScene) {
     expectRefused(render + "-o a.png --set image.size=9x0",
                   {"--set image.size: expected WIDTHxHEIGHT with numbers from 1 to 16384, found \"9x0\""});
     expectRefused(render + "-o a.png --set quality.samples=many",
-                  {"--set quality.samples: expected auto or a whole number from 1 to 256, found \"many\""});
+                  {"--set quality.samples: expected auto or a whole number from 1 to 65536, found \"many\""});
     expectRefused(render + "-o a.png --set shading.ambient=2",
                   {"--set shading.ambient: expected a number from 0 to 1, found 2"});
     expectRefused(render + "-o a.png --set shading.ambeint=1",
