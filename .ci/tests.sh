@@ -9,7 +9,7 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. Whole suites, then tests of
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
-    AreaPicture AutomaticIntegrator AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
+    AreaPicture AutomaticIntegrator ExtinctionBoundsOfScenes PathPicture AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
     DistanceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
@@ -62,6 +62,7 @@ tests_of() { # FILE
     datasets/* | tests/datasets/*) echo datasets_phantom_test ;;
     tests/bricking/*) echo bricking_store_test bricking_cache_test ;;
     render/backends/native/* | render/contract/*) echo render_native_test ;;
+    render/transport/* | tests/render/transport/*) echo render_transport_test render_paths_test ;;
     render/geometry/* | tests/render/geometry/*) echo render_geometry_test ;;
     render/plan/fusion* | render/picture/several_volumes*) echo render_fusion_test ;;
     render/* | tests/render/*) echo render_unit_test render_engine_test ;;
