@@ -12,6 +12,7 @@ struct PathWork {
     std::uint64_t lookUps = 0, nullCollisions = 0; // extinctions that were read; those that changed nothing
     std::uint64_t cells = 0;                       // boxes of bounds that ways went through
     std::uint64_t exceeded = 0;                    // extinctions above their bound
+    std::uint64_t alone = 0;                       // paths that went without lanes beside them
 
     PathWork& operator+=(const PathWork& o) {
         paths += o.paths;
@@ -20,6 +21,7 @@ struct PathWork {
         nullCollisions += o.nullCollisions;
         cells += o.cells;
         exceeded += o.exceeded;
+        alone += o.alone;
         return *this;
     }
 };

@@ -51,6 +51,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              "collisions that were none) and %.3g boxes each",
              static_cast<unsigned long long>(w.paths), each(w.bounces), each(w.lookUps),
              each(w.nullCollisions), each(w.cells));
+        if (w.alone > 0)
+            line("paths of light: %llu one by one, which is slow: lanes know the physical response, the "
+                 "midpoint rule, and gradients by differences alone",
+                 static_cast<unsigned long long>(w.alone));
         if (w.exceeded > 0)
             line("paths of light: %llu extinctions above their bound, counted as that",
                  static_cast<unsigned long long>(w.exceeded));

@@ -209,7 +209,8 @@ void Planner::chargeTables(Integrator integrator) {
 
 void Planner::settleIntegrator(const FrameContext& context, std::size_t mostEntries) {
     mayTake = Integrator::midpoint;
-    if (view.quality.edgeFunction == EdgeFunction::nearest)
+    // A path's first place is sought in lanes by the midpoint rule, and costs little beside the path.
+    if (view.quality.edgeFunction == EdgeFunction::nearest || view.lighting.transport)
         return;
     for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d})
         if (MemoryPlan(context.ram.freeBytes(), context.gpu.freeBytes())

@@ -8,12 +8,11 @@
 namespace tessera {
 namespace {
 
-/// What packets know: the function alone, the midpoint rule, gradients by differences.
+/// What packets know: the midpoint rule, gradients by differences.
 bool goInPackets(const PathScene& scene) {
     const Optics& o = *scene.optics;
-    return scene.transport.response == TransportResponse::physical && !o.grades() && o.labels.count == 0 &&
-           o.integrator == Integrator::midpoint && o.gradient != Gradient::analytic &&
-           o.gradient != Gradient::cubic;
+    return scene.transport.response == TransportResponse::physical && o.integrator == Integrator::midpoint &&
+           o.gradient != Gradient::analytic && o.gradient != Gradient::cubic;
 }
 
 } // namespace
@@ -38,10 +37,12 @@ NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, Nativ
 }
 
 void NativePaths::add(const SegmentedRay<float>& ray, const PathStart& start, glm::vec4& colour, Work& work) {
-    if (free_)
+    if (free_) {
         paths_.push_back({ray, TracedPath(scene_, start.place, start.number), {}, &colour});
-    else
+    } else {
         colour = pathColour(ray, field_, input_, scene_, start, colour.a, work);
+        ++work.paths.alone;
+    }
 }
 
 NativePaths::List NativePaths::seek(Work& work) {

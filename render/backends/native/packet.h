@@ -277,7 +277,7 @@ struct PacketWays {
     float* result = nullptr;
     std::uint64_t lookUps = 0, nullCollisions = 0, cells = 0, exceeded = 0; // as PathWork counts them
 };
-/// Of scenes without labels and gradient opacity, all of whose bricks are there.
+/// Of scenes all of whose bricks are there.
 using PacketWaysMarch = void (*)(const PacketScene&, const PacketExtinction&, PacketWays&);
 
 /// A list of places, voxels, and what the field has there; with room for kMostLanes more.
@@ -295,7 +295,7 @@ struct PacketSeen {
     std::uint32_t shows = 0;                 // bits: rays that show anything
     std::uint64_t segments = 0;
 };
-/// Of scenes without labels and gradient opacity, by the midpoint rule, all of whose bricks are there.
+/// By the midpoint rule, of scenes all of whose bricks are there.
 struct PacketPlaceTools {
     void (*samples)(const PacketScene&, PacketSamples&) = nullptr;
     void (*seek)(const PacketScene&, const PacketJob&, PacketSeen&) = nullptr;

@@ -181,7 +181,7 @@ inline void marchFused(const PacketScene& s, PacketJob& job) {
             const I to = max(truncated(select(ends, F(0.0f), next)), I(0)) & I(-fusion.segments);
             i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
             active = active & (i < rays.count);
-            if (count(leaps & active) * 2 > count(ready))
+            if (paysToWait(leaps, active, ready))
                 continue;
         }
         if (!any(ready))

@@ -98,18 +98,36 @@ inline __attribute__((noinline)) I strideStarts(const PacketField& f, const Pack
     return to;
 }
 
-/// Segments after a leap.
-/// @param n       segments that lanes would take
-/// @param beyond  the first segment beyond what is empty; of lanes that end, any
+/// Takes lanes over the box that they are in, where nothing in it shows. The others get ready for a sample.
+/// @param p  the middles of lanes' strides
+/// @param n  segments that lanes would take
+/// @param i  lanes' segments
+/// @returns the lanes that it took
 template <bool Mixed>
-TESSERA_LANE I leapt(const PacketField& f, const PacketRays& rays, Strides& strides, const I& i, const I& n,
-                     const F& beyond, M ends, M leaps) {
-    I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
-    if constexpr (Mixed)
-        to = strideStarts(f, rays, strides, to, leaps & ~ends & (to > i + n));
-    else
-        to = to & I(-f.uniformSegments);
-    return select(leaps, select(ends, rays.count, max(i + n, to)), i);
+TESSERA_LANE M leapOver(const PacketScene& s, const PacketRays& rays, Strides& strides,
+                        const LeapingRays& leaping, const F3& p, const I& n, I& i, M& active, M& ready) {
+    const M looking = active & ~ready;
+    const BoxAt box = boxAt(s.space, s.field, p, looking);
+    ready = ready | box.shows;
+    const M leaps = looking & ~box.shows;
+    if (any(leaps)) {
+        const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f)); // the first segment there
+        const M ends = ~(beyond < number(rays.count));
+        I to = max(truncated(select(ends, F(0.0f), beyond)), I(0));
+        if constexpr (Mixed)
+            to = strideStarts(s.field, rays, strides, to, leaps & ~ends & (to > i + n));
+        else
+            to = to & I(-s.field.uniformSegments);
+        i = select(leaps, select(ends, rays.count, max(i + n, to)), i);
+        active = active & (i < rays.count);
+    }
+    return leaps;
+}
+
+/// A look for empty boxes costs less than a sample: it pays to wait until most lanes have one to take.
+/// @param leapt  lanes that may leap again
+TESSERA_LANE bool paysToWait(M leapt, M active, M ready) {
+    return count(leapt & active) * 2 > count(ready);
 }
 
 /// The field at p, which then lies in the lanes' brick where it lies in one.
@@ -179,20 +197,12 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                 --unlooked;
                 ready = active;
             } else if (skips) {
-                const M looking = active & ~ready;
-                const BoxAt box = boxAt(s.space, f, p, looking);
-                ready = ready | box.shows;
-                const M leaps = looking & ~box.shows;
-                if (!any(leaps)) {
+                const M leapt = leapOver<Mixed>(s, rays, strides, leaping, p, n, i, active, ready);
+                if (!any(leapt)) {
                     unlooked = dense = dense < kMaxStepsUnchecked ? dense + 1 : dense;
                 } else {
                     dense = 0;
-                    const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
-                    const M ends = ~(beyond < number(rays.count));
-                    i = leapt<Mixed>(f, rays, strides, i, n, beyond, ends, leaps);
-                    active = active & (i < rays.count);
-                    // A test costs less than a sample: it pays to wait until most lanes have one to take.
-                    if (count(leaps & active) * 2 > count(ready))
+                    if (paysToWait(leapt, active, ready))
                         continue;
                 }
             } else {
@@ -233,7 +243,7 @@ template <SampleKind K, bool Mixed, bool Ends, bool Graded> void march(const Pac
                     i = select(passes, i + n, i);
                     ready = ready | (goes & ~passes);
                     active = active & (i < rays.count);
-                    if (count(passes & active) * 2 > count(ready))
+                    if (paysToWait(passes, active, ready))
                         continue;
                 }
             }

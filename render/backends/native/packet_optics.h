@@ -52,6 +52,11 @@ struct End {
 TESSERA_LANE F word(const float* words, I index, M m) {
     return asFloat(gather<4>(words, index, m));
 }
+/// lookUp() of the extinction alone, of lanes m.
+TESSERA_LANE F extinctionOf(const PacketOptics& o, Entries at, M m) {
+    const I index = shl<2>(at.first);
+    return leaf::partWay(word(o.table + 3, index, m), word(o.table + 7, index, m), at.part);
+}
 TESSERA_LANE End endOf(const PacketOptics& o, F stored, M m) {
     End end;
     end.place = placeOf(o, stored);

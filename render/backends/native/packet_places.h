@@ -4,6 +4,7 @@
 
 #include "render/backends/native/packet_march.h"
 #include "render/backends/native/packet_numbers.h"
+#include "render/backends/native/packet_tissue.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -50,18 +51,9 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
         const F length = strideLength(rays, i, n);
         const F3 middle = along(rays, leaf::strideMiddle(number(i), length));
         if (skips) {
-            const M looking = active & ~ready;
-            const BoxAt box = boxAt(s.space, f, middle, looking);
-            ready = ready | box.shows;
-            const M leaps = looking & ~box.shows;
-            if (any(leaps)) {
-                const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
-                const M ends = ~(beyond < number(rays.count));
-                i = leapt<Mixed>(f, rays, strides, i, n, beyond, ends, leaps);
-                active = active & (i < rays.count);
-                if (count(leaps & active) * 2 > count(ready))
-                    continue;
-            }
+            const M leapt = leapOver<Mixed>(s, rays, strides, leaping, middle, n, i, active, ready);
+            if (paysToWait(leapt, active, ready))
+                continue;
         } else {
             ready = active;
         }
@@ -69,7 +61,13 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
             continue;
         M m = ready;
         ready = none();
-        const TableLook look = lookUp(o, entriesOf(o, valueOf<K>(s, here, middle, m)));
+        TableLook look = lookUp(o, entriesOf(o, valueOf<K>(s, here, middle, m)));
+        if (isGraded(o)) {
+            Beside beside;
+            look.extinction = gradedExtinction<K>(s, here, middle, look.extinction, beside, m);
+            if (o.labels.count > 0 && o.labels.colour >= 0)
+                look.colour = colouredByLabels(beside, look.colour);
+        }
         const M adds = m & (look.extinction > F(0.0f));
         segments += static_cast<unsigned>(count(m));
         if (any(adds)) {

@@ -5,6 +5,7 @@
 
 #include "render/backends/native/lanes.h"
 #include "render/backends/native/packet_march.h"
+#include "render/backends/native/packet_tissue.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -51,18 +52,9 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
         const F length = strideLength(rays, i, n);
         const F3 middle = along(rays, leaf::strideMiddle(number(i), length));
         if (skips) {
-            const M looking = active & ~ready;
-            const BoxAt box = boxAt(s.space, f, middle, looking);
-            ready = ready | box.shows;
-            const M leaps = looking & ~box.shows;
-            if (any(leaps)) {
-                const F beyond = ceil(leaves(s.space, leaping, box) - F(0.5f));
-                const M ends = ~(beyond < number(rays.count));
-                i = leapt<Mixed>(f, rays, strides, i, n, beyond, ends, leaps);
-                active = active & (i < rays.count);
-                if (count(leaps & active) * 2 > count(ready))
-                    continue;
-            }
+            const M leapt = leapOver<Mixed>(s, rays, strides, leaping, middle, n, i, active, ready);
+            if (paysToWait(leapt, active, ready))
+                continue;
         } else {
             ready = active;
         }
@@ -76,31 +68,16 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
             job.waiting = bits(ready & ~m);
             return;
         }
-        F extinction = lookUp(o, entriesOf(o, value)).extinction;
-        M takes = m & (extinction > F(0.0f));
-        leaf::LabelShares<F> shares;
-        F medium(0.0f); // extinction
-        if (o.labels.count > 0) {
-            shares = labelsAt<Mixed>(s, here, middle, m);
+        F extinction = extinctionOf(o, entriesOf(o, value), m);
+        if (isGraded(o)) {
+            Beside beside;
+            extinction = gradedExtinction<K>(s, here, middle, extinction, beside, m, kept);
             if (any(ready & ~m)) {
                 job.waiting = bits(ready & ~m);
                 return;
             }
-            medium = leaf::labelledMedium(shares, F(o.labels.density));
-            takes = m & ((leaf::labelledFunction(shares, extinction) > F(0.0f)) | (medium > F(0.0f)));
         }
-        if (grades && any(takes)) {
-            const M wanted = takes;
-            const F3 gradient = gradientAt<K>(f, s.help, here, o.gradient, middle, takes, kept);
-            if (any(wanted & ~takes)) {
-                job.waiting = bits(wanted & ~takes);
-                return;
-            }
-            extinction = extinction * gradientFactor(o, gradient);
-            takes = takes & ((extinction > F(0.0f)) | (medium > F(0.0f)));
-        }
-        if (o.labels.count > 0)
-            extinction = leaf::labelledFunction(shares, extinction) + medium;
+        const M takes = m & (extinction > F(0.0f));
         if (any(takes)) {
             const F behind = left * (F(1.0f) - opacityOf(extinction * (length * segmentMm), takes));
             writeLight(out, takes, written == i, mmAtEntry + number(i) * segmentMm,

@@ -365,7 +365,7 @@ template <SampleKind K, bool Mixed> void marchSurfaces(const PacketScene& s, Pac
                 const M goesOn = goes & (passes | ~stays); // and is tested again
                 ready = ready | (goes & ~goesOn);
                 active = active & (i < rays.count);
-                if (count(goesOn & active) * 2 > count(ready))
+                if (paysToWait(goesOn, active, ready))
                     continue;
             }
         }

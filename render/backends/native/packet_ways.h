@@ -5,7 +5,7 @@
 
 #include "render/backends/native/packet_march.h"
 #include "render/backends/native/packet_numbers.h"
-#include "render/contract/leaves.h"
+#include "render/backends/native/packet_tissue.h"
 
 namespace tessera::TESSERA_LANES {
 
@@ -84,6 +84,7 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
     constexpr float kLittle = 0.05f, kDark = 24.0f;
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
+    const bool graded = isGraded(o);
     WayLanes lanes;
     int next = 0;
     unsigned active_ = 0;
@@ -205,12 +206,17 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
             if (any(reads)) {
                 lookUps += static_cast<unsigned>(count(reads));
                 M there = reads;
-                const F value = valueOf<K>(s, here, from + place * perMm, there);
-                const Entries entries = entriesOf(o, value);
-                const I index = shl<2>(entries.first);
-                const F here_ = min(leaf::partWay(word(o.table + 3, index, reads),
-                                                  word(o.table + 7, index, reads), entries.part),
-                                    F(e.limit));
+                const F3 p = from + place * perMm;
+                F here_ = extinctionOf(o, entriesOf(o, valueOf<K>(s, here, p, there)), reads);
+                if (graded) {
+                    // What gradients and labels leave is no more, but for the labels' own.
+                    if (Free && o.labels.density == 0.0f)
+                        there = there & (share < here_);
+                    Beside beside;
+                    if (any(there))
+                        here_ = select(there, gradedExtinction<K>(s, here, p, here_, beside, there), here_);
+                }
+                here_ = min(here_, F(e.limit));
                 exceeded += static_cast<unsigned>(count(reads & ((here_ > high) | (here_ < low))));
                 if constexpr (Free) {
                     const M hits = reads & (share < here_);

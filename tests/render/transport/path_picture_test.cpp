@@ -66,6 +66,19 @@ struct Torso {
     StoreReader reader;
 };
 
+/// Labels of every look, some of them hidden, gradient opacity and media of labels.
+Scene labelledScene(const Torso& torso, const BallsOfLabels& labels, LabelLook look, bool grades) {
+    Scene scene = lit(torso.scene("soft-tissue", 1));
+    if (grades)
+        grade(scene);
+    label(scene, labels.store, look);
+    scene.volumes[0].labels.hide = {"two"};
+    scene.volumes[0].labels.each = {{"40", LabelLook::plain, 0.5, {}},
+                                    {"3", LabelLook::tint, {}, glm::dvec3(0, 1, 0)},
+                                    {"7", LabelLook::solid, 0.05, {}}};
+    return scene;
+}
+
 std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     std::vector<Scene> scenes;
     for (int camera = 0; camera < 3; ++camera)
@@ -74,6 +87,9 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     grade(scenes.back());
     scenes.push_back(lit(torso.scene("bone-1")));
     label(scenes.back(), labels.store);
+    scenes.push_back(labelledScene(torso, labels, LabelLook::tint, true));
+    scenes.push_back(labelledScene(torso, labels, LabelLook::plain, false));
+    scenes.back().volumes[0].labels.show = {"group:pair", "5", "6", "7"};
     scenes.push_back(lit(torso.scene("bone-1"), 1));
     scenes.back().quality.skipping = false;
     scenes.push_back(lit(torso.scene("soft-tissue")));
@@ -99,8 +115,53 @@ TEST(PathPicture, NativeHasTheMirrorsBits) {
             const RenderResult native = torso.draw(scene, EngineKind::native, threads);
             EXPECT_EQ(differing(native.image, mirror.image), 0u);
             EXPECT_EQ(native.work.paths.lookUps, mirror.work.paths.lookUps);
+            EXPECT_EQ(native.work.paths.paths, mirror.work.paths.paths);
+            EXPECT_EQ(native.work.paths.alone, 0u) << "slow";
         }
     }
+}
+
+/// By lanes of every set of instructions that the processor has.
+TEST(PathPicture, HasTheSameBitsWithEveryInstructionSet) {
+    Torso torso;
+    const BallsOfLabels labels(torso.reader.info());
+    const Scene scene = labelledScene(torso, labels, LabelLook::solid, true);
+    const Image mirror = torso.draw(scene, EngineKind::mirror).image;
+    for (const native::PacketTarget* target : nativeTargets()) {
+        ASSERT_EQ(setenv("TESSERA_INSTRUCTIONS", target->name, 1), 0);
+        EXPECT_EQ(differing(torso.draw(scene, EngineKind::native).image, mirror), 0u) << target->name;
+    }
+    unsetenv("TESSERA_INSTRUCTIONS");
+}
+
+/// What lanes do not know goes one by one, and is told.
+TEST(PathPicture, TellsWhatGoesOneByOne) {
+    Torso torso;
+    Scene linear = lit(torso.scene("bone-1")), analytic = linear, response = linear;
+    linear.quality.integrator = Integrator::linear;
+    analytic.shading.gradient = Gradient::analytic;
+    response.lighting.transport = Transport{TransportResponse::contract};
+    response.lighting.environment.reset();
+    for (const Scene& scene : {linear, analytic, response}) {
+        const RenderResult native = torso.draw(scene, EngineKind::native);
+        EXPECT_GT(native.work.paths.paths, 0u);
+        EXPECT_EQ(native.work.paths.alone, native.work.paths.paths);
+        EXPECT_EQ(differing(native.image, torso.draw(scene, EngineKind::mirror).image), 0u);
+    }
+}
+
+/// Of themselves, they go side by side, whatever the transfer function.
+TEST(PathPicture, TakesTheMidpointRuleWhereNoneIsNamed) {
+    Torso torso;
+    Scene scene = lit(torso.scene("bone-1"));
+    scene.quality.integrator = Integrator::automatic;
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromOpacity({{199, 0}, {200, 0.5}, {201, 0}}, {{0, glm::dvec3(0.8)}}, 0.01);
+    const RenderResult paths = torso.draw(scene, EngineKind::native);
+    EXPECT_EQ(paths.integrator, Integrator::midpoint);
+    EXPECT_EQ(paths.work.paths.alone, 0u);
+    scene.lighting = {};
+    EXPECT_NE(torso.draw(scene, EngineKind::native).integrator, Integrator::midpoint) << "nothing is tested";
 }
 
 /// Behind a shell, tissue whose gradient opacity is nothing adds segments of no opacity.
@@ -120,14 +181,20 @@ TEST(PathPicture, EndsWhereOpacityIsNothing) {
 
 TEST(PathPicture, NativeHasTheMirrorsBitsWhereLevelsMix) {
     Torso torso;
-    Scene scene = lit(torso.scene("bone-1"));
+    const BallsOfLabels labels(torso.reader.info());
     const std::size_t small = std::size_t{3} << 20;
-    const RenderResult native = torso.draw(scene, EngineKind::native, 2, small);
-    std::size_t levels = 0;
-    for (const std::size_t bricks : native.bricksOfLevel)
-        levels += bricks > 0;
-    EXPECT_GT(levels, 2u) << "nothing is tested";
-    EXPECT_EQ(differing(native.image, torso.draw(scene, EngineKind::mirror, 2, small).image), 0u);
+    Scene graded = lit(torso.scene("bone-1"));
+    grade(graded);
+    for (const Scene& scene :
+         {lit(torso.scene("bone-1")), graded, labelledScene(torso, labels, LabelLook::solid, true)}) {
+        const RenderResult native = torso.draw(scene, EngineKind::native, 2, small);
+        std::size_t levels = 0;
+        for (const std::size_t bricks : native.bricksOfLevel)
+            levels += bricks > 0;
+        EXPECT_GT(levels, 2u) << "nothing is tested";
+        EXPECT_EQ(native.work.paths.alone, 0u);
+        EXPECT_EQ(differing(native.image, torso.draw(scene, EngineKind::mirror, 2, small).image), 0u);
+    }
 }
 
 TEST(PathPicture, IsTheSameWithoutSkipping) {

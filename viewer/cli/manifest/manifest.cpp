@@ -190,7 +190,8 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
     if (const PathWork& paths = work.paths; paths.paths > 0)
         manifest["paths"] = {{"paths", paths.paths},         {"scatterings", paths.bounces},
                              {"extinctions", paths.lookUps}, {"nullCollisions", paths.nullCollisions},
-                             {"boxes", paths.cells},         {"aboveBounds", paths.exceeded}};
+                             {"boxes", paths.cells},         {"aboveBounds", paths.exceeded},
+                             {"oneByOne", paths.alone}};
     if (stores.size() > 1)
         manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)
