@@ -60,8 +60,15 @@ struct Rays {
 /// What paths of light go through in a plan that has a transport.
 inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) {
     const Layer& layer = plan.layer();
-    return pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
-                     occupancy, plan.view.quality.pixels.seed);
+    PathScene scene = pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics,
+                                layer.extinction, occupancy, plan.view.quality.pixels.seed);
+    if (scene.transport.response == TransportResponse::contract)
+        return scene; // its light is that of the uncut volume
+    for (const RaySlab<double>& slab : plan.view.part.slabs)
+        scene.slabs.push_back(
+            {glm::vec3(slab.normal), static_cast<float>(slab.low), static_cast<float>(slab.high)});
+    scene.cuts = plan.view.part.cuts.get();
+    return scene;
 }
 
 /// Throws if an engine cannot cast such rays.

@@ -150,7 +150,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     const VolumeInfo& info = layer.info();
     ChosenLevels chosen;
     const Culling culling = cullingFor(scene.shading);
-    const bool takesGradients = scene.shading.on || !table.gradientOpacity.isOne();
+    const bool takesGradients =
+        scene.shading.on || !table.gradientOpacity.isOne() || scene.lighting.transport;
     const auto chooseOneForAll = [&] {
         const auto packed = [&](const auto& counts) {
             return atlasBytes(pagesFor(counts), info.type, limits);

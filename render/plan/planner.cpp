@@ -73,8 +73,6 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
         throw refuse("no isosurfaces", std::to_string(plan.layer().optics.surfaces.size()));
     if (!plan.view.meshes.empty())
         throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
-    if (plan.view.part.any())
-        throw refuse("no cuts", "some");
     if (scene.lighting.transport->response == TransportResponse::contract) {
         if (!scene.shading.on)
             throw refuse("shading, which response \"contract\" is about", "none");
@@ -562,7 +560,8 @@ void chooseOwn(Planner& p, const Scene& given, const TextureLimits& engineLimits
     } else if (limits.pageEdge > kBrickExtent) {
         Selection all =
             cullBricks(p.layer().statistics, p.layer().table, p.info(), 0, cullingFor(scene.shading));
-        leaveOutUndrawn(all, p.view.part, p.info(), p.layer().optics.takesGradients());
+        leaveOutUndrawn(all, p.view.part, p.info(),
+                        p.layer().optics.takesGradients() || p.view.lighting.transport);
         p.chooseGhostLayers(limits, all.shownBricks(), context);
     }
     p.chosen = chooseLevels(scene, p.view.camera, p.view.part, p.layer(), limits, choice, p.memory.gpuBytes(),

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <vector>
 
 namespace tessera {
 
@@ -187,11 +188,7 @@ template <typename Field> class PathTracer {
                 shineBy(path, left(way, path.numbers));
             if (!turn(path, way))
                 break;
-        } while (reach(path, way,
-                       freePath(
-                           *scene_.bounds, scene_.occupancy, way,
-                           [&](const glm::vec3& q) { return extinctionAt(q); }, path.numbers, work_)) &&
-                 settle(path, field_.value(path.p)));
+        } while (reach(path, way, toCollision(way, path.numbers)) && settle(path, field_.value(path.p)));
         return path.sum;
     }
 
@@ -244,7 +241,10 @@ template <typename Field> class PathTracer {
 
     Way wayFrom(const glm::vec3& p, const glm::vec3& direction) const {
         const glm::vec3 perMm = scene_.voxelFromPatient * direction;
-        return {p, perMm, mmToLeave(p, perMm, scene_.extent)};
+        Way way{p, perMm, mmToLeave(p, perMm, scene_.extent)};
+        for (const RaySlab<float>& slab : scene_.slabs)
+            way.mm = std::min(way.mm, mmToLeave(p, perMm, slab));
+        return way;
     }
 
     /// The way from a path's place to a light: the direction, drawn within the light's own, and where it
@@ -269,9 +269,33 @@ template <typename Field> class PathTracer {
         return to;
     }
     float left(const Way& way, PathNumbers& numbers) {
-        return transmittance(
-            *scene_.bounds, scene_.occupancy, way, [&](const glm::vec3& q) { return extinctionAt(q); },
-            numbers, work_);
+        const auto of = [&](const Way& part) {
+            return transmittance(
+                *scene_.bounds, scene_.occupancy, part, [&](const glm::vec3& q) { return extinctionAt(q); },
+                numbers, work_);
+        };
+        if (!scene_.cuts)
+            return of(way);
+        keptParts(*scene_.cuts, way, parts_);
+        float left = 1;
+        for (std::size_t n = 0; n < parts_.size() && left > 0.0f; ++n)
+            left *= of(partOf(way, parts_[n]));
+        return left;
+    }
+    /// mm; below 0: there is none.
+    float toCollision(const Way& way, PathNumbers& numbers) {
+        const auto of = [&](const Way& part) {
+            return freePath(
+                *scene_.bounds, scene_.occupancy, part, [&](const glm::vec3& q) { return extinctionAt(q); },
+                numbers, work_);
+        };
+        if (!scene_.cuts)
+            return of(way);
+        keptParts(*scene_.cuts, way, parts_);
+        for (const RayPart& part : parts_)
+            if (const float mm = of(partOf(way, part)); mm >= 0.0f)
+                return static_cast<float>(part.from) + mm;
+        return -1;
     }
 
     /// Light that a shadow leaves.
@@ -303,6 +327,7 @@ template <typename Field> class PathTracer {
     const PathScene& scene_;
     Field& field_;
     PathWork& work_;
+    std::vector<RayPart> parts_; // of a way
 };
 
 } // namespace tessera

@@ -6,6 +6,7 @@
 #include "core/scene/lighting.h"
 #include "core/scene/transport.h"
 #include "render/contract/optics.h"
+#include "render/contract/ray_cuts.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
 #include "render/transport/surface_response.h"
@@ -41,6 +42,10 @@ struct PathScene {
     float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};     // linear part
     glm::vec3 extent{0};               // voxels
+    /// Tissue is within all slabs and where the cuts keep it; null: no others. Beyond, ways go on in the dark
+    /// of no tissue.
+    std::vector<RaySlab<float>> slabs;
+    const RayCuts* cuts = nullptr;
     std::vector<PathLight> lights;
     glm::vec3 up{0, 0, 1}; // of the sky, unit
     // Of the contract's light:

@@ -4,6 +4,7 @@
 
 #include "core/base/work.h"
 #include "render/contract/leaves.h"
+#include "render/contract/ray_cuts.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
 #include "render/transport/path_numbers.h"
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <vector>
 
 namespace tessera {
 
@@ -30,6 +32,23 @@ inline float mmToLeave(const glm::vec3& p, const glm::vec3& perMm, const glm::ve
         if (perMm[axis] != 0.0f)
             leave = std::min(leave, ((perMm[axis] > 0.0f ? extent[axis] : 0.0f) - p[axis]) / perMm[axis]);
     return leave < kFarthest ? std::max(leave, 0.0f) : 0.0f;
+}
+
+/// Where a way from p leaves a slab that holds p, mm.
+inline float mmToLeave(const glm::vec3& p, const glm::vec3& perMm, const RaySlab<float>& slab) {
+    const float along = glm::dot(slab.normal, perMm);
+    if (along == 0.0f)
+        return std::numeric_limits<float>::max();
+    return std::max(((along > 0.0f ? slab.high : slab.low) - glm::dot(slab.normal, p)) / along, 0.0f);
+}
+
+/// The parts of a way that cuts keep, in order, mm from its start.
+inline void keptParts(const RayCuts& cuts, const Way& way, std::vector<RayPart>& parts) {
+    cuts.parts(glm::dvec3(way.from), glm::dvec3(way.perMm), 0, static_cast<double>(way.mm), parts);
+}
+inline Way partOf(const Way& way, const RayPart& part) {
+    return {way.from + static_cast<float>(part.from) * way.perMm, way.perMm,
+            static_cast<float>(part.to - part.from)};
 }
 
 /// The boxes of bounds along a way, one after another.

@@ -98,20 +98,6 @@ void withFields(const MirrorInput& input, std::vector<FusedField<Real>>& known, 
     });
 }
 
-/// A ray's parts, in a list that is reused for all rays of a thread.
-template <typename Real>
-std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const SegmentedRay<Real>& ray,
-                                            std::size_t number, std::vector<SegmentedRay<Real>>& parts) {
-    parts.clear();
-    if (!input.cuts)
-        parts.push_back(ray);
-    else
-        for (std::size_t n = 0; n < input.cuts->count(input.firstRay + number); ++n)
-            parts.push_back(partOf(ray, input.cuts->at(input.firstRay + number, n),
-                                   static_cast<Real>(input.segmentVoxels)));
-    return parts;
-}
-
 constexpr std::size_t kStrip = 64; // rays per task of a thread: neighbours share chunks
 
 } // namespace
@@ -151,20 +137,22 @@ void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySour
                  const std::function<PathStart(std::size_t)>& starts, std::span<glm::vec4> colours,
                  int threads, Work& work) {
     std::mutex mutex;
-    parallelFor(
-        (colours.size() + kStrip - 1) / kStrip, threads,
-        [&](std::size_t strip) {
-            checkInterrupted();
-            Work mine;
-            withField<float>(input, [&](auto& field) {
-                for (std::size_t i = strip * kStrip; i < std::min(colours.size(), (strip + 1) * kStrip); ++i)
-                    if (colours[i].a > 0)
-                        colours[i] = pathColour(rays(i), field, input, scene, starts(i), colours[i].a, mine);
-            });
-            const std::lock_guard lock(mutex);
-            work += mine;
-        },
-        input.progress);
+    parallelFor((colours.size() + kStrip - 1) / kStrip, threads,
+                [&](std::size_t strip) {
+                    checkInterrupted();
+                    Work mine;
+                    std::vector<SegmentedRay<float>> parts;
+                    withField<float>(input, [&](auto& field) {
+                        for (std::size_t i = strip * kStrip;
+                             i < std::min(colours.size(), (strip + 1) * kStrip); ++i)
+                            if (colours[i].a > 0)
+                                colours[i] = pathColour(partsOf(input, rays(i), i, parts), field, input,
+                                                        scene, starts(i), colours[i].a, mine);
+                    });
+                    const std::lock_guard lock(mutex);
+                    work += mine;
+                },
+                input.progress);
 }
 
 template <typename Real>

@@ -72,7 +72,7 @@ void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& i
 /// The place at which a ray has gathered an opacity; of rays that gather less, the last that shows something.
 template <typename Real> struct SeenPlace {
     Real alpha = 0; // sought
-    bool shows = false;
+    bool shows = false, found = false;
     glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
 };
 
@@ -85,6 +85,7 @@ bool takePlace(const SegmentedRay<Real>& ray, int i, Real length, Real before, c
     const Real share = std::max(Real(0), (at.alpha - before) / (Real(1) - before)); // of opacity, up to it
     const bool here = share < seen.opacity;
     at.shows = true;
+    at.found = here;
     at.colour = seen.colour;
     const Real depth = seen.extinction * (length * ray.segmentMm);
     const Real part =
@@ -190,6 +191,21 @@ glm::vec<4, Real> mirrorRay(const SegmentedRay<Real>& ray, Field& field, const M
     return mirrorRayOf<Real>(std::span(&ray, 1), field, input, work, hit);
 }
 
+/// A ray's parts, in a list that is reused for all rays of a thread.
+/// @param number  from input.firstRay on
+template <typename Real>
+std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const SegmentedRay<Real>& ray,
+                                            std::size_t number, std::vector<SegmentedRay<Real>>& parts) {
+    parts.clear();
+    if (!input.cuts)
+        parts.push_back(ray);
+    else
+        for (std::size_t n = 0; n < input.cuts->count(input.firstRay + number); ++n)
+            parts.push_back(partOf(ray, input.cuts->at(input.firstRay + number, n),
+                                   static_cast<Real>(input.segmentVoxels)));
+    return parts;
+}
+
 /// Source of rays: pixel index (row by row) -> ray.
 template <typename Real> using RaySource = std::function<SegmentedRay<Real>(std::size_t)>;
 
@@ -211,20 +227,24 @@ struct PathStart {
 };
 
 /// The colour of a path of light that a ray sees the end of, and the ray's opacity.
+/// @param parts  of the ray, in order
 template <typename Field>
-glm::vec4 pathColour(const SegmentedRay<float>& ray, Field& field, const MirrorInput& input,
+glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, const MirrorInput& input,
                      const PathScene& scene, const PathStart& start, float alpha, Work& work) {
     TracedPath path(scene, start.place, start.number);
     SeenPlace<float> at;
     at.alpha = path.numbers.pair(0).x * alpha;
     glm::vec4 sum(0);
-    compositeAlong(ray, field, input, work, nullptr, sum, &at);
+    for (const SegmentedRay<float>& part : parts)
+        if (!at.found && !isOpaque(*input.optics, sum))
+            compositeAlong(part, field, input, work, nullptr, sum, &at);
     if (!at.shows)
         return {0, 0, 0, alpha};
     PathTracer<Field> tracer(scene, field, work.paths);
-    tracer.start(path, at.place, at.colour, ray.direction, field.value(at.place));
+    const glm::vec3& direction = parts.front().direction;
+    tracer.start(path, at.place, at.colour, direction, field.value(at.place));
     if (scene.transport.response == TransportResponse::contract)
-        return {alpha * tracer.contractColour(path, path.tissue.albedo, ray.direction), alpha};
+        return {alpha * tracer.contractColour(path, path.tissue.albedo, direction), alpha};
     return {alpha * tracer.lightFrom(path), alpha};
 }
 

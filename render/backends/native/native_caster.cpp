@@ -129,6 +129,8 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
     input.optics = &scene_.layer().optics;
     input.occupancy = occupancy();
     input.strides = rays_.strides;
+    input.cuts = cuts_ ? &*cuts_ : nullptr;
+    input.segmentVoxels = rays_.frame.segmentVoxels;
     const PathScene scene = pathSceneOf(scene_, input.occupancy);
     native::PacketScene packets =
         packetSceneOf({scene_, engine_.settled(), engine_.lightChannels(), engine_.labelChannels(),
@@ -144,10 +146,12 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
                     field.setLabels(engine_.labelChannels(), volume.optics.labels);
                     NativePaths paths(scene, input, field, packets, target_);
                     Work mine;
+                    std::vector<SegmentedRay<float>> parts;
                     for (std::size_t i = strip * kStrip; i < std::min(colour_.size(), (strip + 1) * kStrip);
                          ++i)
                         if (colour_[i].a > 0)
-                            paths.add(rays(i), {rays_.placeOf(i), rays_.numberOf(i)}, colour_[i], mine);
+                            paths.add(partsOf(input, rays(i), i, parts),
+                                      {rays_.placeOf(i), rays_.numberOf(i)}, colour_[i], mine);
                     paths.run(mine);
                     const std::lock_guard lock(mutex);
                     work += mine;
@@ -157,14 +161,13 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {
     while (drawRound(slicing, deadline, work)) {
-        if (waiting_ > 0 || !cuts_) {
-            if (waiting_ == 0 && rays_.paths)
-                followPaths(slicing, work);
+        if (waiting_ > 0)
             return true;
-        }
-        if (round_ + 1 >= cuts_->most) {
-            if (scene_.layer().reduces())
+        if (!cuts_ || round_ + 1 >= cuts_->most) {
+            if (cuts_ && scene_.layer().reduces())
                 colourKeptValues();
+            if (rays_.paths)
+                followPaths(slicing, work);
             return true;
         }
         ++round_;

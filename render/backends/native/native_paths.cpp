@@ -36,11 +36,14 @@ NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, Nativ
     places_ = target.places(packets);
 }
 
-void NativePaths::add(const SegmentedRay<float>& ray, const PathStart& start, glm::vec4& colour, Work& work) {
+void NativePaths::add(std::span<const SegmentedRay<float>> parts, const PathStart& start, glm::vec4& colour,
+                      Work& work) {
     if (free_) {
-        paths_.push_back({ray, TracedPath(scene_, start.place, start.number), {}, &colour});
+        paths_.push_back(
+            {rays_.size(), parts.size(), TracedPath(scene_, start.place, start.number), {}, &colour});
+        rays_.insert(rays_.end(), parts.begin(), parts.end());
     } else {
-        colour = pathColour(ray, field_, input_, scene_, start, colour.a, work);
+        colour = pathColour(parts, field_, input_, scene_, start, colour.a, work);
         ++work.paths.alone;
     }
 }
@@ -48,24 +51,39 @@ void NativePaths::add(const SegmentedRay<float>& ray, const PathStart& start, gl
 NativePaths::List NativePaths::seek(Work& work) {
     const auto lanes = static_cast<std::size_t>(target_.lanes());
     native::PacketJob job;
-    native::PacketSeen seen;
+    native::PacketSeen seen{};
     List found;
     glm::vec3 colours[native::kMostLanes];
     for (std::size_t first = 0; first < paths_.size(); first += lanes) {
         const std::size_t count = std::min(lanes, paths_.size() - first);
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            Going& going = paths_[first + std::min(lane, count - 1)];
-            const SegmentedRay<float>& ray = going.ray;
-            for (int axis = 0; axis < 3; ++axis) {
-                job.entry[axis][lane] = ray.entry[axis];
-                job.step[axis][lane] = ray.step[axis];
-            }
-            job.segmentMm[lane] = ray.segmentMm;
-            job.tail[lane] = ray.tail;
-            job.count[lane] = lane < count ? ray.count : 0;
-            seen.alpha[lane] = lane < count ? going.path.numbers.pair(0).x * going.colour->a : 0;
+        seen.shows = 0;
+        for (std::size_t lane = 0; lane < count; ++lane) {
+            Going& going = paths_[first + lane];
+            seen.sought[lane] = going.path.numbers.pair(0).x * going.colour->a;
+            seen.alpha[lane] = 0;
         }
-        places_.seek(packets_, job, seen);
+        std::uint32_t left = count < 32 ? (1u << count) - 1u : ~0u; // that have another part
+        for (std::size_t part = 0; left != 0; ++part) {
+            for (std::size_t lane = 0; lane < lanes; ++lane) {
+                const Going& going = paths_[first + std::min(lane, count - 1)];
+                if ((left >> lane & 1u) != 0 &&
+                    (part == going.count || isOpaque(*scene_.optics, glm::vec4(0, 0, 0, seen.alpha[lane]))))
+                    left &= ~(1u << lane);
+                const SegmentedRay<float>& ray = rays_[going.first + std::min(part, going.count - 1)];
+                for (int axis = 0; axis < 3; ++axis) {
+                    job.entry[axis][lane] = ray.entry[axis];
+                    job.step[axis][lane] = ray.step[axis];
+                }
+                job.segmentMm[lane] = ray.segmentMm;
+                job.tail[lane] = ray.tail;
+                job.count[lane] = (left >> lane & 1u) != 0 ? ray.count : 0;
+            }
+            if (left == 0)
+                break;
+            seen.found = 0;
+            places_.seek(packets_, job, seen);
+            left &= ~seen.found;
+        }
         List here;
         for (std::size_t lane = 0; lane < count; ++lane)
             if (Going& going = paths_[first + lane]; (seen.shows >> lane & 1u) != 0) {
@@ -76,7 +94,8 @@ NativePaths::List NativePaths::seek(Work& work) {
         sample(here, false);
         PathTracer<NativeField> tracer(scene_, field_, work.paths);
         for (std::size_t n = 0; n < here.size(); ++n) {
-            tracer.start(here[n]->path, here[n]->path.p, colours[n], here[n]->ray.direction, result_[n]);
+            tracer.start(here[n]->path, here[n]->path.p, colours[n], rays_[here[n]->first].direction,
+                         result_[n]);
             tracer.begin(here[n]->path);
         }
         found.insert(found.end(), here.begin(), here.end());
@@ -103,14 +122,49 @@ void NativePaths::sample(const List& of, bool gradients) {
     places_.samples(packets_, samples);
 }
 
-void NativePaths::follow(bool free, const List& of, Work& work) {
+const std::vector<float>& NativePaths::follow(bool free, const List& of, Work& work) {
+    ways_.clear();
+    if (!scene_.cuts) {
+        for (const Going* g : of)
+            ways_.push_back(g->way);
+        followWhole(free, of, ways_, work);
+        return result_;
+    }
+    parts_.resize(std::max(parts_.size(), of.size()));
+    whole_.assign(of.size(), free ? -1.0f : 1.0f);
+    for (std::size_t n = 0; n < of.size(); ++n)
+        keptParts(*scene_.cuts, of[n]->way, parts_[n]);
+    List here;
+    std::vector<std::size_t> numbers;
+    for (std::size_t part = 0;; ++part) {
+        ways_.clear(), here.clear(), numbers.clear();
+        for (std::size_t n = 0; n < of.size(); ++n)
+            if (part < parts_[n].size() && (free ? whole_[n] < 0.0f : whole_[n] > 0.0f)) {
+                ways_.push_back(partOf(of[n]->way, parts_[n][part]));
+                here.push_back(of[n]);
+                numbers.push_back(n);
+            }
+        if (here.empty())
+            return whole_;
+        followWhole(free, here, ways_, work);
+        for (std::size_t k = 0; k < here.size(); ++k) {
+            float& whole = whole_[numbers[k]];
+            if (!free)
+                whole *= result_[k];
+            else if (result_[k] >= 0.0f)
+                whole = static_cast<float>(parts_[numbers[k]][part].from) + result_[k];
+        }
+    }
+}
+
+void NativePaths::followWhole(bool free, const List& of, const std::vector<Way>& along, Work& work) {
     const std::size_t count = of.size();
     for (int axis = 0; axis < 3; ++axis)
         from_[axis].resize(count), perMm_[axis].resize(count);
     mm_.resize(count), result_.resize(count);
     first_.resize(count), second_.resize(count), draws_.resize(count);
     for (std::size_t n = 0; n < count; ++n) {
-        const Way& way = of[n]->way;
+        const Way& way = along[n];
         for (int axis = 0; axis < 3; ++axis)
             from_[axis][n] = way.from[axis], perMm_[axis][n] = way.perMm[axis];
         mm_[n] = way.mm;
@@ -147,17 +201,17 @@ void NativePaths::run(Work& work) {
             if (tracer.aim(going[n]->path, gradient, going[n]->way))
                 ways.push_back(going[n]);
         }
-        follow(false, ways, work);
+        const std::vector<float>& left = follow(false, ways, work);
         for (std::size_t n = 0; n < ways.size(); ++n)
-            Tracer::shineBy(ways[n]->path, result_[n]);
+            Tracer::shineBy(ways[n]->path, left[n]);
         ways.clear();
         for (Going* g : going)
             if (tracer.turn(g->path, g->way))
                 ways.push_back(g);
-        follow(true, ways, work);
+        const std::vector<float>& collisions = follow(true, ways, work);
         List reached;
         for (std::size_t n = 0; n < ways.size(); ++n)
-            if (tracer.reach(ways[n]->path, ways[n]->way, result_[n]))
+            if (tracer.reach(ways[n]->path, ways[n]->way, collisions[n]))
                 reached.push_back(ways[n]);
         sample(reached, false);
         going.clear();
@@ -168,6 +222,7 @@ void NativePaths::run(Work& work) {
     for (const Going& g : paths_)
         *g.colour = {g.colour->a * g.path.sum, g.colour->a};
     paths_.clear();
+    rays_.clear();
 }
 
 } // namespace tessera

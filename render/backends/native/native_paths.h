@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -25,14 +26,16 @@ class NativePaths {
                 const native::PacketScene& packets, const native::PacketTarget& target);
 
     /// Takes a ray that sees something.
+    /// @param parts  of the ray, in order
     /// @param colour  its opacity, and what it becomes when run() returns
-    void add(const SegmentedRay<float>& ray, const PathStart& start, glm::vec4& colour, Work& work);
+    void add(std::span<const SegmentedRay<float>> parts, const PathStart& start, glm::vec4& colour,
+             Work& work);
     /// Follows all paths that were added, to their ends.
     void run(Work& work);
 
   private:
     struct Going {
-        SegmentedRay<float> ray;
+        std::size_t first, count; // of its ray's parts
         TracedPath path;
         Way way;
         glm::vec4* colour = nullptr;
@@ -42,8 +45,10 @@ class NativePaths {
     List seek(Work& work);
     /// Values at the places of all paths of a list, and gradients.
     void sample(const List& of, bool gradients);
-    /// Results of the ways of all paths of a list, by their order.
-    void follow(bool free, const List& of, Work& work);
+    /// Results of the ways of all paths of a list, by their order: mm to a collision, or shares of light.
+    const std::vector<float>& follow(bool free, const List& of, Work& work);
+    /// The same of ways that no cut interrupts.
+    void followWhole(bool free, const List& of, const std::vector<Way>& ways, Work& work);
 
     const PathScene& scene_;
     const MirrorInput& input_;
@@ -54,9 +59,13 @@ class NativePaths {
     native::PacketWaysMarch free_ = nullptr, left_ = nullptr; // null: paths go one by one
     native::PacketPlaceTools places_;
     std::vector<Going> paths_;
+    std::vector<SegmentedRay<float>> rays_; // parts of all paths' rays
     // Of a list, as packets have it.
     std::vector<float> from_[3], perMm_[3], mm_, result_, gradient_[3];
     std::vector<std::uint32_t> first_, second_, draws_;
+    std::vector<Way> ways_;
+    std::vector<std::vector<RayPart>> parts_; // of ways that cuts interrupt
+    std::vector<float> whole_;                // results of these
 };
 
 } // namespace tessera

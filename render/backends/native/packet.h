@@ -289,10 +289,11 @@ struct PacketSamples {
 };
 /// Of a packet's rays, where they have gathered an opacity.
 struct PacketSeen {
-    alignas(64) float alpha[kMostLanes];     // that is sought
+    alignas(64) float sought[kMostLanes];
+    alignas(64) float alpha[kMostLanes];     // gathered in parts of the rays before; goes on
     alignas(64) float place[3][kMostLanes];  // voxels
     alignas(64) float colour[3][kMostLanes]; // of the function
-    std::uint32_t shows = 0;                 // bits: rays that show anything
+    std::uint32_t shows = 0, found = 0;      // bits: rays that show anything, and those that are at the place
     std::uint64_t segments = 0;
 };
 /// By the midpoint rule, of scenes all of whose bricks are there.

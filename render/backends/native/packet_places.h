@@ -37,14 +37,14 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
     const PacketOptics& o = s.optics;
     const bool skips = s.space.map != nullptr;
     const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
-    const F segmentMm = load(job.segmentMm), sought = load(seen.alpha), one(1.0f);
+    const F segmentMm = load(job.segmentMm), sought = load(seen.sought), one(1.0f);
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
     Here<Mixed> here = hereAtFirst<Mixed>(f);
     Strides strides;
     I i(0);
-    F alpha(0.0f);
-    F3 place{F(0.0f), F(0.0f), F(0.0f)}, colour = place;
-    M active = i < rays.count, ready = none(), shows = none();
+    F alpha = load(seen.alpha);
+    F3 place = load3(seen.place), colour = load3(seen.colour);
+    M active = i < rays.count, ready = none(), shows = fromBits(seen.shows), all = none();
     std::uint64_t segments = 0;
     while (any(active)) {
         const I k = stridesAt<Mixed>(s, rays, strides, i, active), n = shl(I(1), k);
@@ -79,6 +79,7 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
             place = select(seen_, along(rays, number(i) + part * length), place);
             colour = select(seen_, look.colour, colour);
             shows = shows | seen_;
+            all = all | found;
             alpha = select(adds, alpha + (one - alpha) * opacity, alpha);
             active = active & ~found & ~(adds & (one - alpha < F(o.termination)));
         }
@@ -89,7 +90,8 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
         store(seen.place[axis], axis == 0 ? place.x : axis == 1 ? place.y : place.z);
         store(seen.colour[axis], axis == 0 ? colour.x : axis == 1 ? colour.y : colour.z);
     }
-    seen.shows = bits(shows);
+    store(seen.alpha, alpha);
+    seen.shows = bits(shows), seen.found = bits(all);
     seen.segments += segments;
 }
 

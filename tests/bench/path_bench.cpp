@@ -1,0 +1,160 @@
+// tests/bench/path_bench.cpp: paths of light: error against run time, the error that pictures tell beside the
+// one that they make, and how wrong light of voxels and maps of shadows are (docs/measurements/paths.md).
+//
+//   path_bench --store ct.zarr --preset bone --size 256 --samples 4,16,64,256 --light 1
+//
+// The made error needs no truth: pictures of two seeds are independent, so half of the mean square of their
+// difference is the variance of one. The error of kept light needs none either. Its picture less one by
+// response "contract", through the same places, has the light's error and noise. Over two seeds the noise
+// is independent, so the mean product of the two differences is the mean square of the error alone.
+#include "core/scene/scene_presets.h"
+#include "render/picture/render_scene.h"
+#include "tests/bench/bench_tools.h"
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace tessera::bench {
+namespace {
+
+struct Bench {
+    StoreReader store;
+    Budgets& budgets;
+    int threads;
+
+    RenderResult draw(Scene scene, int samples, int seed) const {
+        scene.quality.pixels.samples = samples;
+        scene.quality.pixels.seed = static_cast<std::uint32_t>(seed);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        options.threads = threads;
+        return renderScene(scene, store, budgets.ram, budgets.gpu, options);
+    }
+};
+
+double meanProduct(const Image& a, const Image& b, const Image& c, const Image& d) {
+    double sum = 0;
+    std::size_t shown = 0;
+    for (std::size_t n = 0; n < a.pixels.size(); ++n) {
+        if (!(a.pixels[n].a > 0))
+            continue;
+        ++shown;
+        for (int i = 0; i < 4; ++i)
+            sum += static_cast<double>(a.pixels[n][i] - b.pixels[n][i]) *
+                   static_cast<double>(c.pixels[n][i] - d.pixels[n][i]) / 4;
+    }
+    return shown > 0 ? sum / static_cast<double>(shown) : 0;
+}
+/// In the mean over colours of pixels that show something.
+double meanDifference(const Image& a, const Image& b) {
+    double sum = 0;
+    std::size_t shown = 0;
+    for (std::size_t n = 0; n < a.pixels.size(); ++n)
+        if (a.pixels[n].a > 0) {
+            ++shown;
+            for (int i = 0; i < 3; ++i)
+                sum += static_cast<double>(a.pixels[n][i] - b.pixels[n][i]) / 3;
+        }
+    return shown > 0 ? sum / static_cast<double>(shown) : 0;
+}
+double rootOf(double square) {
+    return std::copysign(std::sqrt(std::abs(square)), square);
+}
+
+void errorAgainstTime(const Bench& bench, Scene scene, const std::vector<double>& numbers) {
+    applyLook("cinematic", scene);
+    std::printf(
+        "| samples | s | paths a ms | look-ups a path | null collisions | told rms | made rms | made / "
+        "told |\n|---|---|---|---|---|---|---|---|\n");
+    for (const double number : numbers) {
+        const int samples = static_cast<int>(number);
+        std::vector<Image> images;
+        double seconds = 1e30, told = 0;
+        PathWork work;
+        for (int seed = 1; seed <= 2; ++seed) {
+            const auto start = Clock::now();
+            RenderResult result = bench.draw(scene, samples, seed);
+            seconds = std::min(seconds, 1e-3 * msSince(start));
+            told += std::pow(result.pixels.error ? result.pixels.error->rms : 0, 2) / 2;
+            work = result.work.paths;
+            images.push_back(std::move(result.image));
+        }
+        const double made = std::sqrt(meanProduct(images[0], images[1], images[0], images[1]) / 2);
+        const auto paths = static_cast<double>(work.paths);
+        std::printf("| %d | %.2f | %.0f | %.1f | %.1f | %.4f | %.4f | %.2f |\n", samples, seconds,
+                    1e-3 * paths / seconds, static_cast<double>(work.lookUps) / paths,
+                    static_cast<double>(work.nullCollisions) / paths, std::sqrt(told), made,
+                    made / std::sqrt(told));
+    }
+}
+
+/// @param level  of the light
+void errorOfKeptLight(const Bench& bench, const Scene& given, int level, int samples) {
+    for (const bool occludes : {false, true})
+        for (const bool casts : {false, true}) {
+            Scene kept = given;
+            kept.quality.integrator = Integrator::midpoint;
+            kept.lighting.finestLevel = level;
+            Light light;
+            light.kind = LightKind::directional;
+            light.direction = {-0.6, 0.8, 1};
+            light.shadow = casts;
+            kept.lighting.lights = {light};
+            if (occludes) {
+                kept.lighting.occlusion = Occlusion{};
+                kept.lighting.occlusion->gamma = 1;
+            }
+            Scene contract = kept;
+            contract.lighting.transport = Transport{TransportResponse::contract};
+            std::vector<Image> of, truth;
+            double keptSeconds = 0, truthSeconds = 0;
+            for (int seed = 1; seed <= 2; ++seed) {
+                auto start = Clock::now();
+                of.push_back(bench.draw(kept, samples, seed).image);
+                keptSeconds = 1e-3 * msSince(start);
+                start = Clock::now();
+                truth.push_back(bench.draw(contract, samples, seed).image);
+                truthSeconds = 1e-3 * msSince(start);
+            }
+            std::printf("| %s | %d | %.4f | %+.4f | %.1f | %.1f |\n",
+                        occludes ? casts ? "both" : "occlusion" : (casts ? "a shadow" : "no light of voxels"),
+                        level, rootOf(meanProduct(of[0], truth[0], of[1], truth[1])),
+                        (meanDifference(of[0], truth[0]) + meanDifference(of[1], truth[1])) / 2, keptSeconds,
+                        truthSeconds);
+        }
+}
+
+void run(int argc, char** argv) {
+    auto options = parseOptions(argc, argv,
+                                {{"--store", ""},
+                                 {"--preset", "bone"},
+                                 {"--size", "256"},
+                                 {"--samples", "4,16,64"},
+                                 {"--light", "0"}, // samples of the second table; 0: none
+                                 {"--threads", "0"}});
+    Budgets budgets;
+    const Bench bench{StoreReader(options["--store"], budgets.ram), budgets, std::stoi(options["--threads"])};
+    Scene scene;
+    SceneVolume volume;
+    volume.transferFunction = options["--preset"];
+    scene.volumes = {volume};
+    scene.imageSize = glm::ivec2(std::stoi(options["--size"]));
+    scene.camera = fitCamera(bench.store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    std::printf("%s, %s, %dx%d, load %.1f\n\n", options["--store"].c_str(), options["--preset"].c_str(),
+                scene.imageSize.x, scene.imageSize.y, loadAverage());
+    errorAgainstTime(bench, scene, parseNumbers(options["--samples"], "--samples"));
+    if (const int samples = std::stoi(options["--light"]); samples > 0) {
+        std::printf(
+            "\n| light | finestLevel | rms of light | mean | s | s by paths |\n|---|---|---|---|---|---|\n");
+        for (const int level : {0, 1})
+            errorOfKeptLight(bench, scene, level, samples);
+    }
+}
+
+} // namespace
+} // namespace tessera::bench
+
+int main(int argc, char** argv) {
+    return tessera::bench::runMain("path_bench", tessera::bench::run, argc, argv);
+}
