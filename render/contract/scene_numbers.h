@@ -60,6 +60,8 @@ constexpr int kMostLabelChannels = 7;
 /// Voxels by which ways of light go beyond a box of bounds: more than rounding of places
 /// (render/transport/tracking.h).
 constexpr float kWayOverlap = 1.0f / 512;
+/// Light on a way that is less goes on by chance; behind such a depth, e^-24, none does.
+constexpr float kLittleLight = 0.25f, kDarkDepth = 24.0f;
 
 /// Of stored values from one up to, not with, another, by their places in the table (placeOf()).
 struct MaterialNumbers {

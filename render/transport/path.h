@@ -18,7 +18,6 @@ namespace tessera {
 
 /// What a place makes of light.
 struct PathTissue {
-    float extinction = 0; // per mm
     glm::vec3 albedo{0}, emission{0};
 };
 
@@ -61,20 +60,19 @@ template <typename Field> class PathTracer {
         return std::min(extinction, scene_.bounds->limit());
     }
 
+    /// What a place's tissue makes of light.
     /// @param value  of the field there, as stored
     PathTissue tissueAt(const glm::vec3& p, float value) {
         const Optics& optics = *scene_.optics;
         const glm::vec4 entry = lookUp(optics, value);
-        PathTissue tissue;
-        tissue.extinction = entry.a;
-        if (entry.a > 0 && optics.grades())
-            tissue.extinction *= gradientFactor(optics, field_.gradient(p));
-        LabelledSample<float> labelled(optics, field_, p);
-        tissue.extinction = labelled.take(tissue.extinction);
-        tissue.albedo = labelled.colour(glm::vec3(entry));
-        if (optics.lighting.emits) {
-            const leaf::Material<float> material = materialAt(optics, placeOf(optics, value));
-            tissue.emission = {material.emission[0], material.emission[1], material.emission[2]};
+        PathTissue tissue{glm::vec3(entry), emissionOf(value)};
+        if (optics.labels.count > 0 && optics.labels.colour >= 0) {
+            float extinction = entry.a;
+            if (extinction > 0 && optics.grades())
+                extinction *= gradientFactor(optics, field_.gradient(p));
+            LabelledSample<float> labelled(optics, field_, p);
+            labelled.take(extinction);
+            tissue.albedo = labelled.colour(tissue.albedo);
         }
         return tissue;
     }
@@ -86,8 +84,7 @@ template <typename Field> class PathTracer {
     void start(TracedPath& path, const glm::vec3& p, const glm::vec3& colour, const glm::vec3& direction,
                float value) {
         path.p = p;
-        path.tissue = tissueAt(p, value);
-        path.tissue.albedo = colour;
+        path.tissue = {colour, emissionOf(value)};
         const glm::vec3 d = inPatient(scene_.optics->patientFromVoxel, direction);
         path.travel = d / std::sqrt(dot(d, d));
     }
@@ -222,6 +219,14 @@ template <typename Field> class PathTracer {
     static constexpr std::uint32_t kLater = 4; // of pairs: those that are drawn
 
     static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+    glm::vec3 emissionOf(float value) const {
+        const Optics& optics = *scene_.optics;
+        if (!optics.lighting.emits)
+            return glm::vec3(0.0f);
+        const leaf::Material<float> material = materialAt(optics, placeOf(optics, value));
+        return {material.emission[0], material.emission[1], material.emission[2]};
+    }
 
     /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
     void findNormal(TracedPath& path, const glm::vec3& gradient) const {

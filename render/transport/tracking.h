@@ -154,13 +154,12 @@ float freePath(const ExtinctionBounds& bounds, const Occupancy* occupancy, const
 template <typename Extinction>
 float transmittance(const ExtinctionBounds& bounds, const Occupancy* occupancy, const Way& way,
                     Extinction&& extinction, PathNumbers& numbers, PathWork& work) {
-    constexpr float kLittle = 0.05f, kDark = 24.0f; // exp(-24) is below 2^-34
     BoundedWay boxes(bounds, occupancy, way);
     float depth = exponentialOf(numbers.next()), sure = 0.0f, left = 1.0f;
     while (boxes.next(work)) {
         const ExtinctionRange range = boxes.range();
         sure = sure + range.least * (boxes.end() - boxes.begin());
-        if (sure > kDark)
+        if (sure > leaf::kDarkDepth)
             return 0.0f;
         const float most = range.most - range.least, length = boxes.end() - boxes.begin();
         for (float at = 0.0f;;) {
@@ -174,10 +173,10 @@ float transmittance(const ExtinctionBounds& bounds, const Occupancy* occupancy, 
             const float here = extinction(way.from + (boxes.begin() + at) * way.perMm);
             work.exceeded += here > range.most || here < range.least ? 1 : 0;
             left = left * (1.0f - (here - range.least) / most);
-            if (left < kLittle) {
-                if (!(left > 0.0f) || numbers.next() < 0.5f)
+            if (left < leaf::kLittleLight) {
+                if (!(left > 0.0f) || !(numbers.next() * leaf::kLittleLight < left))
                     return 0.0f;
-                left = 2.0f * left;
+                left = leaf::kLittleLight;
             }
             depth = exponentialOf(numbers.next());
         }

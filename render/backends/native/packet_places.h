@@ -61,10 +61,12 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
             continue;
         M m = ready;
         ready = none();
-        TableLook look = lookUp(o, entriesOf(o, valueOf<K>(s, here, middle, m)));
+        PacketRows rows;
+        PacketRows* const kept = rowsToKeep(o, rows);
+        TableLook look = lookUp(o, entriesOf(o, valueOf<K, true>(s, here, middle, m, kept)));
         if (isGraded(o)) {
             Beside beside;
-            look.extinction = gradedExtinction<K>(s, here, middle, look.extinction, beside, m);
+            look.extinction = gradedExtinction<K>(s, here, middle, look.extinction, beside, m, kept);
             if (o.labels.count > 0 && o.labels.colour >= 0)
                 look.colour = colouredByLabels(beside, look.colour);
         }

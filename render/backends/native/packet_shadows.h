@@ -37,7 +37,7 @@ template <SampleKind K, bool Mixed>
 void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
-    const bool skips = s.space.map != nullptr, grades = o.gradientOpacity.count > 0;
+    const bool skips = s.space.map != nullptr;
     const PacketRays rays{load3(job.entry), load3(job.step), load(job.tail), load(job.count)};
     const F segmentMm = load(job.segmentMm), mmAtEntry = load(out.mmAtEntry);
     const LeapingRays leaping = leapingRays(rays.entry, rays.step);
@@ -62,7 +62,7 @@ void shadowRays(const PacketScene& s, PacketJob& job, PacketShadows& out) {
             continue;
         M m = ready;
         PacketRows rows;
-        PacketRows* const kept = grades && o.gradient == PacketGradient::central ? &rows : nullptr;
+        PacketRows* const kept = rowsToKeep(o, rows);
         const F value = valueOf<K, true>(s, here, middle, m, kept);
         if (any(ready & ~m)) {
             job.waiting = bits(ready & ~m);

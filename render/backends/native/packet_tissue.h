@@ -11,6 +11,11 @@ TESSERA_LANE bool isGraded(const PacketOptics& o) {
     return o.gradientOpacity.count > 0 || o.labels.count > 0;
 }
 
+/// Where the samples of a value are to be kept for a gradient at the same place; null: they are not needed.
+TESSERA_LANE PacketRows* rowsToKeep(const PacketOptics& o, PacketRows& rows) {
+    return o.gradientOpacity.count > 0 && o.gradient == PacketGradient::central ? &rows : kNoRows;
+}
+
 /// Extinctions at p, where isGraded(). Lanes that lack a brick are taken from m.
 /// @param extinction  of the function
 /// @param beside  gets labels and their share of light

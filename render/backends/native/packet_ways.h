@@ -81,7 +81,6 @@ TESSERA_LANE F leavesBox(const F3& from, const F3& perMm, const F3& mmPer, const
 /// @tparam Free  free paths; else transmittances
 template <SampleKind K, bool Mixed, bool Free>
 void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& ways) {
-    constexpr float kLittle = 0.05f, kDark = 24.0f;
     const PacketField& f = s.field;
     const PacketOptics& o = s.optics;
     const bool graded = isGraded(o);
@@ -180,7 +179,7 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
                 at = select(enters, zero, at);
                 if constexpr (!Free) {
                     sure = select(enters, sure + low * (end - begin), sure);
-                    ends(enters & (sure > F(kDark)), zero);
+                    ends(enters & (sure > F(leaf::kDarkDepth)), zero);
                 }
             }
             // Lanes whose next place lies beyond their box leave it.
@@ -207,14 +206,17 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
                 lookUps += static_cast<unsigned>(count(reads));
                 M there = reads;
                 const F3 p = from + place * perMm;
-                F here_ = extinctionOf(o, entriesOf(o, valueOf<K>(s, here, p, there)), reads);
+                PacketRows rows;
+                PacketRows* const kept = rowsToKeep(o, rows);
+                F here_ = extinctionOf(o, entriesOf(o, valueOf<K, true>(s, here, p, there, kept)), reads);
                 if (graded) {
                     // What gradients and labels leave is no more, but for the labels' own.
                     if (Free && o.labels.density == 0.0f)
                         there = there & (share < here_);
                     Beside beside;
                     if (any(there))
-                        here_ = select(there, gradedExtinction<K>(s, here, p, here_, beside, there), here_);
+                        here_ =
+                            select(there, gradedExtinction<K>(s, here, p, here_, beside, there, kept), here_);
                 }
                 here_ = min(here_, F(e.limit));
                 exceeded += static_cast<unsigned>(count(reads & ((here_ > high) | (here_ < low))));
@@ -226,13 +228,14 @@ void followWays(const PacketScene& s, const PacketExtinction& e, PacketWays& way
                     depth = select(goesOn, exponential(nextNumber(numbers, goesOn)), depth);
                 } else {
                     left = select(reads, left * (one - (here_ - low) / most), left);
-                    const M little = reads & (left < F(kLittle));
+                    const M little = reads & (left < F(leaf::kLittleLight));
                     if (any(little)) {
                         const M dark = little & ~(left > zero);
                         const M drawn = little & ~dark;
-                        const M ended = drawn & (nextNumber(numbers, drawn) < F(0.5f));
-                        ends(dark | ended, zero);
-                        left = select(drawn & ~ended, F(2.0f) * left, left);
+                        const F share = nextNumber(numbers, drawn) * F(leaf::kLittleLight);
+                        const M stays = drawn & (share < left);
+                        ends(little & ~stays, zero);
+                        left = select(stays, F(leaf::kLittleLight), left);
                     }
                     const M goesOn = reads & active;
                     depth = select(goesOn, exponential(nextNumber(numbers, goesOn)), depth);
