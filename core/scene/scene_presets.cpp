@@ -189,8 +189,8 @@ const EmbeddedFiles& embeddedFiles(); // generated from core/scene/looks/*.json
 }
 
 const std::vector<std::string>& lookNames() {
-    static const std::vector<std::string> names = {"plain",     "studio",    "soft",  "dramatic",
-                                                   "endoscope", "cinematic", "soft-1"};
+    static const std::vector<std::string> names = {"plain",     "studio",   "soft", "dramatic", "endoscope",
+                                                   "cinematic", "daylight", "rim",  "soft-1"};
     return names;
 }
 

@@ -65,8 +65,8 @@ Preset overRange(Preset preset, double lowest, double highest);
 // Lighting presets, in core/scene/looks/*.json: lights, occlusion and material response by name. In code and
 // files a lighting preset is called a look.
 
-/// "plain", "studio", "soft", "dramatic", "endoscope", "cinematic", "soft-1". NAME-1 is an earlier version of
-/// NAME.
+/// "plain", "studio", "soft", "dramatic", "endoscope", "cinematic", "daylight", "rim", "soft-1". NAME-1 is an
+/// earlier version of NAME.
 const std::vector<std::string>& lookNames();
 /// Applies a lighting preset's light and the shading that it names; the gradient operator and `shade` stay
 /// the scene's. Throws InputError, listing the names and the nearest one, for an unknown name.

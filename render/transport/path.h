@@ -10,6 +10,7 @@
 #include "render/transport/tracking.h"
 
 #include <algorithm>
+#include <array>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
@@ -103,29 +104,30 @@ template <typename Field> class PathTracer {
         findNormal(path, gradient);
         if (scene_.lights.empty())
             return false;
-        float u = path.numbers.next();
-        std::size_t n = 0;
-        while (n + 1 < scene_.lights.size() && !(u < scene_.lights[n].chance))
-            u -= scene_.lights[n++].chance;
-        const PathLight& light = scene_.lights[n];
-        const ToLight to = wayTo(light, path, path.bounce == 1 ? 1 : kLater);
-        if (!to.any)
-            return false;
-        glm::vec3 scattered;
-        if (path.isSurface) {
-            const float slant = dot(path.normal, to.towards);
-            if (!(slant > 0.0f))
-                return false;
-            scattered = scene_.surface.of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
-        } else {
-            scattered = path.tissue.albedo * phaseOf(scene_.transport.phase, dot(path.travel, to.towards));
+        const float u = path.numbers.next();
+        const glm::vec2 two = path.numbers.pair(path.bounce == 1 ? 1 : kLater);
+        // By the light that each would bring if nothing were in its way.
+        std::array<ToLight, leaf::kMostLights> ways;
+        std::array<glm::vec3, leaf::kMostLights> shines;
+        std::array<float, leaf::kMostLights> upTo; // sums
+        float sum = 0;
+        for (std::size_t n = 0; n < scene_.lights.size(); ++n) {
+            const PathLight& light = scene_.lights[n];
+            ways[n] = wayTo(light, path.p, two);
+            shines[n] = ways[n].any ? lightOf(light, ways[n], path) : glm::vec3(0.0f);
+            upTo[n] = sum += std::max({shines[n].r, shines[n].g, shines[n].b});
         }
-        glm::vec3 power = light.power;
-        if (light.isPoint)
-            power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
-        path.shine = path.throughput * power * scattered / light.chance;
-        way = wayFrom(path.p, to.towards);
-        way.mm = std::min(way.mm, to.mm);
+        if (!(sum > 0.0f))
+            return false;
+        std::size_t n = 0;
+        while (n + 1 < scene_.lights.size() && !(u * sum < upTo[n]))
+            ++n;
+        const float weight = upTo[n] - (n > 0 ? upTo[n - 1] : 0.0f);
+        if (!(weight > 0.0f))
+            return false; // none of it, by rounding
+        const ToLight& to = ways[n];
+        path.shine = path.throughput * shines[n] * (sum / weight);
+        way = wayOn(path, to.towards, to.mm);
         return true;
     }
     /// @param left  of the light that comes by that way
@@ -146,7 +148,7 @@ template <typename Field> class PathTracer {
             path.travel = directionAround(path.travel, cosine, two.y);
             path.throughput *= path.tissue.albedo;
         }
-        way = wayFrom(path.p, path.travel);
+        way = wayOn(path, path.travel, std::numeric_limits<float>::max());
         return true;
     }
     /// Takes the end of that way. False: the path left the volume.
@@ -252,6 +254,18 @@ template <typename Field> class PathTracer {
         return way;
     }
 
+    /// The way that light takes from a scattering, of a length at most. A surface stands for all that its
+    /// tissue becomes within some voxels: ways begin beyond it.
+    Way wayOn(const TracedPath& path, const glm::vec3& direction, float most) const {
+        Way way = wayFrom(path.p, direction);
+        if (path.isSurface && way.mm > scene_.leavesFromMm && most > scene_.leavesFromMm) {
+            way = wayFrom(path.p + scene_.leavesFromMm * way.perMm, direction);
+            most -= scene_.leavesFromMm;
+        }
+        way.mm = std::min(way.mm, most);
+        return way;
+    }
+
     /// The way from a path's place to a light: the direction, drawn within the light's own, and where it
     /// ends.
     struct ToLight {
@@ -259,19 +273,34 @@ template <typename Field> class PathTracer {
         glm::vec3 towards{0}; // unit, patient space
         float mm = std::numeric_limits<float>::max();
     };
-    ToLight wayTo(const PathLight& light, TracedPath& path, std::uint32_t pair) const {
+    /// @param two  random numbers
+    ToLight wayTo(const PathLight& light, const glm::vec3& p, const glm::vec2& two) const {
         ToLight to{true, light.towards};
         if (light.isPoint) {
-            const glm::vec3 way = scene_.optics->patientFromVoxel * (light.towards - path.p);
+            const glm::vec3 way = scene_.optics->patientFromVoxel * (light.towards - p);
             to.mm = std::sqrt(dot(way, way));
             to.any = to.mm > 0.0f;
             to.towards = to.any ? way / to.mm : way;
         }
-        if (to.any && light.cosine < 1.0f) {
-            const glm::vec2 two = path.numbers.pair(pair);
+        if (to.any && light.cosine < 1.0f)
             to.towards = directionAround(to.towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
-        }
         return to;
+    }
+    /// What a path's place makes of the light that comes by such a way, if nothing is in it.
+    glm::vec3 lightOf(const PathLight& light, const ToLight& to, const TracedPath& path) const {
+        glm::vec3 scattered;
+        if (path.isSurface) {
+            const float slant = dot(path.normal, to.towards);
+            if (!(slant > 0.0f))
+                return glm::vec3(0.0f);
+            scattered = scene_.surface.of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
+        } else {
+            scattered = path.tissue.albedo * phaseOf(scene_.transport.phase, dot(path.travel, to.towards));
+        }
+        glm::vec3 power = light.power;
+        if (light.isPoint)
+            power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
+        return power * scattered;
     }
     float left(const Way& way, PathNumbers& numbers) {
         const auto of = [&](const Way& part) {
@@ -305,13 +334,13 @@ template <typename Field> class PathTracer {
 
     /// Light that a shadow leaves.
     float leftTowards(const PathLight& light, TracedPath& path) {
-        const ToLight to = wayTo(light, path, 1);
+        const ToLight to = wayTo(light, path.p, path.numbers.pair(1));
         if (!to.any)
             return 1.0f;
         Way way = wayFrom(path.p, to.towards);
-        if (!light.isPoint || to.mm > scene_.shadowFromMm) {
-            way = wayFrom(path.p + scene_.shadowFromMm * way.perMm, to.towards);
-            way.mm = std::min(way.mm, to.mm - scene_.shadowFromMm);
+        if (!light.isPoint || to.mm > scene_.leavesFromMm) {
+            way = wayFrom(path.p + scene_.leavesFromMm * way.perMm, to.towards);
+            way.mm = std::min(way.mm, to.mm - scene_.leavesFromMm);
         } else {
             way.mm = std::min(way.mm, to.mm);
         }

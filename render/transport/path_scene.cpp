@@ -15,7 +15,7 @@ namespace tessera {
 
 namespace {
 /// As the reference's rays of shadow.
-constexpr double kShadowFromVoxels = 2;
+constexpr double kLeavesFromVoxels = 2;
 } // namespace
 
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
@@ -47,11 +47,9 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
         return light.frame == LightFrame::patient ? v : axes * v;
     };
     scene.occlusion = lighting.occlusion;
-    scene.shadowFromMm = static_cast<float>(
-        kShadowFromVoxels * std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel)))));
-    double sum = 0;
+    scene.leavesFromMm = static_cast<float>(
+        kLeavesFromVoxels * std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel)))));
     int number = -1;
-    std::vector<double> weights;
     for (const Light& light : shiningLights(lighting.lights)) {
         PathLight path;
         path.number = ++number;
@@ -75,12 +73,8 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
                 continue; // it lights nothing from anywhere
             path.towards = glm::vec3(glm::normalize(towards));
         }
-        weights.push_back(light.intensity * std::max({light.colour.r, light.colour.g, light.colour.b}));
-        sum += weights.back();
         scene.lights.push_back(path);
     }
-    for (std::size_t n = 0; n < weights.size(); ++n)
-        scene.lights[n].chance = static_cast<float>(weights[n] / sum);
     return scene;
 }
 

@@ -28,7 +28,6 @@ struct PathLight {
     int number = 0;    // among those that shine
     bool casts = true; // a shadow
     float cosine = 1;  // of half its apparent diameter
-    float chance = 1;  // that it is the one which is drawn, of all lights
 };
 
 struct PathScene {
@@ -47,10 +46,9 @@ struct PathScene {
     std::vector<RaySlab<float>> slabs;
     const RayCuts* cuts = nullptr;
     std::vector<PathLight> lights;
-    glm::vec3 up{0, 0, 1}; // of the sky, unit
-    // Of the contract's light:
-    std::optional<Occlusion> occlusion;
-    float shadowFromMm = 0; // where ways to lights begin
+    glm::vec3 up{0, 0, 1};              // of the sky, unit
+    float leavesFromMm = 0;             // where ways from surfaces begin, and the contract's to lights
+    std::optional<Occlusion> occlusion; // of the contract's light
 };
 
 /// @param lighting  the scene's own; has a transport

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds all benchmarks and runs them; CSV and tables go to build/bench-results. On 2 cores it takes a quarter of an
 # hour and is only worth as much as the machine is quiet: the load is printed beside every figure.
-#   tests/bench/run.sh [micro|frame|interactive|peer|six|native|defaults ...]      the first four where none is named
+#   tests/bench/run.sh [micro|frame|interactive|peer|six|native|paths|defaults ...]      the first four where none is named
 #   TESSERA_BENCH_SCANS   six: folder with ct-abdomen-dicom and ct-thorax-dicom; scenes of scans that are not there
 #                         are left out
 #   TESSERA_BENCH_TRUTHS  six: folder of references, which are made where they are absent: minutes each (default:
@@ -27,6 +27,7 @@ for part in "${what[@]}"; do
     peer) target=vtk_peer ;;
     six) target=six_scenes ;;
     defaults) target=tessera ;;
+    paths) target=path_bench ;;
     *) target=${part}_bench ;;
     esac
     if grep -q "^build $target:" "$build/build.ninja"; then targets+=("$target"); fi
@@ -51,6 +52,12 @@ for part in "${what[@]}"; do
                 "$build/native_bench" --store "$store" --preset "$preset" --light "$light"
             done
         done | tee "$results/native.txt"
+        ;;
+    paths) # of all volumes that are there
+        [[ -d $store ]] || "$build/tessera" phantom torso --size 512x512x749 -o "$store" -q
+        for volume in build/bench-data/*.zarr; do
+            "$build/path_bench" --store "$volume" --samples 4,16,64 --light 16
+        done | tee "$results/paths.md"
         ;;
     defaults)
         [[ -d $store ]] || "$build/tessera" phantom torso --size 512x512x749 -o "$store" -q

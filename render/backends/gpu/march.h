@@ -39,7 +39,7 @@ namespace tessera {
 /// Learns the cost of an iteration here and gives the number of them that one dispatch may hold. A dispatch
 /// of n rays cannot run more than n times its iteration limit, however dense its tile turns out. Its time is
 /// not bounded, because its iterations may cost more than those before.
-class Pace {
+class DispatchPace {
   public:
     std::size_t iterationsPerDispatch(double targetMs) const {
         return static_cast<std::size_t>(std::clamp(targetMs / msPerIteration_, 16384.0, 4e9));
@@ -138,7 +138,7 @@ class March {
     int rowEdge_ = 0;         // edge of the tiles in its row
     std::size_t waiting_ = 0; // rays of the tiles before it
     bool compiled_ = false;   // by the driver
-    Pace pace_;
+    DispatchPace pace_;
     GlProgram program_;
     std::vector<MarchedVolume> volumes_;
     StorageBuffers buffers_;

@@ -21,9 +21,8 @@ TEST(Look, AllAreReadableAndKeepWhatTheyAreNotAbout) {
         EXPECT_EQ(scene.shading.gradient, Gradient::sobel) << name;
         EXPECT_TRUE(scene.shading.on);
         EXPECT_NE(scene.shading.specularPower, 77) << name; // a lighting preset starts from the defaults
-        const int channels = name == "plain" || name == "endoscope" || name == "cinematic" ? 0
-                             : name.rfind("soft", 0) == 0                                  ? 1
-                                                                                           : 2;
+        const bool keepsNone = name == "plain" || name == "endoscope" || scene.lighting.transport;
+        const int channels = keepsNone ? 0 : name.rfind("soft", 0) == 0 ? 1 : 2;
         EXPECT_EQ(lightChannels(scene.lighting), channels) << name;
         EXPECT_EQ(name == "plain", isHeadLightAlone(scene.lighting.lights)) << name;
         const Scene again = parseScene(sceneJson(scene), "/", "look");

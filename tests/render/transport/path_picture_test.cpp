@@ -324,15 +324,19 @@ struct Slab {
     Mean drawnMean() { return meanOf(drawn(scene, reader, ram, EngineKind::native).image); }
     /// The closed form, of a thickness in voxels, in however many layers.
     double expected(double thickness) const {
-        const Light& light = scene.lighting.lights[0];
         const Camera& camera = std::get<Camera>(scene.camera);
-        const glm::dvec3 travel = glm::normalize(camera.focalPoint - camera.position),
-                         towards = glm::normalize(light.direction);
-        const double mu = travel.z, mu0 = -towards.z, depth = thickness * 1.5 * kDensity;
-        const double phase = static_cast<double>(
-            phaseOf(scene.lighting.transport->phase, static_cast<float>(glm::dot(travel, towards))));
-        return kAlbedo * phase * M_PI * light.intensity * mu0 / (mu + mu0) *
-               -std::expm1(-depth * (1 / mu + 1 / mu0));
+        const glm::dvec3 travel = glm::normalize(camera.focalPoint - camera.position);
+        const double depth = thickness * 1.5 * kDensity, mu = travel.z;
+        double sum = 0;
+        for (const Light& light : scene.lighting.lights) {
+            const glm::dvec3 towards = glm::normalize(light.direction);
+            const double mu0 = -towards.z;
+            const double phase = static_cast<double>(
+                phaseOf(scene.lighting.transport->phase, static_cast<float>(glm::dot(travel, towards))));
+            sum += kAlbedo * phase * M_PI * light.intensity * mu0 / (mu + mu0) *
+                   -std::expm1(-depth * (1 / mu + 1 / mu0));
+        }
+        return sum;
     }
 
     Stored stored{[](const glm::dvec3&) { return 1.0; }, {96, 96, 24}, false};
@@ -351,6 +355,23 @@ TEST(PathPicture, ScattersOnceInASlabAsTheClosedForm) {
     const Mean few = slab.drawnMean();
     EXPECT_NEAR(few.mean, expected, 4 * few.error + 1e-3 * expected);
     EXPECT_GT(few.error / many.error, 5);
+}
+
+/// One of several lights is drawn for every scattering: all count as they are.
+TEST(PathPicture, EveryLightCountsInASlab) {
+    Slab slab;
+    Light light = slab.scene.lighting.lights[0];
+    for (const glm::dvec3& direction : {glm::dvec3(0.7, 0.3, -0.2), glm::dvec3(0.1, -0.6, -0.9)}) {
+        light.direction = direction;
+        light.intensity *= 0.4;
+        light.softness = 3;
+        slab.scene.lighting.lights.push_back(light);
+    }
+    slab.scene.lighting.transport->phase.g = 0.8; // much of one, little of another
+    const Mean mean = slab.drawnMean();
+    const double expected = slab.expected(24);
+    EXPECT_NEAR(mean.mean, expected, 4 * mean.error + 4e-3 * expected);
+    EXPECT_LT(mean.error, 0.01 * expected);
 }
 
 /// Tissue that cuts take away neither scatters nor casts a shadow: in one kept layer, in one that others are
