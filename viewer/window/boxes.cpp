@@ -12,7 +12,7 @@ namespace tessera {
 std::optional<std::string> nameBox(const char* label, const std::string& chosen,
                                    const std::vector<std::string>& names) {
     std::optional<std::string> taken;
-    if (ImGui::BeginCombo(label, chosen.c_str())) {
+    if (ImGui::BeginCombo(label, chosen.c_str(), ImGuiComboFlags_HeightLarge)) {
         for (const std::string& name : names)
             if (ImGui::Selectable(name.c_str(), name == chosen))
                 taken = name;
