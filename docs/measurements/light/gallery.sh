@@ -13,7 +13,7 @@ mkdir -p "$out"
 draw() { # NAME STORE OPTIONS...: in every look
     local name=$1 store=$2 look
     shift 2
-    for look in plain studio soft dramatic; do
+    for look in plain studio soft dramatic cinematic; do
         "$tessera" render "$store" --verify quick --size 320x320 --light "$look" "$@" -o "$out/$name-$look.png"
     done
 }
