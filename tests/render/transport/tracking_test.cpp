@@ -14,7 +14,8 @@ namespace {
 /// Numbers from 0 to 1 that have nothing to do with those of paths.
 float hashOf(const glm::ivec3& i, int salt = 0) {
     const glm::uvec3 u(i);
-    auto n = u.x * 73856093u ^ u.y * 19349663u ^ u.z * 83492791u ^ static_cast<std::uint32_t>(salt) * 2654435u;
+    auto n =
+        u.x * 73856093u ^ u.y * 19349663u ^ u.z * 83492791u ^ static_cast<std::uint32_t>(salt) * 2654435u;
     n = (n ^ (n >> 13)) * 1274126177u;
     return static_cast<float>((n ^ (n >> 16)) & 0xffffu) / 65536.0f;
 }
