@@ -14,12 +14,12 @@ namespace tessera {
 class PathVolume {
   public:
     /// @param value  of a voxel; extinction per mm is the value, colour `albedo`
+    /// @param axes  of voxels, mm
     PathVolume(const glm::ivec3& extent, const std::function<float(const glm::ivec3&)>& value, double most,
-               const glm::dvec3& albedo = glm::dvec3(1), double spacing = 1)
+               const glm::dvec3& albedo = glm::dvec3(1), const glm::dmat3& axes = glm::dmat3(1))
         : extent_(extent) {
         info_.extentVoxels = extent;
-        info_.patientFromVoxel = glm::dmat4(spacing);
-        info_.patientFromVoxel[3][3] = 1;
+        info_.patientFromVoxel = glm::dmat4(axes);
         glm::ivec3 at(0);
         for (at.z = 0; at.z < extent.z; ++at.z)
             for (at.y = 0; at.y < extent.y; ++at.y)

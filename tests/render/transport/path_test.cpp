@@ -119,7 +119,7 @@ TEST(Paths, ScatterInAHalfSpaceAsChandrasekharHasIt) {
 /// A point light fades as the scene says, and its place is where it is.
 TEST(Paths, ScatterThePointLightOnce) {
     const PathVolume thin(
-        {40, 40, 40}, [](const glm::ivec3&) { return 1e-4f; }, 1e-4, glm::dvec3(1), 2.0);
+        {40, 40, 40}, [](const glm::ivec3&) { return 1e-4f; }, 1e-4, glm::dvec3(1), glm::dmat3(2.0));
     Light light;
     light.kind = LightKind::point;
     light.frame = LightFrame::patient;
@@ -179,6 +179,183 @@ TEST(SurfaceResponse, MakesNoLightAndIsSampledByItself) {
     const SurfaceResponse bare{0, 0.1f};
     EXPECT_NEAR(bare.of(albedo, n, {0, 0, 1}, {0, 0.6f, 0.8f}).r, 0.9f / static_cast<float>(M_PI), 2e-3f);
     EXPECT_EQ(bare.of(albedo, n, {0, 0, 1}, {0, 0.6f, -0.8f}), glm::vec3(0));
+}
+
+/// Independent of its text: Trowbridge and Reitz's facets, Smith's shadowing of both ways together, Schlick.
+TEST(SurfaceResponse, IsTheOneThatTheContractNames) {
+    const double f0 = 0.2, a = 0.5 * 0.5;
+    const SurfaceResponse response{static_cast<float>(f0), static_cast<float>(a)};
+    const glm::dvec3 n(0, 0, 1);
+    for (const glm::dvec3& to : {glm::dvec3(0.1, 0, 1), {-1, 0.3, 0.5}, {0.8, -0.8, 0.2}, {-0.9, 0, 0.4}}) {
+        const glm::dvec3 v = glm::normalize(glm::dvec3(0.9, 0.1, 0.4)), l = glm::normalize(to),
+                         h = glm::normalize(v + l);
+        const double nh2 = h.z * h.z, facets = a * a / (M_PI * std::pow(nh2 * (a * a - 1) + 1, 2));
+        const auto lambda = [&](double c) { return (std::sqrt(1 + a * a * (1 / (c * c) - 1)) - 1) / 2; };
+        const auto schlick = [&](double c) { return f0 + (1 - f0) * std::pow(1 - c, 5); };
+        const double coat =
+            facets / (1 + lambda(v.z) + lambda(l.z)) * schlick(glm::dot(v, h)) / (4 * v.z * l.z);
+        const double expected = 0.6 / M_PI * (1 - schlick(v.z)) * (1 - schlick(l.z)) + coat;
+        const glm::vec3 found = response.of(glm::vec3(0.6f), glm::vec3(n), glm::vec3(v), glm::vec3(l));
+        EXPECT_NEAR(found.r, expected, 1e-4 * expected);
+    }
+}
+
+/// Numbers of a scene: in patient space or voxels, of physical units.
+TEST(PathScenes, HaveTheScenesNumbersInTheirFrames) {
+    VolumeInfo info;
+    info.extentVoxels = {10, 10, 10};
+    info.rescaleSlope = -2;
+    info.patientFromVoxel = glm::dmat4(1.5, 0.2, 0, 0, 0, 0.8, 0.3, 0, 0.1, 0, 2, 0, 7, 8, 9, 1);
+    Lighting lighting;
+    Light sun, inCamera, lamp;
+    sun.kind = LightKind::directional, sun.frame = LightFrame::camera, sun.softness = 20;
+    sun.direction = {0, 0, 2};
+    inCamera.kind = LightKind::point, inCamera.frame = LightFrame::camera, inCamera.position = {1, 2, 3};
+    lamp.kind = LightKind::point, lamp.frame = LightFrame::patient, lamp.position = {1, 2, 3};
+    lighting.lights = {sun, inCamera, lamp};
+    lighting.environment = Environment{};
+    lighting.environment->up = {0, 3, 3};
+    lighting.transport = transportOf(2);
+    lighting.transport->surface = SurfaceScattering{{40, 160}, 0.1, 0.5};
+    Camera camera;
+    camera.position = {5, 6, 7}, camera.focalPoint = {5, 106, 7}, camera.viewUp = {0, 0, 1};
+    const Optics optics;
+    const ExtinctionBounds bounds;
+    const PathScene scene = pathScene(lighting, camera, info, optics, bounds, nullptr, 1);
+    const auto near = [](const glm::vec3& found, const glm::dvec3& expected) {
+        EXPECT_LT(glm::length(glm::dvec3(found) - expected), 1e-5 * (1 + glm::length(expected)));
+    };
+    const glm::dmat4 voxels = glm::inverse(info.patientFromVoxel);
+    ASSERT_EQ(scene.lights.size(), 3u);
+    near(scene.lights[0].towards, {0, -1, 0}); // towards the viewer
+    EXPECT_NEAR(scene.lights[0].cosine, std::cos(10 * M_PI / 180), 1e-6);
+    near(scene.lights[1].towards, glm::dvec3(voxels * glm::dvec4(5 + 1, 6 - 3, 7 + 2, 1)));
+    near(scene.lights[2].towards, glm::dvec3(voxels * glm::dvec4(1, 2, 3, 1)));
+    near(scene.up, glm::normalize(glm::dvec3(0, 1, 1)));
+    EXPECT_FLOAT_EQ(scene.steepFrom, 20);
+    EXPECT_FLOAT_EQ(scene.perSteep, 1.0f / 60);
+    EXPECT_FLOAT_EQ(scene.surface.width, 0.25f);
+    EXPECT_NEAR(scene.leavesFromMm, 2 * std::cbrt(1.5 * 0.8 * 2 + 0.2 * 0.3 * 0.1), 1e-5);
+    EXPECT_FLOAT_EQ(mostExtinctionPerMm(info),
+                    static_cast<float>(256 / std::sqrt(0.8 * 0.8 + 0.3 * 0.3))); // by the shortest edge
+}
+
+/// Scatterings one by one, in sheared voxels.
+class Scattering : public testing::Test {
+  protected:
+    Scattering()
+        : volume(
+              {40, 40, 40}, [](const glm::ivec3&) { return 0.1f; }, 0.1, glm::dvec3(1), kAxes) {}
+    PathScene scene(const std::vector<Light>& lights, bool surfaces) const {
+        Transport transport = transportOf(4);
+        if (surfaces)
+            transport.surface = SurfaceScattering{{40, 160}, 0.03, 0.4};
+        return volume.scene(transport, lights, Environment{Sky::twoTone, 1, glm::dvec3(1), glm::dvec3(0)});
+    }
+    static TracedPath pathAt(const PathScene& scene, int number, const glm::vec3& travel) {
+        TracedPath path(scene, {static_cast<float>(number % 256), static_cast<float>(number / 256)});
+        path.p = {20, 21, 19};
+        path.travel = travel;
+        path.tissue.albedo = glm::vec3(1);
+        return path;
+    }
+    /// Of values that rise by so much a mm along n.
+    static glm::vec3 gradientAlong(const glm::dvec3& n, double perMm) {
+        return glm::vec3(perMm * (glm::transpose(kAxes) * n));
+    }
+
+    static inline const glm::dmat3 kAxes{1.5, 0.2, 0, 0, 0.8, 0.3, 0.1, 0, 2};
+    PathVolume volume;
+    PathWork work;
+};
+
+TEST_F(Scattering, SurfacesFaceTheViewerAcrossTheGradientInPatientSpace) {
+    const PathScene s = scene({lightFrom({0.2, 0.1, -1})}, true);
+    const glm::dvec3 n = glm::normalize(glm::dvec3(0.3, -0.5, 0.9));
+    for (const double side : {1.0, -1.0}) {
+        TracedPath path = pathAt(s, 1, {0, 0, 1});
+        PathTracer tracer(s, volume, work);
+        Way way;
+        tracer.aim(path, gradientAlong(side * n, 500), way);
+        ASSERT_TRUE(path.isSurface);
+        EXPECT_LT(glm::length(glm::dvec3(path.normal) + n), 1e-5); // against the ray
+    }
+}
+
+TEST_F(Scattering, PlacesAreSurfacesWithTheChanceOfTheirGradient) {
+    const PathScene s = scene({lightFrom({0, 0, -1})}, true);
+    for (const auto& [length, chance] :
+         {std::pair{39.0, 0.0}, {70.0, 0.15625}, {130.0, 0.84375}, {161.0, 1.0}}) {
+        int surfaces = 0;
+        constexpr int kMany = 20000;
+        for (int number = 0; number < kMany; ++number) {
+            TracedPath path = pathAt(s, number, {0, 0, 1});
+            PathTracer tracer(s, volume, work);
+            Way way;
+            tracer.aim(path, gradientAlong({0, 1, 0}, length), way);
+            surfaces += path.isSurface;
+        }
+        EXPECT_NEAR(surfaces / double{kMany}, chance,
+                    4 * std::sqrt(0.25 / kMany) * (chance > 0 && chance < 1))
+            << length;
+    }
+}
+
+TEST_F(Scattering, SoftLightIsEvenOverItsDisk) {
+    Light light = lightFrom({0.3, 0.4, -1});
+    light.softness = 60;
+    const PathScene s = scene({light}, false);
+    const glm::dvec3 axis = glm::normalize(light.direction);
+    double sum = 0, farthest = 1;
+    constexpr int kMany = 20000;
+    for (int number = 0; number < kMany; ++number) {
+        TracedPath path = pathAt(s, number, {0, 0, 1});
+        PathTracer tracer(s, volume, work);
+        Way way;
+        ASSERT_TRUE(tracer.aim(path, glm::vec3(0), way));
+        const double cosine = glm::dot(glm::normalize(kAxes * glm::dvec3(way.perMm)), axis);
+        sum += cosine, farthest = std::min(farthest, cosine);
+    }
+    const double edge = std::cos(30 * M_PI / 180);
+    EXPECT_NEAR(sum / kMany, (1 + edge) / 2, 4 * (1 - edge) / std::sqrt(12.0 * kMany));
+    EXPECT_NEAR(farthest, edge, 1e-3);
+}
+
+/// Ways end at a lamp, and begin two voxels beyond a surface that they leave.
+TEST_F(Scattering, WaysAreBetweenAPlaceAndTheLamp) {
+    Light lamp;
+    lamp.kind = LightKind::point;
+    lamp.frame = LightFrame::patient;
+    const glm::dvec3 place = kAxes * glm::dvec3(20, 21, 19), way(3, -2, -6); // 7 mm
+    lamp.position = place + way;
+    for (const bool surface : {false, true}) {
+        const PathScene s = scene({lamp}, surface);
+        TracedPath path = pathAt(s, 1, {0, 0, 1});
+        PathTracer tracer(s, volume, work);
+        Way found;
+        ASSERT_TRUE(tracer.aim(path, gradientAlong({0, 0, 1}, surface ? 500 : 0), found));
+        ASSERT_EQ(path.isSurface, surface);
+        const double from = surface ? static_cast<double>(s.leavesFromMm) : 0;
+        EXPECT_NEAR(found.mm, 7 - from, 1e-4);
+        const glm::dvec3 begins = kAxes * glm::dvec3(found.from),
+                         ends = begins + kAxes * glm::dvec3(found.perMm) * static_cast<double>(found.mm);
+        EXPECT_LT(glm::length(begins - place - from * way / 7.0), 1e-4);
+        EXPECT_LT(glm::length(ends - lamp.position), 1e-4);
+        ASSERT_TRUE(tracer.turn(path, found));
+        EXPECT_NEAR(glm::length(kAxes * glm::dvec3(found.from) - place), from, 1e-4);
+    }
+}
+
+TEST_F(Scattering, WhatLeavesSeesTheSkyWhereItGoes) {
+    const PathScene s = scene({lightFrom({0, 0, -1})}, false);
+    PathTracer tracer(s, volume, work);
+    TracedPath path = pathAt(s, 1, {0, 0, 1});
+    path.throughput = glm::vec3(0.5f);
+    EXPECT_FALSE(tracer.reach(path, Way{}, -1));
+    EXPECT_NEAR(path.sum.r, 0.5f, 1e-6f); // white above, black below
+    path.travel = {0, 0, -1};
+    tracer.reach(path, Way{}, -1);
+    EXPECT_NEAR(path.sum.r, 0.5f, 1e-6f);
 }
 
 TEST(Environments, AreWhatTheySay) {
