@@ -549,6 +549,36 @@ TEST(ExtinctionBoundsOfScenes, HoldEveryPoint) {
         }
 }
 
+/// White tissue that light hardly leaves, a lamp inside it, much forward scattering, a glow everywhere.
+TEST(PathPicture, EndsInBadScenes) {
+    Torso torso;
+    const glm::dvec3 inside(torso.reader.info().patientFromVoxel *
+                            glm::dvec4(0.5 * glm::dvec3(torso.reader.info().extentVoxels), 1));
+    for (const double opacity : {1e-6, 0.5, 0.9999999}) {
+        Scene scene = lit(torso.scene("bone-1", 0, {16, 12}), 256);
+        TransferFunction function =
+            TransferFunction::fromOpacity({{-2000, opacity}, {3000, opacity}}, {{0, glm::dvec3(1)}}, 1);
+        Material glow;
+        glow.from = -3000, glow.to = 30000;
+        glow.emission = {1, 1, 1};
+        function.setMaterials({glow});
+        scene.volumes[0].transferFunction = function;
+        Light lamp;
+        lamp.kind = LightKind::point;
+        lamp.frame = LightFrame::patient;
+        lamp.position = inside;
+        scene.lighting.lights = {lamp};
+        scene.lighting.transport->phase.g = 0.99;
+        scene.lighting.transport->surface = SurfaceScattering{{1, 2}, 1, 0.05};
+        const RenderResult result = torso.draw(scene, EngineKind::native);
+        EXPECT_GT(result.work.paths.paths, 0u);
+        EXPECT_LT(result.work.paths.lookUps, 20000 * result.work.paths.paths);
+        for (const glm::vec4& pixel : result.image.pixels)
+            for (int c = 0; c < 4; ++c)
+                ASSERT_TRUE(std::isfinite(pixel[c]) && pixel[c] >= 0);
+    }
+}
+
 TEST(PathPicture, CostsNothingWithoutATransport) {
     Torso torso;
     const RenderResult plain = torso.draw(torso.scene("bone-1"), EngineKind::native);
