@@ -167,6 +167,21 @@ TEST_F(Manifest, SaysWhatIsNotInTheError) {
     EXPECT_THAT(run(render + "--samples 4").out, Not(HasSubstr("single rays")));
 }
 
+// Errors of paths of light are not measured; their noise is told.
+TEST_F(Manifest, TellsTheNoiseOfPaths) {
+    const Outcome drawn =
+        run("render s.zarr -o a.png --preset auto --size 24x24 --light cinematic --samples 8 --json -q");
+    ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
+    const json manifest = json::parse(drawn.out);
+    EXPECT_GT(manifest["paths"]["paths"], 0);
+    EXPECT_EQ(manifest["paths"]["oneByOne"], 0);
+    EXPECT_GT(manifest["pixels"]["standardError"]["rms"], 0);
+    EXPECT_THAT(run("info a.png").out, HasSubstr("noise:         rms 0."));
+    ASSERT_EQ(run("render s.zarr -o a.png --preset auto --size 8x8 --light cinematic --samples 1").exitCode,
+              0);
+    EXPECT_THAT(run("info a.png").out, Not(HasSubstr("noise:")));
+}
+
 TEST_F(Manifest, HoldsTheCameraThatDrew) {
     const json camera = ofScene(R"({"view":"left"})")["scene"]["camera"];
     EXPECT_FALSE(camera.contains("view")) << "a later version could frame it in another way";

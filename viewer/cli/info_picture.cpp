@@ -95,6 +95,10 @@ void infoPicture(const std::filesystem::path& path, bool asJson) {
         const json& segments = manifest.at("segments");
         printLine("segments", numberText(segments.at("stepVoxels")) + " voxels, " +
                                   segments.at("integrator").get<std::string>());
+        if (manifest.contains("paths") && pixels.contains("standardError")) // not measured, but told
+            printLine("noise", "rms " + numberText(pixels.at("standardError").at("rms")) + ", L*u*v* " +
+                                   numberText(pixels.at("standardError").at("luvPercentile99")) +
+                                   " at the 99th percentile (standard error of the samples' mean)");
         printErrors(manifest.at("errors"));
     } catch (const json::exception&) {
         throw badFile(path.string(), "the manifest of this version of tessera", "another; --json prints it");
