@@ -3,46 +3,14 @@
 // mirror's and the native engine's.
 #pragma once
 
-#include "render/contract/optics.h"
-#include "render/transport/path_numbers.h"
-#include "render/transport/path_scene.h"
-#include "render/transport/phase.h"
-#include "render/transport/tracking.h"
+#include "render/transport/traced_path.h"
 
 #include <algorithm>
 #include <array>
 #include <glm/vec3.hpp>
-#include <optional>
 #include <vector>
 
 namespace tessera {
-
-/// What a place makes of light.
-struct PathTissue {
-    glm::vec3 albedo{0}, emission{0};
-};
-
-/// A path between its scatterings.
-struct TracedPath {
-    /// @param place  of its ray on the picture, pixels
-    /// @param number  of its sample (Rays::numbers), where its pixel has several
-    TracedPath(const PathScene& scene, const glm::vec2& place, std::optional<std::uint32_t> number = {})
-        : numbers(place, scene.seed) {
-        if (number)
-            numbers.setSample(*number);
-    }
-
-    PathNumbers numbers;
-    glm::vec3 p{0};                  // voxels
-    glm::vec3 travel{0};             // unit, patient space
-    PathTissue tissue;               // there
-    glm::vec3 sum{0}, throughput{1}; // of light
-    int bounce = 0;                  // scatterings
-    /// Of a surface, unit, patient space, on the viewer's side; none: the place scatters as a medium.
-    bool isSurface = false;
-    glm::vec3 normal{0};
-    glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
-};
 
 /// Takes paths from scattering to scattering. Ways between places are for who calls: one by one
 /// (lightFrom()), or many side by side.
@@ -87,7 +55,7 @@ template <typename Field> class PathTracer {
         path.p = p;
         path.tissue = {colour, emissionOf(value)};
         const glm::vec3 d = inPatient(scene_.optics->patientFromVoxel, direction);
-        path.travel = d / std::sqrt(dot(d, d));
+        path.travel = d / std::sqrt(glm::dot(d, d));
     }
     /// Its first light is what tissue there sends.
     void begin(TracedPath& path) const {
@@ -101,7 +69,7 @@ template <typename Field> class PathTracer {
     bool aim(TracedPath& path, const glm::vec3& gradient, Way& way) {
         ++path.bounce;
         ++work_.bounces;
-        findNormal(path, gradient);
+        findNormal(scene_, path, gradient);
         if (scene_.lights.empty())
             return false;
         const float u = path.numbers.next();
@@ -113,8 +81,8 @@ template <typename Field> class PathTracer {
         float sum = 0;
         for (std::size_t n = 0; n < scene_.lights.size(); ++n) {
             const PathLight& light = scene_.lights[n];
-            ways[n] = wayTo(light, path.p, two);
-            shines[n] = ways[n].any ? lightOf(light, ways[n], path) : glm::vec3(0.0f);
+            ways[n] = wayTo(scene_, light, path.p, two);
+            shines[n] = ways[n].any ? lightOf(scene_, light, ways[n], path) : glm::vec3(0.0f);
             upTo[n] = sum += std::max({shines[n].r, shines[n].g, shines[n].b});
         }
         if (!(sum > 0.0f))
@@ -127,7 +95,7 @@ template <typename Field> class PathTracer {
             return false; // none of it, by rounding
         const ToLight& to = ways[n];
         path.shine = path.throughput * shines[n] * (sum / weight);
-        way = wayOn(path, to.towards, to.mm);
+        way = wayOn(scene_, path, to.towards, to.mm);
         return true;
     }
     /// @param left  of the light that comes by that way
@@ -148,7 +116,7 @@ template <typename Field> class PathTracer {
             path.travel = directionAround(path.travel, cosine, two.y);
             path.throughput *= path.tissue.albedo;
         }
-        way = wayOn(path, path.travel, std::numeric_limits<float>::max());
+        way = wayOn(scene_, path, path.travel, std::numeric_limits<float>::max());
         return true;
     }
     /// Takes the end of that way. False: the path left the volume.
@@ -220,8 +188,6 @@ template <typename Field> class PathTracer {
     static constexpr int kSureBounces = 4;
     static constexpr std::uint32_t kLater = 4; // of pairs: those that are drawn
 
-    static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
     glm::vec3 emissionOf(float value) const {
         const Optics& optics = *scene_.optics;
         if (!optics.lighting.emits)
@@ -230,78 +196,6 @@ template <typename Field> class PathTracer {
         return {material.emission[0], material.emission[1], material.emission[2]};
     }
 
-    /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
-    void findNormal(TracedPath& path, const glm::vec3& gradient) const {
-        path.isSurface = false;
-        if (!takesGradients())
-            return;
-        const glm::vec3 g = leaf::transformed(scene_.optics->voxelFromPatientTransposed, gradient);
-        const float length = std::sqrt(dot(g, g));
-        const float t = std::clamp((length - scene_.steepFrom) * scene_.perSteep, 0.0f, 1.0f);
-        path.isSurface = path.numbers.next() < t * t * (3.0f - 2.0f * t) && length > 0.0f;
-        if (path.isSurface) {
-            path.normal = g / length;
-            if (dot(path.normal, path.travel) > 0.0f)
-                path.normal = -path.normal;
-        }
-    }
-
-    Way wayFrom(const glm::vec3& p, const glm::vec3& direction) const {
-        const glm::vec3 perMm = scene_.voxelFromPatient * direction;
-        Way way{p, perMm, mmToLeave(p, perMm, scene_.extent)};
-        for (const RaySlab<float>& slab : scene_.slabs)
-            way.mm = std::min(way.mm, mmToLeave(p, perMm, slab));
-        return way;
-    }
-
-    /// The way that light takes from a scattering, of a length at most. A surface stands for all that its
-    /// tissue becomes within some voxels: ways begin beyond it.
-    Way wayOn(const TracedPath& path, const glm::vec3& direction, float most) const {
-        Way way = wayFrom(path.p, direction);
-        if (path.isSurface && way.mm > scene_.leavesFromMm && most > scene_.leavesFromMm) {
-            way = wayFrom(path.p + scene_.leavesFromMm * way.perMm, direction);
-            most -= scene_.leavesFromMm;
-        }
-        way.mm = std::min(way.mm, most);
-        return way;
-    }
-
-    /// The way from a path's place to a light: the direction, drawn within the light's own, and where it
-    /// ends.
-    struct ToLight {
-        bool any = false;
-        glm::vec3 towards{0}; // unit, patient space
-        float mm = std::numeric_limits<float>::max();
-    };
-    /// @param two  random numbers
-    ToLight wayTo(const PathLight& light, const glm::vec3& p, const glm::vec2& two) const {
-        ToLight to{true, light.towards};
-        if (light.isPoint) {
-            const glm::vec3 way = scene_.optics->patientFromVoxel * (light.towards - p);
-            to.mm = std::sqrt(dot(way, way));
-            to.any = to.mm > 0.0f;
-            to.towards = to.any ? way / to.mm : way;
-        }
-        if (to.any && light.cosine < 1.0f)
-            to.towards = directionAround(to.towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
-        return to;
-    }
-    /// What a path's place makes of the light that comes by such a way, if nothing is in it.
-    glm::vec3 lightOf(const PathLight& light, const ToLight& to, const TracedPath& path) const {
-        glm::vec3 scattered;
-        if (path.isSurface) {
-            const float slant = dot(path.normal, to.towards);
-            if (!(slant > 0.0f))
-                return glm::vec3(0.0f);
-            scattered = scene_.surface.of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
-        } else {
-            scattered = path.tissue.albedo * phaseOf(scene_.transport.phase, dot(path.travel, to.towards));
-        }
-        glm::vec3 power = light.power;
-        if (light.isPoint)
-            power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
-        return power * scattered;
-    }
     float left(const Way& way, PathNumbers& numbers) {
         const auto of = [&](const Way& part) {
             return transmittance(
@@ -334,12 +228,12 @@ template <typename Field> class PathTracer {
 
     /// Light that a shadow leaves.
     float leftTowards(const PathLight& light, TracedPath& path) {
-        const ToLight to = wayTo(light, path.p, path.numbers.pair(1));
+        const ToLight to = wayTo(scene_, light, path.p, path.numbers.pair(1));
         if (!to.any)
             return 1.0f;
-        Way way = wayFrom(path.p, to.towards);
+        Way way = wayFrom(scene_, path.p, to.towards);
         if (!light.isPoint || to.mm > scene_.leavesFromMm) {
-            way = wayFrom(path.p + scene_.leavesFromMm * way.perMm, to.towards);
+            way = wayFrom(scene_, path.p + scene_.leavesFromMm * way.perMm, to.towards);
             way.mm = std::min(way.mm, to.mm - scene_.leavesFromMm);
         } else {
             way.mm = std::min(way.mm, to.mm);
@@ -352,8 +246,8 @@ template <typename Field> class PathTracer {
         const glm::vec3 direction = directionAround({0, 0, 1}, 1.0f - 2.0f * two.x, two.y);
         const auto from = static_cast<float>(scene_.occlusion->offsetMm),
                    to = static_cast<float>(scene_.occlusion->radiusMm);
-        Way way = wayFrom(path.p, direction);
-        way = wayFrom(path.p + from * way.perMm, direction);
+        Way way = wayFrom(scene_, path.p, direction);
+        way = wayFrom(scene_, path.p + from * way.perMm, direction);
         way.mm = std::min(way.mm, path.numbers.pair(3).x * (to - from));
         return left(way, path.numbers);
     }

@@ -1,0 +1,125 @@
+// render/transport/traced_path.h: a path between its scatterings, and what follows from its place alone: its
+// normal, ways from it, the light that it makes of a light's.
+#pragma once
+
+#include "render/contract/optics.h"
+#include "render/transport/path_numbers.h"
+#include "render/transport/path_scene.h"
+#include "render/transport/phase.h"
+#include "render/transport/tracking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <optional>
+
+namespace tessera {
+
+/// What a place makes of light.
+struct PathTissue {
+    glm::vec3 albedo{0}, emission{0};
+};
+
+/// A path between its scatterings.
+struct TracedPath {
+    /// @param place  of its ray on the picture, pixels
+    /// @param number  of its sample (Rays::numbers), where its pixel has several
+    TracedPath(const PathScene& scene, const glm::vec2& place, std::optional<std::uint32_t> number = {})
+        : numbers(place, scene.seed) {
+        if (number)
+            numbers.setSample(*number);
+    }
+
+    PathNumbers numbers;
+    glm::vec3 p{0};                  // voxels
+    glm::vec3 travel{0};             // unit, patient space
+    PathTissue tissue;               // there
+    glm::vec3 sum{0}, throughput{1}; // of light
+    int bounce = 0;                  // scatterings
+    /// Of a surface, unit, patient space, on the viewer's side; none: the place scatters as a medium.
+    bool isSurface = false;
+    glm::vec3 normal{0};
+    glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
+};
+
+/// Steep places are surfaces, others with the chance that the length of their gradient gives them.
+inline void findNormal(const PathScene& scene, TracedPath& path, const glm::vec3& gradient) {
+    path.isSurface = false;
+    if (!scene.transport.surface)
+        return;
+    const glm::vec3 g = leaf::transformed(scene.optics->voxelFromPatientTransposed, gradient);
+    const float length = std::sqrt(glm::dot(g, g));
+    const float t = std::clamp((length - scene.steepFrom) * scene.perSteep, 0.0f, 1.0f);
+    path.isSurface = path.numbers.next() < t * t * (3.0f - 2.0f * t) && length > 0.0f;
+    if (path.isSurface) {
+        path.normal = g / length;
+        if (glm::dot(path.normal, path.travel) > 0.0f)
+            path.normal = -path.normal;
+    }
+}
+
+/// From a place in a direction, unit, patient space, to where no tissue follows.
+inline Way wayFrom(const PathScene& scene, const glm::vec3& p, const glm::vec3& direction) {
+    const glm::vec3 perMm = scene.voxelFromPatient * direction;
+    Way way{p, perMm, mmToLeave(p, perMm, scene.extent)};
+    for (const RaySlab<float>& slab : scene.slabs)
+        way.mm = std::min(way.mm, mmToLeave(p, perMm, slab));
+    return way;
+}
+
+/// The way that light takes from a scattering. A surface stands for all that its tissue becomes within some
+/// voxels: ways begin beyond it.
+/// @param direction  unit, patient space
+/// @param most  mm: how long it is at most
+inline Way wayOn(const PathScene& scene, const TracedPath& path, const glm::vec3& direction, float most) {
+    Way way = wayFrom(scene, path.p, direction);
+    if (path.isSurface && way.mm > scene.leavesFromMm && most > scene.leavesFromMm) {
+        way = wayFrom(scene, path.p + scene.leavesFromMm * way.perMm, direction);
+        most -= scene.leavesFromMm;
+    }
+    way.mm = std::min(way.mm, most);
+    return way;
+}
+
+/// The way from a path's place to a light: the direction, drawn within the light's own, and where it
+/// ends.
+struct ToLight {
+    bool any = false;
+    glm::vec3 towards{0}; // unit, patient space
+    float mm = std::numeric_limits<float>::max();
+};
+/// @param two  random numbers
+inline ToLight wayTo(const PathScene& scene, const PathLight& light, const glm::vec3& p,
+                     const glm::vec2& two) {
+    ToLight to{true, light.towards};
+    if (light.isPoint) {
+        const glm::vec3 way = scene.optics->patientFromVoxel * (light.towards - p);
+        to.mm = std::sqrt(glm::dot(way, way));
+        to.any = to.mm > 0.0f;
+        to.towards = to.any ? way / to.mm : way;
+    }
+    if (to.any && light.cosine < 1.0f)
+        to.towards = directionAround(to.towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
+    return to;
+}
+/// What a path's place makes of the light that comes by such a way, if nothing is in it.
+inline glm::vec3 lightOf(const PathScene& scene, const PathLight& light, const ToLight& to,
+                         const TracedPath& path) {
+    glm::vec3 scattered;
+    if (path.isSurface) {
+        const float slant = glm::dot(path.normal, to.towards);
+        if (!(slant > 0.0f))
+            return glm::vec3(0.0f);
+        scattered = scene.surface.of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
+    } else {
+        scattered = path.tissue.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, to.towards));
+    }
+    glm::vec3 power = light.power;
+    if (light.isPoint)
+        power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
+    return power * scattered;
+}
+
+} // namespace tessera
