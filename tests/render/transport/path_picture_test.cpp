@@ -404,13 +404,19 @@ TEST(PathPicture, ComesToTheReferencesLight) {
     // Smooth: what steps cost is no matter here.
     scene.volumes[0].transferFunction = TransferFunction::fromExtinction(
         {{-300, 0}, {200, 0.03}, {1500, 0.3}}, {{-300, {0.9, 0.3, 0.2}}, {800, {0.9, 0.9, 0.7}}});
-    scene.lighting.lights = {sun(0), Light{}};
-    scene.lighting.lights[0].shadow = true;
+    Light lamp; // in tissue
+    lamp.kind = LightKind::point;
+    lamp.frame = LightFrame::patient;
+    const glm::dvec3 extent(torso.reader.info().extentVoxels);
+    lamp.position =
+        glm::dvec3(torso.reader.info().patientFromVoxel * glm::dvec4(extent * glm::dvec3(0.5, 0.3, 0.5), 1));
+    scene.lighting.lights = {sun(0), Light{}, lamp};
+    scene.lighting.lights[0].shadow = scene.lighting.lights[2].shadow = true;
     scene.lighting.lights[1].intensity = 0.3;
     Occlusion occlusion;
     occlusion.rays = 512;
     occlusion.radiusMm = 12;
-    occlusion.offsetMm = 1;
+    occlusion.offsetMm = 5;
     occlusion.bias = 0.1;
     occlusion.gamma = 1;
     scene.lighting.occlusion = occlusion;

@@ -154,6 +154,25 @@ TEST(Transmittance, OfAWayThatEndsEarlierIsThatOfThePart) {
     EXPECT_NEAR(sum / 1000, std::exp(-0.7), 5e-3); // bounds are 1/128 wide
 }
 
+TEST(Transmittance, IsExactToAShareOfItselfWhereItIsDark) {
+    const PathVolume volume(
+        {40, 34, 30}, [](const glm::ivec3&) { return 0.5f; }, 0.5);
+    for (const float mm : {12.0f, 16.0f, 20.0f}) {
+        Way way = wayThrough(volume, {1, 10.3f, 12.1f}, {1, 0, 0});
+        way.mm = mm;
+        double sum = 0;
+        PathWork work;
+        for (int path = 0; path < 1000; ++path) {
+            PathNumbers numbers({static_cast<float>(path), 0.5f}, 6);
+            sum += static_cast<double>(transmittance(
+                volume.bounds(), nullptr, way, [&](const glm::vec3& p) { return volume.extinction(p); },
+                numbers, work));
+        }
+        const double expected = std::exp(-0.5 * static_cast<double>(mm));
+        EXPECT_NEAR(sum / 1000, expected, 0.02 * expected); // bounds are 1/128 wide
+    }
+}
+
 /// Leaps over empty boxes change no result.
 TEST(FreePath, IsTheSameWithoutLeaps) {
     const auto walls = [](const glm::ivec3& i) { return i.x < 6 || i.x > 33 ? 0.05f * hashOf(i) : -1.0f; };
