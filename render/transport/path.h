@@ -106,8 +106,9 @@ template <typename Field> class PathTracer {
         const glm::vec2 two = numbers.pair(path.bounce == 1 ? 2 : kLater);
         if (path.isSurface) {
             glm::vec3 towards, share;
-            if (!scene_.surface.sample(path.tissue.albedo, path.normal, -path.travel, numbers.next(), two.x,
-                                       two.y, towards, share))
+            if (!surfaceOf(scene_, path)
+                     .sample(path.tissue.albedo, path.normal, -path.travel, numbers.next(), two.x, two.y,
+                             towards, share))
                 return false;
             path.travel = towards;
             path.throughput *= share;

@@ -16,6 +16,8 @@ namespace tessera {
 namespace {
 /// As the reference's rays of shadow.
 constexpr double kLeavesFromVoxels = 2;
+/// A narrow highlight that few of a pixel's paths meet at their second place is a bright speck.
+constexpr float kLaterWidth = 0.36f;
 } // namespace
 
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
@@ -36,6 +38,7 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
                                         double{std::numeric_limits<float>::max()}));
         scene.surface.mirrored = static_cast<float>(surface->mirrored);
         scene.surface.width = static_cast<float>(surface->roughness * surface->roughness);
+        scene.laterSurface = {scene.surface.mirrored, std::max(scene.surface.width, kLaterWidth)};
     }
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     scene.voxelFromPatient = glm::mat3(glm::dmat3(voxelFromPatient));

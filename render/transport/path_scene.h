@@ -37,10 +37,10 @@ struct PathScene {
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
-    SurfaceResponse surface;
-    float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
-    glm::mat3 voxelFromPatient{1};     // linear part
-    glm::vec3 extent{0};               // voxels
+    SurfaceResponse surface, laterSurface; // of a path's first scattering, and of later ones
+    float steepFrom = 0, perSteep = 0;     // gradient lengths, stored units per mm; 1 over their difference
+    glm::mat3 voxelFromPatient{1};         // linear part
+    glm::vec3 extent{0};                   // voxels
     /// Tissue is within all slabs and where the cuts keep it; null: no others. Beyond, ways go on in the dark
     /// of no tissue.
     std::vector<RaySlab<float>> slabs;

@@ -44,6 +44,10 @@ struct TracedPath {
     glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
 };
 
+inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath& path) {
+    return path.bounce > 1 ? scene.laterSurface : scene.surface;
+}
+
 /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
 inline void findNormal(const PathScene& scene, TracedPath& path, const glm::vec3& gradient) {
     path.isSurface = false;
@@ -112,7 +116,8 @@ inline glm::vec3 lightOf(const PathScene& scene, const PathLight& light, const T
         const float slant = glm::dot(path.normal, to.towards);
         if (!(slant > 0.0f))
             return glm::vec3(0.0f);
-        scattered = scene.surface.of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
+        scattered =
+            surfaceOf(scene, path).of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
     } else {
         scattered = path.tissue.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, to.towards));
     }
