@@ -41,8 +41,7 @@ struct PathScene {
     float steepFrom = 0, perSteep = 0;     // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};         // linear part
     glm::vec3 extent{0};                   // voxels
-    /// Tissue is within all slabs and where the cuts keep it; null: no others. Beyond, ways go on in the dark
-    /// of no tissue.
+    /// Tissue is within all slabs, and where the cuts keep it; null: there are no others.
     std::vector<RaySlab<float>> slabs;
     const RayCuts* cuts = nullptr;
     std::vector<PathLight> lights;
