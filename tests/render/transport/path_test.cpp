@@ -235,6 +235,8 @@ TEST(PathScenes, HaveTheScenesNumbersInTheirFrames) {
     EXPECT_FLOAT_EQ(scene.steepFrom, 20);
     EXPECT_FLOAT_EQ(scene.perSteep, 1.0f / 60);
     EXPECT_FLOAT_EQ(scene.surface.width, 0.25f);
+    EXPECT_FLOAT_EQ(scene.laterSurface.width, 0.36f);
+    EXPECT_FLOAT_EQ(scene.laterSurface.mirrored, 0.1f);
     EXPECT_NEAR(scene.leavesFromMm, 2 * std::cbrt(1.5 * 0.8 * 2 + 0.2 * 0.3 * 0.1), 1e-5);
     EXPECT_FLOAT_EQ(mostExtinctionPerMm(info),
                     static_cast<float>(256 / std::sqrt(0.8 * 0.8 + 0.3 * 0.3))); // by the shortest edge
@@ -344,6 +346,22 @@ TEST_F(Scattering, WaysAreBetweenAPlaceAndTheLamp) {
         ASSERT_TRUE(tracer.turn(path, found));
         EXPECT_NEAR(glm::length(kAxes * glm::dvec3(found.from) - place), from, 1e-4);
     }
+}
+
+/// A light where the coat mirrors it: a highlight at the place that is seen, a wide one at later places.
+TEST_F(Scattering, LaterHighlightsAreWide) {
+    const PathScene s = scene({lightFrom({0.6, 0, -0.8})}, true);
+    float shine[2];
+    for (const int before : {0, 1}) {
+        TracedPath path = pathAt(s, 1, glm::vec3(0.6f, 0, 0.8f));
+        path.bounce = before;
+        path.tissue.albedo = glm::vec3(0);
+        PathTracer tracer(s, volume, work);
+        Way way;
+        ASSERT_TRUE(tracer.aim(path, gradientAlong({0, 0, 1}, 500), way));
+        shine[before] = path.shine.r;
+    }
+    EXPECT_NEAR(shine[1] / shine[0], std::pow(0.16 / 0.36, 2), 0.1); // facets at their middle
 }
 
 TEST_F(Scattering, WhatLeavesSeesTheSkyWhereItGoes) {
