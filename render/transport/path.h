@@ -52,8 +52,13 @@ template <typename Field> class PathTracer {
     /// @param value  of the field there
     void start(TracedPath& path, const glm::vec3& p, const glm::vec3& colour, const glm::vec3& direction,
                float value) {
+        start(path, p, PathTissue{colour, emissionOf(value)}, direction);
+    }
+    /// @param direction  voxels
+    void start(TracedPath& path, const glm::vec3& p, const PathTissue& tissue,
+               const glm::vec3& direction) const {
         path.p = p;
-        path.tissue = {colour, emissionOf(value)};
+        path.tissue = tissue;
         const glm::vec3 d = inPatient(scene_.optics->patientFromVoxel, direction);
         path.travel = d / std::sqrt(glm::dot(d, d));
     }
@@ -132,8 +137,9 @@ template <typename Field> class PathTracer {
     }
     /// Takes what is at the path's place. False: the path ends.
     /// @param value  of the field there
-    bool settle(TracedPath& path, float value) {
-        path.tissue = tissueAt(path.p, value);
+    bool settle(TracedPath& path, float value) { return settle(path, tissueAt(path.p, value)); }
+    bool settle(TracedPath& path, const PathTissue& tissue) const {
+        path.tissue = tissue;
         path.sum += path.throughput * path.tissue.emission;
         if (path.bounce >= scene_.transport.bounces)
             return false;

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
@@ -20,6 +22,13 @@ namespace tessera {
 /// What a place makes of light.
 struct PathTissue {
     glm::vec3 albedo{0}, emission{0};
+};
+
+/// What a path's random numbers follow from: the place of its ray on the picture, pixels, and the number of
+/// its sample (Rays::numbers).
+struct PathStart {
+    glm::vec2 place{0};
+    std::optional<std::uint32_t> number = {};
 };
 
 /// A path between its scatterings.

@@ -219,13 +219,6 @@ extern template std::vector<glm::vec4> mirrorRays<float>(const MirrorInput&, std
 extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, std::size_t,
                                                            const RaySource<double>&, int, Work&);
 
-/// What a path's random numbers follow from: the place of its ray on the picture, pixels, and the number of
-/// its sample (Rays::numbers).
-struct PathStart {
-    glm::vec2 place{0};
-    std::optional<std::uint32_t> number = {};
-};
-
 /// The colour of a path of light that a ray sees the end of, and the ray's opacity.
 /// @param parts  of the ray, in order
 template <typename Field>

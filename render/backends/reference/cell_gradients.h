@@ -43,20 +43,23 @@ inline double planesOfGradient(Gradient gradient) {
     return gradient == Gradient::forward || gradient == Gradient::centralHalf ? 0.5 : 1.0;
 }
 
-/// In patient space, per mm, at ta, two points between and tb: between them every component is a cubic. The
-/// analytic gradient jumps between cells, so there the cell decides, not the rounded position.
+/// At a place in a cell of the field, voxel space. The analytic gradient jumps between cells, so there the
+/// cell decides, not the rounded position.
+inline glm::dvec3 gradientInCell(const Neighbourhood& around, const glm::ivec3& low, const Optics& optics,
+                                 const glm::dvec3& p) {
+    return optics.gradient == Gradient::analytic
+               ? trilinearSlope(around, low, low + 1, p - 0.5 - glm::dvec3(low)).slope
+               : fieldGradient(around, p, 1.0, optics.gradient);
+}
+
+/// In patient space, per mm, at ta, two points between and tb: between them every component is a cubic.
 /// @param position  by parameter, voxels
 template <typename Position>
 std::array<glm::dvec3, 4> gradientsInCell(LatticeReader& samples, const glm::ivec3& low, const Optics& optics,
                                           const Position& position, double ta, double tb) {
     const Neighbourhood around(samples, low);
     const glm::dmat3 toPatient(optics.voxelFromPatientTransposed);
-    const auto at = [&](double t) {
-        const glm::dvec3 p = position(t);
-        return toPatient * (optics.gradient == Gradient::analytic
-                                ? trilinearSlope(around, low, low + 1, p - 0.5 - glm::dvec3(low)).slope
-                                : fieldGradient(around, p, 1.0, optics.gradient));
-    };
+    const auto at = [&](double t) { return toPatient * gradientInCell(around, low, optics, position(t)); };
     return {at(ta), at(ta + (tb - ta) / 3), at(ta + 2 * (tb - ta) / 3), at(tb)};
 }
 

@@ -133,7 +133,7 @@ void LightRays::shade(const glm::dvec3& place, std::size_t channel, LightShares&
 
 double LightRays::shadow(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
     const double past = shadeBetween(sources_.meshes, {place, direction}, 0, mm);
-    return past > 0 ? past * walk<false>(place, direction, mm).left : 0;
+    return past > 0 ? past * walk<Ask::left>(place, direction, mm).left : 0;
 }
 
 GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& direction) {
@@ -146,10 +146,10 @@ GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& dir
         past_ = &past.emplace(mm, [&](double a, double b) {
             double left = 1;
             for (LightRays* other : others_)
-                left *= other->walk<false>(first + a * direction, direction, b - a).left;
+                left *= other->walk<Ask::left>(first + a * direction, direction, b - a).left;
             return left;
         });
-    Walk light = walk<true>(first, direction, mm);
+    Walk light = walk<Ask::seen>(first, direction, mm);
     light.left *= past_ ? past_->at(mm) : 1;
     past_ = nullptr;
     if (sources_.occlusion.method == OcclusionMethod::local)
@@ -157,40 +157,51 @@ GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& dir
     return {light.left, {}};
 }
 
-template <bool withSeen>
-LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
-    const ReferenceRay ray{glm::dvec3(toVoxels_ * glm::dvec4(place, 1)), glm::dmat3(toVoxels_) * direction,
-                           0};
+LightRays::Reached LightRays::reach(const glm::dvec3& from, const glm::dvec3& perMm, double mm,
+                                    double share) {
     Walk walk;
+    walk.until = share;
+    along<Ask::place>({from, perMm, 0}, mm, walk);
+    return {walk.reached, walk.left};
+}
+
+template <LightRays::Ask ask>
+LightRays::Walk LightRays::walk(const glm::dvec3& place, const glm::dvec3& direction, double mm) {
+    Walk walk;
+    along<ask>({glm::dvec3(toVoxels_ * glm::dvec4(place, 1)), glm::dmat3(toVoxels_) * direction, 0}, mm,
+               walk);
+    return walk;
+}
+
+template <LightRays::Ask ask> void LightRays::along(const ReferenceRay& ray, double mm, Walk& walk) {
     double t0 = 0, t1 = 0;
     const RayLine<double> line{ray.base, ray.direction, 0, 1};
     if (!clipToBox(line, glm::dvec3(info_.extentVoxels), t0, t1) || !(t0 < mm)) {
         walk.seen = clear(0, mm);
-        return walk;
+        return;
     }
     t1 = std::min(t1, mm);
     walk.seen = clear(0, t0);
     const double planes = planesOf(optics_, optics_.grades());
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
-        if (walk.left < kDark)
+        if (walk.ends())
             return;
         if (emptyCells_.hold(ray, ta, tb)) {
             walk.seen += walk.left * clear(ta, tb);
             return;
         }
         forEachInterval(ray, ta, tb, planes, 0.5, [&](double a, double b) {
-            if (walk.left >= kDark)
-                throughCell<withSeen>(ray, a, b, walk);
+            if (!walk.ends())
+                throughCell<ask>(ray, a, b, walk);
         });
     });
-    if (walk.left < kDark)
+    if (walk.ends())
         walk.left = 0;
     else if (t1 < mm)
         walk.seen += walk.left * clear(t1, mm);
-    return walk;
 }
 
-template <bool withSeen>
+template <LightRays::Ask ask>
 void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk) {
     const auto position = [&](double t) { return ray.base + t * ray.direction; };
     const glm::ivec3 low(glm::floor(position(0.5 * (ta + tb)) - 0.5));
@@ -209,7 +220,7 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     const auto& kinks = obstacles_.kinks();
     cuts_.clear();
     cuts_.push_back(0);
-    const bool rejects = withSeen && rejects_;
+    const bool rejects = ask == Ask::seen && rejects_;
     if (auto k = std::lower_bound(kinks.begin(), kinks.end(), lo);
         rejects || (k != kinks.end() && *k <= hi)) {
         std::array<double, 4> ends{};
@@ -237,7 +248,7 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
         cuts_.insert(cuts_.end() - 1, static_cast<double>(n) / kPartsOfLabels);
     std::sort(cuts_.begin(), cuts_.end());
     const CellOnWay onWay{cubic, ta, length, gradient ? &*gradient : nullptr, labels ? &*labels : nullptr};
-    for (std::size_t i = 0; i + 1 < cuts_.size() && walk.left >= kDark; ++i) {
+    for (std::size_t i = 0; i + 1 < cuts_.size() && !walk.ends(); ++i) {
         const double from = cuts_[i], to = cuts_[i + 1];
         if (!(to > from))
             continue;
@@ -253,19 +264,22 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
             walk.seen += walk.left * clear(ta + length * from, ta + length * to);
         } else if (isEven) {
             const double depth = (function.extinction() + behind) * length * (to - from);
+            if (ask == Ask::place && walk.left * std::exp(-depth) < walk.until)
+                walk.reached =
+                    ta + length * from + std::log(walk.left / walk.until) / (function.extinction() + behind);
             walk.seen += walk.left * length * (to - from) * meanLeft(depth);
             walk.left *= std::exp(-depth);
         } else {
             for (int n = 0; n < panels_; ++n)
-                throughPiece<withSeen>(onWay, function, behind, from + (to - from) * n / panels_,
-                                       from + (to - from) * (n + 1) / panels_, walk, 0);
+                throughPiece<ask>(onWay, function, behind, from + (to - from) * n / panels_,
+                                  from + (to - from) * (n + 1) / panels_, walk, 0);
         }
         if (gathersEmission_ && !isNothing)
             walk.sent += (walk.seen - seenBefore) * obstacles_.emission(inside);
     }
 }
 
-template <bool withSeen>
+template <LightRays::Ask ask>
 void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
                              double u1, Walk& walk, int halvings) {
     constexpr double kMostDepth = 0.5;
@@ -286,12 +300,12 @@ void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& functio
     if ((depth + ofOthers > kMostDepth || ((cell.gradient || cell.labels) && u1 - u0 > kMostGraded)) &&
         halvings < kMostHalvings) {
         const double middle = 0.5 * (u0 + u1);
-        throughPiece<withSeen>(cell, function, behind, u0, middle, walk, halvings + 1);
-        if (walk.left >= kDark)
-            throughPiece<withSeen>(cell, function, behind, middle, u1, walk, halvings + 1);
+        throughPiece<ask>(cell, function, behind, u0, middle, walk, halvings + 1);
+        if (!walk.ends())
+            throughPiece<ask>(cell, function, behind, middle, u1, walk, halvings + 1);
         return;
     }
-    if constexpr (withSeen) {
+    if constexpr (ask == Ask::seen) {
         double mean = 0;
         for (std::size_t i = 0; i < Rule::kPoints; ++i) {
             double before = 0;
@@ -301,6 +315,31 @@ void LightRays::throughPiece(const CellOnWay& cell, const FunctionPiece& functio
             mean += rule.weight[i] * past * std::exp(-mm * before);
         }
         walk.seen += walk.left * mm * mean;
+    }
+    if (ask == Ask::place && walk.left * std::exp(-depth) < walk.until) {
+        // The rule's polynomial through the four extinctions, up to a share of the piece.
+        const auto upTo = [&](double share) {
+            double sum = 0;
+            for (std::size_t i = 0; i < Rule::kPoints; ++i) {
+                double at = 0; // by the same rule, over the part
+                for (std::size_t j = 0; j < Rule::kPoints; ++j) {
+                    double lagrange = 1;
+                    for (std::size_t m = 0; m < Rule::kPoints; ++m)
+                        if (m != j)
+                            lagrange *= (share * rule.node[i] - rule.node[m]) / (rule.node[j] - rule.node[m]);
+                    at += lagrange * extinction[j];
+                }
+                sum += rule.weight[i] * at;
+            }
+            return sum * share * mm;
+        };
+        const double sought = std::log(walk.left / walk.until);
+        double low = 0, high = 1;
+        for (int halving = 0; halving < 52; ++halving) {
+            const double middle = 0.5 * (low + high);
+            (upTo(middle) < sought ? low : high) = middle;
+        }
+        walk.reached = placeOf(u0 + (u1 - u0) * high);
     }
     walk.left *= std::exp(-depth);
 }

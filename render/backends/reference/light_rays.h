@@ -84,15 +84,29 @@ class LightRays {
     }
     GatheredLight gathered(const glm::dvec3& place, const glm::dvec3& direction);
 
+    struct Reached {
+        double mm = -1;  // below 0: nowhere
+        double left = 1; // share of light at the end, where it is nowhere
+    };
+    /// Where the light left on a way falls below a share: the optical depth is inverted, not stepped through.
+    /// @param from  voxels
+    /// @param perMm  voxels
+    Reached reach(const glm::dvec3& from, const glm::dvec3& perMm, double mm, double share);
+
     /// Share of light below which the rest of a ray is dark.
     static constexpr double kDark = 1e-6;
 
   private:
     double leftOf(const LightSources::Caster& light, const glm::dvec3& place);
+    /// What a walk is for: the light left at its end; that along it, too; or where little is left.
+    enum class Ask { left, seen, place };
     struct Walk {
-        double left = 1;    // of the light
-        double seen = 0;    // its integral over the ray, mm
-        glm::dvec3 sent{0}; // the same, of emitted light
+        double left = 1;      // of the light
+        double seen = 0;      // its integral over the ray, mm
+        glm::dvec3 sent{0};   // the same, of emitted light
+        double until = kDark; // the walk ends below it
+        double reached = -1;  // mm to there
+        bool ends() const { return left < until; }
     };
     /// A part of a ray between two planes of sample centres.
     struct CellOnWay {
@@ -108,9 +122,10 @@ class LightRays {
     };
     /// The integral of the light that others leave, mm.
     double clear(double from, double to) const { return past_ ? past_->between(from, to) : to - from; }
-    template <bool withSeen> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
-    template <bool withSeen> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
-    template <bool withSeen>
+    template <Ask ask> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
+    template <Ask ask> void along(const ReferenceRay& ray, double mm, Walk& walk);
+    template <Ask ask> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);
+    template <Ask ask>
     void throughPiece(const CellOnWay& cell, const FunctionPiece& function, double behind, double u0,
                       double u1, Walk& walk, int halvings);
 

@@ -40,14 +40,19 @@ struct IntegralInput {
     Optics optics;
     EmptyCells emptyCells;
     std::optional<LightForRays> light; // none: no occlusion or shadows
+    std::optional<LightForRays> paths; // none: no paths of light
 
     explicit IntegralInput(const ReferenceInput& input)
         : given(input), function(*input.function, input.surfaces, *input.info), optics(shadingOf(input)),
           emptyCells(input, function) {
-        if (optics.lighting.channels > 0) {
-            light.emplace(LightForRays{LightSources(input), Obstacles(function, *input.info), {}});
-            light->emptyCells = EmptyCells(input, light->obstacles);
-        }
+        const auto make = [&](std::optional<LightForRays>& rays) {
+            rays.emplace(LightForRays{LightSources(input), Obstacles(function, *input.info), {}});
+            rays->emptyCells = EmptyCells(input, rays->obstacles);
+        };
+        if (optics.lighting.channels > 0)
+            make(light);
+        if (input.paths)
+            make(paths);
     }
     IntegralInput(const IntegralInput&) = delete;
     IntegralInput& operator=(const IntegralInput&) = delete;
@@ -93,6 +98,9 @@ class RayIntegral {
             addPart(ray, part.from, part.to, planes(), integral);
         return glm::dvec4(integral.colour(), integral.alpha());
     }
+
+    /// Drawn parts of the last ray, mm.
+    const std::vector<RayPart>& parts() const { return parts_; }
 
     // For intervals that several volumes share (fused_integral.h).
 

@@ -5,6 +5,7 @@
 #include "core/image/image.h"
 #include "render/backends/reference/fused_integral.h"
 #include "render/backends/reference/ray_integral.h"
+#include "render/backends/reference/reference_paths.h"
 
 #include <algorithm>
 #include <limits>
@@ -80,8 +81,15 @@ std::vector<glm::dvec4> renderReference(const ReferenceInput& input, const std::
                 [&](std::size_t strip) {
                     LatticeReader samples(*input.cache, *input.info, 0, nullptr);
                     RayIntegral integral(of, samples);
-                    for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
+                    std::optional<ReferencePaths> paths;
+                    if (input.paths)
+                        paths.emplace(of, samples);
+                    for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip);
+                         ++i) {
                         out[i] = integral(rays[i]);
+                        if (paths && out[i].a > 0)
+                            out[i] = (*paths)(rays[i], integral.parts(), out[i].a, input.starts[i]);
+                    }
                 },
                 input.progress);
     return out;

@@ -15,6 +15,7 @@
 #include "render/contract/ray_cuts.h"
 #include "render/labels/label_field.h"
 #include "render/plan/frame_plan.h"
+#include "render/transport/traced_path.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -55,7 +56,10 @@ struct ReferenceInput {
     /// and cuts are. Null: the volume is alone.
     const FusedLattice* fused = nullptr;
     glm::dmat4 fromLattice{1};
-    const RayCuts* ownCuts = nullptr; // of this volume alone, in its voxels; null: it is alone
+    /// Colours are those of paths of light, one a ray; null: they are the integral's.
+    const PathScene* paths = nullptr;
+    std::span<const PathStart> starts = {}; // of these, one a ray
+    const RayCuts* ownCuts = nullptr;       // of this volume alone, in its voxels; null: it is alone
     std::vector<ReferenceInput> further = {};
 };
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <glm/geometric.hpp>
 #include <optional>
 #include <vector>
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::size_t kRaysAtATime = 512, kLitRaysAtATime = 64; // with a deadline
 constexpr std::size_t kRaysTogether = 4096;                     // else
+constexpr std::uint32_t kOwnNumbers = 0x5eed;                   // added to a scene's seed
 
 class ReferenceCaster : public RayCaster {
   public:
@@ -36,6 +38,8 @@ class ReferenceCaster : public RayCaster {
     bool draw(const Slicing& slicing, Clock::time_point deadline, Work&) override {
         const bool whole = deadline == Clock::time_point::max();
         ReferenceInput input = this->input();
+        const std::optional<PathScene> paths = pathsOf(input);
+        std::vector<PathStart> starts;
         const std::size_t all = picture_.pixels.size(), most = whole ? kRaysTogether
                                                                : lightChannels(scene_.view.lighting) > 0
                                                                    ? kLitRaysAtATime
@@ -51,6 +55,13 @@ class ReferenceCaster : public RayCaster {
                                      static_cast<double>(all));
                 };
             const std::vector<ReferenceRay> rays = raysFrom(done_, count);
+            if (paths) {
+                starts.clear();
+                for (std::size_t n = done_; n < done_ + count; ++n)
+                    starts.push_back({rays_.placeOf(n), rays_.numberOf(n)});
+                input.paths = &*paths;
+                input.starts = starts;
+            }
             const auto values = renderReference(input, rays, threads_);
             std::transform(values.begin(), values.end(),
                            picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
@@ -73,6 +84,20 @@ class ReferenceCaster : public RayCaster {
     }
 
   private:
+    /// The light of rays that ask for paths: where the mean of these is an integral, that.
+    std::optional<PathScene> pathsOf(ReferenceInput& input) const {
+        if (!rays_.paths)
+            return {};
+        if (input.lighting.transport->response == TransportResponse::contract) {
+            input.shading.on = true;
+            input.lighting = scene_.view.pathLighting;
+            input.lighting.transport.reset();
+            return {};
+        }
+        PathScene paths = pathSceneOf(scene_, nullptr);
+        paths.seed += kOwnNumbers;
+        return paths;
+    }
     glm::dvec2 placeOf(std::size_t n) const {
         const std::size_t width = static_cast<std::size_t>(rays_.frame.imageSize.x);
         return rays_.places.empty()
@@ -158,7 +183,7 @@ EngineTraits referenceTraits() {
     traits.kind = EngineKind::reference;
     traits.name = "reference";
     traits.exact = traits.singleRays = true;
-    traits.fuses = true;
+    traits.fuses = traits.followsPaths = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<ReferenceEngine>(input.threads);
     };
