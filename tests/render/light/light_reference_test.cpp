@@ -61,6 +61,56 @@ TEST(ReferenceLight, OcclusionInOneMedium) {
         }
 }
 
+/// Optical depths are inverted: in one medium by a logarithm, and in any volume to the place up to which a
+/// shadow leaves the share that is sought.
+TEST(ReferenceLight, ReachesThePlaceWhereAShareIsLeft) {
+    const Ramp ramp;
+    const Stored noisy(
+        [](const glm::dvec3& p) { return 200 * std::sin(p.x) * std::cos(1.3 * p.y) + 9 * p.z; });
+    for (const double tau : {1e-6, 0.1, 30.0, 1e6}) {
+        const Scene scene = ramp.scene({{0, tau}}, {});
+        const auto prepared = ramp.stored.prepare(scene);
+        RaysOfLight rays(*prepared, scene);
+        const glm::dvec3 along = rays.voxelsPerMm({0.6, 0, 0.8});
+        for (const double share : {0.999, 0.5, 1e-4}) {
+            const double expected = -std::log(share) / tau;
+            const LightRays::Reached reached = rays.light.reach({3, 20, 3}, along, 5, share);
+            if (expected < 5) {
+                EXPECT_NEAR(reached.mm, expected, 1e-9 * (1 + expected)) << tau << " " << share;
+            } else {
+                EXPECT_LT(reached.mm, 0);
+                EXPECT_NEAR(reached.left, std::exp(-5 * tau), 1e-9) << tau;
+            }
+        }
+    }
+    Scene scene = noisy.scene({});
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromExtinction({{0, 0}, {60, 0.3}, {61, 0}, {150, 0.02}, {300, 4}}, {});
+    const auto prepared = noisy.prepare(scene);
+    RaysOfLight rays(*prepared, scene);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    int found = 0;
+    for (int n = 0; n < 400; ++n) {
+        const glm::dvec3 extent(noisy.info.extentVoxels);
+        const glm::dvec3 from = extent * glm::dvec3(uniform(random), uniform(random), uniform(random));
+        const glm::dvec3 towards =
+            glm::normalize(glm::dvec3(uniform(random), uniform(random), uniform(random)) - 0.5);
+        const double share = 1 - uniform(random), mm = 60 * uniform(random);
+        const LightRays::Reached reached = rays.light.reach(from, rays.voxelsPerMm(towards), mm, share);
+        const double whole = rays.light.shadow(rays.patient(from), towards, mm);
+        EXPECT_EQ(reached.mm >= 0, whole < share) << n;
+        if (reached.mm < 0) {
+            EXPECT_NEAR(reached.left, whole, 1e-9);
+            continue;
+        }
+        ++found;
+        EXPECT_LE(reached.mm, mm);
+        EXPECT_NEAR(rays.light.shadow(rays.patient(from), towards, reached.mm), share, 1e-6) << n;
+    }
+    EXPECT_GT(found, 100);
+}
+
 /// Extinction that rises along the ramp: what is left is the exponential of a parabola, summed by fine steps.
 TEST(ReferenceLight, OcclusionInARisingMedium) {
     const Ramp ramp;
