@@ -144,6 +144,7 @@ class Engine {
         std::string version;       // of OpenGL; "" if it is not used
         bool choosesSteps = false; // it has a step, which a step search chooses
         bool measures = false;     // fast enough to measure errors by drawing pixels again
+        bool followsPaths = false; // Rays::paths, of plans without a transport too (Planner::boundLight())
         /// Needs of a scene (mixed levels, cuts) are compiled in when a caster is made, and cannot change.
         bool compiles = false;
         bool filters = false; // Fetch::hardware gives another picture than Fetch::exact

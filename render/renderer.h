@@ -153,6 +153,10 @@ class PixelSource {
     /// @param mostBytes  of bricks that may be loaded, for all work together; none if they would take more
     virtual std::optional<Image> draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
                                       const Slicing& slicing, std::uint64_t mostBytes, Work& work) = 0;
+    /// Until toTruth() draw() tells the frame with the light that planes, maps and a number of rays stand
+    /// for, by single ways of it, whose mean has no error (docs/sampling.md, "Paths", contract). Returns why
+    /// it cannot; empty: it does.
+    virtual std::string toSingleWays() { return "this renderer follows no paths of light"; }
     /// From here on draw() tells the true integral, through the finest level.
     /// Returns why it cannot; empty: it does.
     virtual std::string toTruth() = 0;

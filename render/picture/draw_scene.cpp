@@ -90,6 +90,7 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
                                  task.round.number,
                                  full ? ErrorGoal::kMostRounds : 1,
                                  task.options.slicing,
+                                 task.options.verify == Verify::full,
                                  over};
         if (const auto pixels = renderer.pixels(task))
             result.measured = measurePicture(drawn, *pixels, task.context.ram);

@@ -107,13 +107,19 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
         }
         own.push_back(*std::move(drawn));
     }
+    if (picture.light && out.keptLight) {
+        out.whyNoLight = source.toSingleWays();
+        if (out.whyNoLight.empty())
+            if (const auto ways = again[0].drawAgain(source, limits, work))
+                out.light = again[0].lightError(own[0], *ways);
+    }
     if (out.whyNot = source.toTruth(); !out.whyNot.empty())
         return out;
     out.whyNot = kTooManyBytes;
     for (std::size_t n = 0; n < again.size(); ++n) {
         if (n > 0 && work.bytesUploaded > limits.mostBytes / kShareOfClusters)
             break;
-        const auto truth = again[n].drawTruth(source, limits, work);
+        const auto truth = again[n].drawAgain(source, limits, work);
         if (!truth)
             break;
         out.whyNot.clear();

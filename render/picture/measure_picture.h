@@ -15,6 +15,7 @@ struct DrawnPicture {
     Verify mode = Verify::quick;
     int round = 0, rounds = 1; // of measurements of this picture, and how many there may be
     Slicing slicing;
+    bool light = false;  // the error of kept light is asked for
     PixelOver over = {}; // what lies over the pixels, and has been laid over the image
 };
 

@@ -87,7 +87,9 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     std::vector<std::string> lines = {"measured error: " + numbers(m.all) + ", from " +
                                       std::to_string(m.all.shown) + " pixels drawn again with " + raysOf(m) +
                                       " rays each" +
-                                      (m.keptLight ? "; what light itself errs by is not in it" : "")};
+                                      (m.keptLight ? m.light ? "; beside it what light itself errs by"
+                                                             : "; what light itself errs by is not in it"
+                                                   : "")};
     if (m.all.whyNoP99 == NotMeasured::tooFewPixels && m.all.shown >= kFewestForP99)
         lines.push_back("measured error: no 99th percentile, because they lie in " +
                         std::to_string(m.all.clusters) + " clusters, as bytes allow; it takes " +
@@ -102,6 +104,11 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     lines.push_back("of it levels, step, filtering and ended rays: " + numbers(m.rays) +
                     ", of the mean over a pixel's " + raysOf(m) + " rays" +
                     (m.singleRays ? "; single rays, as the picture has, err by as much or more" : ""));
+    if (m.light)
+        lines.push_back("beside it the light, of voxels and maps: " + numbers(*m.light) +
+                        ", against single ways of light through the same places");
+    else if (!m.whyNoLight.empty())
+        lines.push_back("the light's own error: not measured, because " + m.whyNoLight);
     return lines;
 }
 
@@ -223,7 +230,7 @@ std::optional<std::vector<glm::vec4>> PixelsAgain::drawOwn(PixelSource& source, 
     }
 }
 
-std::optional<std::vector<glm::vec4>> PixelsAgain::drawTruth(PixelSource& source, const Limits& limits,
+std::optional<std::vector<glm::vec4>> PixelsAgain::drawAgain(PixelSource& source, const Limits& limits,
                                                              Work& work) const {
     std::vector<glm::vec4> truth(pixels() * static_cast<std::size_t>(replicates_), glm::vec4(0));
     const int last = step_.empty() ? 0 : *std::max_element(step_.begin(), step_.end());
@@ -238,6 +245,11 @@ std::vector<glm::vec4> PixelsAgain::means(const std::vector<glm::vec4>& replicat
     for (std::size_t n = 0; n < replicates.size(); ++n)
         out[n / static_cast<std::size_t>(replicates_)] += replicates[n] / static_cast<float>(replicates_);
     return out;
+}
+
+MeasuredErrors PixelsAgain::lightError(const std::vector<glm::vec4>& own,
+                                       const std::vector<glm::vec4>& byWays) const {
+    return measuredErrors({sample_, replicates_, means(own), byWays}, kShown);
 }
 
 void PixelsAgain::measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth,

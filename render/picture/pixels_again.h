@@ -50,11 +50,13 @@ class PixelsAgain {
     /// None where bricks would take more bytes than the limit.
     std::optional<std::vector<glm::vec4>> drawOwn(PixelSource& source, const Limits& limits, bool more,
                                                   Work& work);
-    /// The same as they should be, through the same places: after PixelSource::toTruth().
-    std::optional<std::vector<glm::vec4>> drawTruth(PixelSource& source, const Limits& limits,
+    /// The same through the same places, as the source tells them by now.
+    std::optional<std::vector<glm::vec4>> drawAgain(PixelSource& source, const Limits& limits,
                                                     Work& work) const;
 
-    /// @param own, truth   of drawOwn() and drawTruth()
+    /// The error of kept light: against single ways, which differ in nothing else.
+    MeasuredErrors lightError(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& byWays) const;
+    /// @param own, truth   of drawOwn(), and of drawAgain() after PixelSource::toTruth()
     /// @param boundChance  with which MeasuredErrors::luvP99Bound holds
     void measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth, double boundChance,
                  PictureMeasurement& out) const;

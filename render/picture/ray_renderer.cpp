@@ -309,14 +309,27 @@ std::optional<Image> RayPixels::draw(std::span<const glm::vec2> places, const gl
     rays.frame.phased = phased_;
     rays.places = places;
     rays.arraySize = arraySize;
+    rays.paths = paths_;
     caster_->begin(rays);
     if (!drawWithin(*caster_, engine_, task_.plan, slicing, mostBytes, work))
         return std::nullopt;
     return caster_->image();
 }
 
+std::string RayPixels::toSingleWays() {
+    if (!engine_.about().followsPaths)
+        return "the engine follows no paths of light";
+    if (about().passes)
+        return "paths need all bricks of the picture at once";
+    const std::string why = task_.plan.boundLight(task_.scene);
+    paths_ = why.empty();
+    return why;
+}
+
 std::string RayPixels::toTruth() {
     Planner& plan = task_.plan;
+    if (std::exchange(paths_, false))
+        plan.unboundLight();
     if (hasFinestLevels(plan)) {
         plan.setFetch(Fetch::exact);
     } else {

@@ -57,6 +57,7 @@ class RayPixels : public PixelSource {
     About about() const override;
     std::optional<Image> draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
                               const Slicing& slicing, std::uint64_t mostBytes, Work& work) override;
+    std::string toSingleWays() override;
     std::string toTruth() override;
 
   private:
@@ -66,6 +67,7 @@ class RayPixels : public PixelSource {
     double step_, stepOfMeans_; // voxels
     float ends_;                // of rays of the picture
     bool phased_ = false;       // rays of the truth
+    bool paths_ = false;        // rays follow single ways of light
 };
 
 } // namespace tessera

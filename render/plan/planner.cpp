@@ -77,16 +77,26 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
         if (!scene.shading.on)
             throw refuse("shading, which response \"contract\" is about", "none");
         if (const auto& occlusion = scene.lighting.occlusion;
-            occlusion &&
-            (occlusion->method != OcclusionMethod::local || occlusion->gamma != 1 || occlusion->emission > 0))
-            throw refuse(
-                "occlusion of method local, gamma 1 and emission 0, which the mean of single ways comes to",
-                "another");
+            occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
+            throw refuse("occlusion of method local and emission 0, which the mean of single ways comes to",
+                         "another");
     }
     if (scene.quality.pixels.samples == PixelSampling::kAutomatic)
         throw refuse("a number of samples (pixels that choose theirs by noise are too dark)", "auto");
     if (plan.view.quality.maxError)
         throw refuse("no error bound (its noise is no part of it)", "one");
+}
+
+/// Why a kept light has no counterpart by single ways; empty: it has.
+std::string whyNotByWays(const Scene& scene, const FramePlan& plan) {
+    if (plan.fused)
+        return "it is that of several volumes";
+    if (!plan.layer().optics.surfaces.empty() || !plan.view.meshes.empty())
+        return "isosurfaces or meshes are in its way";
+    if (const auto& occlusion = scene.lighting.occlusion;
+        occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
+        return "occlusion is not of method local, or emits";
+    return {};
 }
 
 /// Removes unneeded light: coloured ambient light without emissive tissue; light per voxel that occlusion of
@@ -489,6 +499,24 @@ void Planner::boundExtinction() {
         ExtinctionBounds(occupancyInput(), layer().optics, mostExtinctionPerMm(info()), *ram, threads);
     if (layer().cache) // levels are chosen again: else openCache() goes on
         layer().extinction.refine(occupancyInput(), layer().optics, *layer().cache, *ram, threads);
+}
+
+std::string Planner::boundLight(const Scene& scene) {
+    if (std::string why = whyNotByWays(scene, *this); !why.empty())
+        return why;
+    try {
+        layer().extinction =
+            ExtinctionBounds(occupancyInput(), layer().optics, mostExtinctionPerMm(info()), *ram, threads);
+    } catch (const InputError& e) { // of the budget
+        return e.what();
+    }
+    view.pathLighting = scene.lighting;
+    view.pathLighting.transport = Transport{TransportResponse::contract};
+    return {};
+}
+
+void Planner::unboundLight() {
+    layer().extinction = {};
 }
 
 OccupancyInput Planner::occupancyInput() const {

@@ -81,8 +81,13 @@ class Planner : public FramePlan {
     /// @param mostEntries  of the table of any function that may come
     void settleIntegrator(const FrameContext& context, std::size_t mostEntries);
 
-    MemoryBudget* ram = nullptr;   // everything that the plan keeps is charged to it
-    int threads = 0;               // that compute what it changes, and load bricks
+    MemoryBudget* ram = nullptr; // everything that the plan keeps is charged to it
+    int threads = 0;             // that compute what it changes, and load bricks
+    /// From here on rays may follow paths that have the mean of the scene's light: what kept light errs by is
+    /// told with them. Returns why there are none; empty: there are.
+    std::string boundLight(const Scene& scene);
+    void unboundLight();
+
     std::size_t ramFloorBytes = 0; // of the scene
 
   private:

@@ -183,7 +183,7 @@ template <typename Field> class PathTracer {
             if (light.casts)
                 received.from[light.number] = leftTowards(light, path);
         if (scene_.occlusion) {
-            const float share = static_cast<float>(scene_.occlusion->bias) + leftAround(path);
+            const float share = fromAllSides(path);
             for (float& all : received.fromAllSides)
                 all = share;
         }
@@ -193,6 +193,7 @@ template <typename Field> class PathTracer {
 
   private:
     static constexpr int kSureBounces = 4;
+    static constexpr int kWaysOfPower = 16;
     static constexpr std::uint32_t kLater = 4; // of pairs: those that are drawn
 
     glm::vec3 emissionOf(float value) const {
@@ -247,15 +248,30 @@ template <typename Field> class PathTracer {
         }
         return left(way, path.numbers);
     }
+    /// Ambient light that local occlusion leaves. The mean of powers is not the power of the mean: where
+    /// gamma is not 1, many ways are taken, and the bias that is left is taken from halves of them
+    /// (jackknife).
+    float fromAllSides(TracedPath& path) {
+        const auto bias = static_cast<float>(scene_.occlusion->bias),
+                   gamma = static_cast<float>(scene_.occlusion->gamma);
+        if (gamma == 1.0f)
+            return bias + leftAround(path, 2);
+        float halves[2] = {0, 0};
+        for (int n = 0; n < kWaysOfPower; ++n)
+            halves[n % 2] += leftAround(path, n == 0 ? 2 : kLater) * (2.0f / kWaysOfPower);
+        const auto power = [&](float left) { return std::pow(bias + left, gamma); };
+        return 2.0f * power(0.5f * (halves[0] + halves[1])) - 0.5f * (power(halves[0]) + power(halves[1]));
+    }
     /// Local occlusion's share, in the mean over directions and the ways' lengths.
-    float leftAround(TracedPath& path) {
-        const glm::vec2 two = path.numbers.pair(2);
+    /// @param pair  of numbers
+    float leftAround(TracedPath& path, std::uint32_t pair) {
+        const glm::vec2 two = path.numbers.pair(pair);
         const glm::vec3 direction = directionAround({0, 0, 1}, 1.0f - 2.0f * two.x, two.y);
         const auto from = static_cast<float>(scene_.occlusion->offsetMm),
                    to = static_cast<float>(scene_.occlusion->radiusMm);
         Way way = wayFrom(scene_, path.p, direction);
         way = wayFrom(scene_, path.p + from * way.perMm, direction);
-        way.mm = std::min(way.mm, path.numbers.pair(3).x * (to - from));
+        way.mm = std::min(way.mm, path.numbers.pair(pair == kLater ? kLater : 3).x * (to - from));
         return left(way, path.numbers);
     }
 

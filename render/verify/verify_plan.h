@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,10 @@ struct PictureMeasurement {
     /// The picture has light per voxel or surface: the error of that light is not in these numbers, because
     /// the truth has the same light.
     bool keptLight = false;
+    /// Of Verify::full: what planes, maps and numbers of rays cost, against single ways of light, the rest
+    /// being the same. None: whyNoLight says why, where it was asked for.
+    std::optional<MeasuredErrors> light;
+    std::string whyNoLight;
     bool singleRays = false;          // the picture has one ray per pixel
     int samples = 0, mostSamples = 0; // rays of a pixel's truth; rays with which it was too noisy
     std::size_t bytesRead = 0;

@@ -156,6 +156,13 @@ TEST_F(Manifest, SaysWhatIsNotInTheError) {
     EXPECT_THAT(lit.problems, HasSubstr("the error of the light itself is not measured"));
     EXPECT_THAT(run("info a.png").out, HasSubstr("what light itself errs by"));
     EXPECT_EQ(json::parse(run("info a.png --json").out)["errors"]["measured"]["notCounted"], json({"light"}));
+    const Outcome full = run(render + "--light studio --verify full");
+    ASSERT_EQ(full.exitCode, 0) << full.problems;
+    EXPECT_THAT(full.out, HasSubstr("beside it the light, of voxels and maps: "));
+    const json beside = json::parse(run("info a.png --json").out)["errors"]["measured"];
+    EXPECT_TRUE(beside["light"].contains("rms")) << beside;
+    EXPECT_FALSE(beside.contains("notCounted"));
+    EXPECT_THAT(run("info a.png").out, HasSubstr("beside it:     of light"));
     const Outcome plain = run(render + "--samples 1");
     ASSERT_EQ(plain.exitCode, 0) << plain.problems;
     EXPECT_THAT(plain.out, Not(HasSubstr("light itself")));

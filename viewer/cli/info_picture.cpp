@@ -56,6 +56,8 @@ void printErrors(const json& errors) {
                               std::to_string(m.at("samplesOfPixel").get<int>()) + " rays");
     printLine("of samples", errorText(m.at("samplesOfPixels")));
     printLine("of rays", errorText(m.at("levelsStepFiltering")));
+    if (m.contains("light"))
+        printLine("beside it", "of light " + errorText(m.at("light")));
     if (errors.contains("maxErrorNotReached"))
         printLine("not reached", errors.at("maxErrorNotReached").get<std::string>());
 }

@@ -136,7 +136,7 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
             endOf(optics, field.value(ends ? strideEnd(ray, i, length) : stridePosition(ray, i, length)));
         SeenSegment<Real> seen;
         if (seeSegment(optics, field, front, back, stridePosition(ray, i, length), ray.direction,
-                       length * ray.segmentMm, n, work, seen)) {
+                       length * ray.segmentMm, n, work, seen, !at)) {
             if (at && seen.opacity > Real(0) && takePlace(ray, i, length, sum.a, seen, *at))
                 return;
             composite(sum, seen.colour, seen.opacity);

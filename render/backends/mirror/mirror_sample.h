@@ -22,11 +22,12 @@ template <typename Real> struct SeenSegment {
 /// @param field  gradient(p) and, with light and labels, received(), labels() and mediumGradient()
 /// @param middle, direction  voxels
 /// @param segments  its length in segments of the lattice, before it is cut at the exit
+/// @param lit  colours are, where the scene is
 template <typename Real, typename Field>
 bool seeSegment(const Optics& optics, Field& field, const SegmentEnd<Real>& front,
                 const SegmentEnd<Real>& back, const glm::vec<3, Real>& middle,
                 const glm::vec<3, Real>& direction, Real lengthMm, int segments, Work& work,
-                SeenSegment<Real>& seen) {
+                SeenSegment<Real>& seen, bool lit = true) {
     Real extinction = segmentExtinction(optics, front, back);
     LabelledSample<Real> labelled(optics, field, middle);
     if (!labelled.shows(extinction))
@@ -47,7 +48,7 @@ bool seeSegment(const Optics& optics, Field& field, const SegmentEnd<Real>& fron
     const glm::vec<3, Real> colour =
         labelled.colour(segmentColour(optics, front, back, depth, seen.opacity, segments));
     const auto material = [&] { return materialOf(optics, front, back); };
-    seen.colour = seenColour(optics, colour, gradient, direction, middle, material, field);
+    seen.colour = lit ? seenColour(optics, colour, gradient, direction, middle, material, field) : colour;
     return true;
 }
 

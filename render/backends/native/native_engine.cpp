@@ -71,7 +71,7 @@ class NativeCounter : public VisibilityCounter {
 Engine::About NativeEngine::about() const {
     About about;
     about.device = std::string("CPU, ") + native::packetTarget().name;
-    about.choosesSteps = about.measures = true;
+    about.choosesSteps = about.measures = about.followsPaths = true;
     return about;
 }
 

@@ -418,7 +418,9 @@ TEST(PathPicture, CutTissueIsNotThere) {
 
 /// The contract's light by single ways, over many seeds, and the reference's own rays of light, one ray
 /// through the middle of every pixel.
-TEST(PathPicture, ComesToTheReferencesLight) {
+class PathsOfContract : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Gammas, PathsOfContract, testing::Values(1.0, 0.6));
+TEST_P(PathsOfContract, ComeToTheReferencesLight) {
     Torso torso;
     Scene scene = torso.scene("bone-1", 0, {10, 8});
     // Smooth: what steps cost is no matter here.
@@ -434,18 +436,18 @@ TEST(PathPicture, ComesToTheReferencesLight) {
     scene.lighting.lights[0].shadow = scene.lighting.lights[2].shadow = true;
     scene.lighting.lights[1].intensity = 0.3;
     Occlusion occlusion;
-    occlusion.rays = 512;
+    occlusion.rays = 128;
     occlusion.radiusMm = 12;
     occlusion.offsetMm = 5;
     occlusion.bias = 0.1;
-    occlusion.gamma = 1;
+    occlusion.gamma = GetParam();
     scene.lighting.occlusion = occlusion;
     scene.shading.ambient = 0.5;
     scene.shading.gradientWeight = GradientWeight{1e6, 1e6}; // as a volume: normals are no matter here either
     scene.quality.stepVoxels = 0.25;
     const Image truth = torso.draw(scene, EngineKind::reference).image;
     scene.lighting.transport = Transport{TransportResponse::contract};
-    constexpr int kSeeds = 200;
+    constexpr int kSeeds = 100;
     std::vector<glm::dvec4> sum(truth.pixels.size()), squares(sum);
     for (int seed = 0; seed < kSeeds; ++seed) {
         scene.quality.pixels = {1, PixelFilter::box, static_cast<std::uint32_t>(seed)};
@@ -471,6 +473,60 @@ TEST(PathPicture, ComesToTheReferencesLight) {
     ASSERT_GT(count, 60);
     EXPECT_LT(chi / count, 1.5);
     EXPECT_LT(std::abs(bias) / light, 0.01);
+}
+
+/// What --verify full tells of kept light is its difference to light by single ways in whole pictures.
+TEST(PathPicture, LightsErrorIsMeasured) {
+    Torso torso;
+    Scene scene = torso.scene("soft-tissue", 1, {18, 14});
+    scene.lighting.lights = {sun()};
+    scene.lighting.lights[0].shadow = true;
+    scene.lighting.occlusion = Occlusion{};
+    scene.lighting.occlusion->gamma = 1;
+    scene.shading.ambient = 0.5;
+    scene.quality.pixels = {128, PixelFilter::box, 5};
+    const auto measured = [&](const Scene& of, Verify verify) {
+        MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{256} << 20);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        options.verify = verify;
+        const RenderResult result = renderScene(of, torso.reader, torso.ram, gpu, options);
+        EXPECT_LE(torso.ram.peakBytes(), torso.ram.limitBytes());
+        return *result.measured;
+    };
+    double before = 0;
+    for (const int level : {1, 3}) {
+        scene.lighting.finestLevel = level;
+        const Image kept = torso.draw(scene, EngineKind::native).image;
+        Scene ways = scene;
+        ways.lighting.transport = Transport{TransportResponse::contract};
+        ways.quality.pixels.seed = 6;
+        const Image first = torso.draw(ways, EngineKind::native).image;
+        ways.quality.pixels.seed = 7;
+        const Image second = torso.draw(ways, EngineKind::native).image;
+        double squares = 0; // of independent noise the product has the mean 0
+        int shown = 0;
+        for (std::size_t n = 0; n < kept.pixels.size(); ++n)
+            if (kept.pixels[n].a > 1.0f / 255) {
+                squares += glm::dot(glm::dvec4(kept.pixels[n] - first.pixels[n]),
+                                    glm::dvec4(kept.pixels[n] - second.pixels[n])) /
+                           4;
+                ++shown;
+            }
+        const PictureMeasurement m = measured(scene, Verify::full);
+        ASSERT_TRUE(m.light && m.light->rms) << m.whyNoLight;
+        const double rms = std::sqrt(squares / shown);
+        EXPECT_LT(m.light->rms->low, 1.05 * rms) << level;
+        EXPECT_GT(m.light->rms->high, 0.95 * rms) << level;
+        EXPECT_GT(m.light->rms->value, 1.5 * before) << level;
+        before = m.light->rms->value;
+    }
+    EXPECT_FALSE(measured(scene, Verify::quick).light);
+    scene.lighting.occlusion->method = OcclusionMethod::positional;
+    const PictureMeasurement other = measured(scene, Verify::full);
+    EXPECT_FALSE(other.light);
+    EXPECT_THAT(other.whyNoLight, HasSubstr("method local"));
+    EXPECT_TRUE(other.all.rms);
 }
 
 /// Sums over pictures of many seeds.
@@ -705,8 +761,8 @@ TEST(PathPicture, RefusesWhatIsNotThere) {
     other = scene;
     other.lighting.environment.reset();
     other.lighting.transport->response = TransportResponse::contract;
-    other.lighting.occlusion = Occlusion{};
-    EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected occlusion of method local, gamma 1"));
+    other.lighting.occlusion = Occlusion{OcclusionMethod::rejecting};
+    EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected occlusion of method local"));
     other.lighting.occlusion.reset();
     other.shading.on = false;
     EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected shading"));

@@ -54,7 +54,9 @@ nlohmann::json measuredJson(const MeasuredErrors& e) {
 nlohmann::json measurementJson(const PictureMeasurement& m) {
     nlohmann::json out = m.whyNot.empty() ? measuredJson(m.all) : nlohmann::json::object();
     out["mode"] = verifyNames()[static_cast<std::size_t>(m.mode)];
-    if (m.keptLight)
+    if (m.light) // beside the others, which do not count it
+        out["light"] = measuredJson(*m.light);
+    else if (m.keptLight)
         out["notCounted"] = {"light"};
     if (!m.whyNot.empty()) {
         out["notMeasured"] = m.whyNot;

@@ -163,9 +163,9 @@ void noteMissedError(const RenderTask& task, const RenderResult& result) {
     const double asked = task.scene.quality.maxError.value_or(0);
     if (!(asked > 0))
         return;
-    if (result.measured && result.measured->keptLight)
-        task.common.note(
-            "--max-error is about rays and levels: the error of the light itself is not measured");
+    if (result.measured && result.measured->keptLight && !result.measured->light)
+        task.common.note("--max-error is about rays and levels: the error of the light itself is not "
+                         "measured (--verify full does)");
     if (!result.shortfall.empty())
         task.common.note("the picture is not known to be within --max-error " + formatNumber(asked, 2) +
                          ": " + result.shortfall);
