@@ -9,6 +9,7 @@
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
 #include "render/plan/label_optics.h"
+#include "viewer/cli/input/environment_input.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
@@ -137,7 +138,9 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
-    for (const std::string& words : readMeshes(scene, framesOfPicture(scene, stores), ram))
+    std::vector<std::string> notes = readMeshes(scene, framesOfPicture(scene, stores), ram);
+    const Charge environment = readEnvironmentOf(scene, ram, notes);
+    for (const std::string& words : notes)
         common.note(words);
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
