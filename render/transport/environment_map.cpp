@@ -19,7 +19,7 @@ void fillSums(const double* weights, std::size_t count, float* sums) {
     for (std::size_t n = 0; n < count; ++n)
         all += weights[n];
     for (std::size_t n = 0; n < count; ++n) {
-        sums[n] = static_cast<float>(std::floor(std::min(upTo, 1.0) * 0x1p24) * 0x1p-24);
+        sums[n] = static_cast<float>(std::round(std::min(upTo, 1.0) * 0x1p24) * 0x1p-24);
         upTo += all > 0 ? weights[n] / all : 1.0 / static_cast<double>(count);
     }
     sums[count] = 1;

@@ -134,7 +134,7 @@ TEST(Scene, EveryKeyIsRead) {
                                                        {1, 0.5, 0.25},
                                                        {0, 0.25, 0.5},
                                                        {0, -1, 1},
-                                                       {"/somewhere/skies/studio.exr", nullptr},
+                                                       {"/folder/skies/studio.exr", nullptr},
                                                        -30,
                                                        LightFrame::camera}));
     EXPECT_EQ(scene.lighting.finestLevel, 2);

@@ -193,7 +193,7 @@ TEST(Environments, TurnAboutUpAndStandInTheirFrame) {
     EXPECT_EQ(seen({-1, 0.1f, -0.1f}), 22);
     environment.rotation = 90; // the front is the patient's left
     EXPECT_EQ(seen({1, -0.1f, 0.1f}), 12);
-    EXPECT_EQ(seen({-0.1f, -1, 0.1f}), 13);
+    EXPECT_EQ(seen({-0.1f, -1, 0.1f}), 14); // which is to the right of it
     environment.frame = LightFrame::camera; // towards the viewer, who is on the patient's left
     environment.rotation = 0;
     environment.up = {0, 1, 0};
@@ -267,13 +267,13 @@ TEST(Environments, DrawnDirectionsChangeNoMean) {
              {Phase{}, Phase{PhaseKind::schlick, 0.9}, Phase{PhaseKind::henyeyGreenstein, 0.8, -0.5, 0.3},
               Phase{PhaseKind::rayleigh}}) {
             PathScene scene = volume.scene(transportOf(6, phase), {}, environment);
-            const auto light = [&] { return lightAgainst(volume, scene, {3.3f, 0, 5.5f}, {0, 1, 0}, 60000); };
+            const auto light = [&] { return lightAgainst(volume, scene, {3.3f, 0, 5.5f}, {0, 1, 0}, 30000); };
             const Mean drawn = light();
             ASSERT_TRUE(scene.skyTable);
             scene.skyTable = nullptr;
             const Mean met = light();
             EXPECT_NEAR(drawn.mean, met.mean, 4 * std::hypot(drawn.error, met.error));
-            EXPECT_GT(drawn.mean, 0.02);
+            EXPECT_GT(drawn.mean, 20 * drawn.error);
             EXPECT_LT(drawn.error, met.error);
         }
 }

@@ -110,6 +110,10 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     if (path)
         showWallWhereNothingIsNamed(arguments, *path, scene, common);
 
+    std::vector<std::string> notes;
+    const Charge environment = readEnvironmentOf(scene, ram, notes);
+    for (const std::string& words : notes)
+        common.note(words);
     SceneVolume& volume = scene.volumes.front();
     if (scene.volumes.size() > 1 && arguments.unfold)
         throw badFile("--unfold", "a scene of one volume", std::to_string(scene.volumes.size()));
@@ -138,9 +142,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
                          arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
-    std::vector<std::string> notes = readMeshes(scene, framesOfPicture(scene, stores), ram);
-    const Charge environment = readEnvironmentOf(scene, ram, notes);
-    for (const std::string& words : notes)
+    for (const std::string& words : readMeshes(scene, framesOfPicture(scene, stores), ram))
         common.note(words);
     if (const std::string words = sayLabels(store.info()); !words.empty() && isStoreNamed)
         common.note(words);
