@@ -265,13 +265,15 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
         surface.mirrored = mixed(surface.mirrored, to.mirrored, share);
         surface.roughness = mixed(surface.roughness, to.roughness, share);
     }
-    if (a.environment && b.environment && a.environment->sky == b.environment->sky) {
+    if (a.environment && b.environment && a.environment->sky == b.environment->sky &&
+        a.environment->file == b.environment->file && a.environment->frame == b.environment->frame) {
         const Environment& to = *b.environment;
         Environment& e = *out.environment;
         e.intensity = mixed(e.intensity, to.intensity, share);
         e.colour = mixed(e.colour, to.colour, share);
         e.below = mixed(e.below, to.below, share);
         e.up = turned(e.up, to.up, share);
+        e.rotation = mixed(e.rotation, to.rotation, share);
     }
     return out;
 }

@@ -37,8 +37,10 @@ template <> const NameTable<TransportResponse>& namesOf() {
     return names;
 }
 template <> const NameTable<Sky>& namesOf() {
-    static const NameTable<Sky> names{
-        {{Sky::uniform, "uniform"}, {Sky::overcast, "overcast"}, {Sky::twoTone, "two-tone"}}};
+    static const NameTable<Sky> names{{{Sky::uniform, "uniform"},
+                                       {Sky::overcast, "overcast"},
+                                       {Sky::twoTone, "two-tone"},
+                                       {Sky::softboxes, "softboxes"}}};
     return names;
 }
 
@@ -224,17 +226,36 @@ const Fields<Environment>& environmentFields() {
         Fields<Environment> f("environment", "Light from all around, for transport.");
         f.add("sky", &Environment::sky, named<Sky>(),
               "uniform: the same from everywhere; overcast: from above, three times as much overhead as from "
-              "the horizon; two-tone: from above and from below.");
-        f.add("intensity", &Environment::intensity, numberIn(0, kMostIntensity), "Brightness overhead.");
-        f.add("colour", &Environment::colour, colourKind(), "Colour, linear light.");
-        f.add("below", &Environment::below, colourKind(), "two-tone: colour from below.");
+              "the horizon; two-tone: from above and from below; softboxes: from two squares, above the left "
+              "and the right of the front.");
+        f.add(
+             "file", [](auto& e) -> auto& { return e.file.path; }, anyText(),
+             "In place of sky: the path of a picture of all directions, OpenEXR or Radiance (.hdr), relative "
+             "to the scene's file. Its columns are longitudes, the middle one is the front; its rows are "
+             "latitudes; it is twice as wide as high, 4096x2048 pixels at most.")
+            .unlessDefault()
+            .withoutDefault()
+            .setBy("--environment", "light from all around by a picture of all directions (.exr, .hdr), for "
+                                    "light along paths (--light cinematic, daylight, rim)");
+        f.add("intensity", &Environment::intensity, numberIn(0, kMostIntensity),
+              "Brightness overhead; of a file, a factor.");
+        f.add("colour", &Environment::colour, colourKind(), "Colour, linear light; of a file, a factor.");
+        f.add("below", &Environment::below, colourKind(),
+              "two-tone: colour from below; softboxes: of the right one.");
         f.add(
             "up", &Environment::up,
             within(-kMostMm, kMostMm, "[x, y, z]").checked([](const glm::dvec3& up, const JsonValue& value) {
                 if (up == glm::dvec3(0))
                     value.refuse("a direction, not [0, 0, 0]");
             }),
-            "Towards its middle, patient space (LPS), of any length.");
+            "Towards its top, in its frame, of any length.");
+        f.add("rotation", &Environment::rotation, numberIn(-360, 360),
+              "Turns it about up, degrees, anticlockwise as seen from above.")
+            .unlessDefault();
+        f.add("frame", &Environment::frame, named<LightFrame>(),
+              "Frame of up and of the front. patient: LPS; the front is anterior. camera: x to the picture's "
+              "right, y up, z towards the viewer, who is in front where up is [0, 1, 0].")
+            .unlessDefault();
         return f;
     }();
     return fields;

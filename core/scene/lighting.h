@@ -12,10 +12,6 @@ namespace tessera {
 
 /// At the eye, along every ray; from one direction; from a point.
 enum class LightKind { head, directional, point };
-/// The frame of a light's direction or position. Camera: x to the picture's right, y up, z towards the
-/// viewer, positions from the eye (parallel projection: from the camera's position), mm. Patient: LPS.
-enum class LightFrame { camera, patient };
-
 struct Light {
     LightKind kind = LightKind::head;
     LightFrame frame = LightFrame::camera;

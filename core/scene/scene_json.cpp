@@ -93,6 +93,8 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
     for (SceneMesh& mesh : scene.meshes)
         if (!mesh.path.empty())
             mesh.path = std::filesystem::absolute(folder / mesh.path).lexically_normal();
+    if (auto& sky = scene.lighting.environment; sky && !sky->file.path.empty())
+        sky->file.path = std::filesystem::absolute(folder / sky->file.path).lexically_normal();
     return scene;
 }
 

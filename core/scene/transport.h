@@ -2,7 +2,9 @@
 // (docs/sampling.md, "Paths").
 #pragma once
 
+#include <filesystem>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 
 namespace tessera {
@@ -20,17 +22,34 @@ struct Phase {
     bool operator==(const Phase&) const = default;
 };
 
-/// Uniform: the same from everywhere. Overcast: (1 + 2 z)/3 from above, z the height (CIE). Two tones: from
-/// above and from below, in equal parts.
-enum class Sky { uniform, overcast, twoTone };
+/// The frame of a light's direction or position. Camera: x to the picture's right, y up, z towards the
+/// viewer, positions from the eye (parallel projection: from the camera's position), mm. Patient: LPS.
+enum class LightFrame { camera, patient };
 
-/// Light from all around, at an infinite distance.
+/// Uniform: the same from everywhere. Overcast: (1 + 2 z)/3 from above, z the height (CIE). Two tones: from
+/// above and from below, in equal parts. Softboxes: two squares, to the left and to the right of the front.
+enum class Sky { uniform, overcast, twoTone, softboxes };
+
+class EnvironmentMap; // render/transport/environment_map.h
+
+/// A picture of all directions, by longitude and latitude.
+struct EnvironmentFile {
+    std::filesystem::path path = {}; // OpenEXR or Radiance; "": none
+    /// What was read of it; null until then. Not in files.
+    std::shared_ptr<const EnvironmentMap> map = {};
+    bool operator==(const EnvironmentFile& other) const { return path == other.path; }
+};
+
+/// Light from all around, at an infinite distance (docs/sampling.md, "Paths": directions).
 struct Environment {
     Sky sky = Sky::uniform;
-    double intensity = 1;   // radiance overhead
-    glm::dvec3 colour{1};   // linear
-    glm::dvec3 below{0.25}; // of two tones the lower one
-    glm::dvec3 up{0, 0, 1}; // patient space, any length but 0
+    double intensity = 1;                   // radiance overhead; of a file a factor
+    glm::dvec3 colour{1};                   // linear
+    glm::dvec3 below{0.25};                 // of two tones the lower one, of softboxes the right one
+    glm::dvec3 up{0, 0, 1};                 // any length but 0
+    EnvironmentFile file = {};              // in place of the sky
+    double rotation = 0;                    // degrees about up, by the right hand
+    LightFrame frame = LightFrame::patient; // of up, and of the front
     bool operator==(const Environment&) const = default;
 };
 

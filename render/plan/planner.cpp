@@ -73,6 +73,9 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
         throw refuse("no isosurfaces", std::to_string(plan.layer().optics.surfaces.size()));
     if (!plan.view.meshes.empty())
         throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
+    if (const auto& sky = scene.lighting.environment; sky && !sky->file.path.empty() && !sky->file.map)
+        throw badFile(sky->file.path.string(), "a file of the scene's own lighting.environment",
+                      "one of a path's keyframes, which is not read");
     if (scene.lighting.transport->response == TransportResponse::contract) {
         if (!scene.shading.on)
             throw refuse("shading, which response \"contract\" is about", "none");

@@ -75,25 +75,34 @@ template <typename Field> class PathTracer {
         ++path.bounce;
         ++work_.bounces;
         findNormal(scene_, path, gradient);
-        if (scene_.lights.empty())
+        if (scene_.lights.empty() && !scene_.skyTable)
             return false;
         const float u = path.numbers.next();
         const glm::vec2 two = path.numbers.pair(path.bounce == 1 ? 1 : kLater);
         // By the light that each would bring if nothing were in its way.
-        std::array<ToLight, leaf::kMostLights> ways;
-        std::array<glm::vec3, leaf::kMostLights> shines;
-        std::array<float, leaf::kMostLights> upTo; // sums
+        constexpr std::size_t kMost = leaf::kMostLights + 1; // and the sky
+        std::array<ToLight, kMost> ways;
+        std::array<glm::vec3, kMost> shines;
+        std::array<float, kMost> upTo; // sums
+        std::size_t count = 0;
         float sum = 0;
-        for (std::size_t n = 0; n < scene_.lights.size(); ++n) {
-            const PathLight& light = scene_.lights[n];
-            ways[n] = wayTo(scene_, light, path.p, two);
-            shines[n] = ways[n].any ? lightOf(scene_, light, ways[n], path) : glm::vec3(0.0f);
-            upTo[n] = sum += std::max({shines[n].r, shines[n].g, shines[n].b});
+        const auto take = [&](const ToLight& to, const glm::vec3& shine) {
+            ways[count] = to;
+            shines[count] = shine;
+            upTo[count++] = sum += std::max({shine.r, shine.g, shine.b});
+        };
+        for (const PathLight& light : scene_.lights) {
+            const ToLight to = wayTo(scene_, light, path.p, two);
+            take(to, to.any ? lightOf(scene_, light, to, path) : glm::vec3(0.0f));
+        }
+        if (scene_.skyTable) {
+            const ToSky to = wayToSky(scene_, two);
+            take({true, to.towards}, lightOf(scene_, to, path));
         }
         if (!(sum > 0.0f))
             return false;
         std::size_t n = 0;
-        while (n + 1 < scene_.lights.size() && !(u * sum < upTo[n]))
+        while (n + 1 < count && !(u * sum < upTo[n]))
             ++n;
         const float weight = upTo[n] - (n > 0 ? upTo[n - 1] : 0.0f);
         if (!(weight > 0.0f))
@@ -109,19 +118,21 @@ template <typename Field> class PathTracer {
     bool turn(TracedPath& path, Way& way) {
         PathNumbers& numbers = path.numbers;
         const glm::vec2 two = numbers.pair(path.bounce == 1 ? 2 : kLater);
+        glm::vec3 towards, share;
         if (path.isSurface) {
-            glm::vec3 towards, share;
             if (!surfaceOf(scene_, path)
                      .sample(path.tissue.albedo, path.normal, -path.travel, numbers.next(), two.x, two.y,
                              towards, share))
                 return false;
-            path.travel = towards;
-            path.throughput *= share;
         } else {
             const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers.next(); });
-            path.travel = directionAround(path.travel, cosine, two.y);
-            path.throughput *= path.tissue.albedo;
+            towards = directionAround(path.travel, cosine, two.y);
+            share = path.tissue.albedo;
         }
+        if (scene_.skyTable)
+            path.density = densityOf(scene_, path, towards);
+        path.travel = towards;
+        path.throughput *= share;
         way = wayOn(scene_, path, path.travel, std::numeric_limits<float>::max());
         return true;
     }
@@ -129,7 +140,7 @@ template <typename Field> class PathTracer {
     /// @param mm  of the first collision; below 0: there is none
     bool reach(TracedPath& path, const Way& way, float mm) const {
         if (mm < 0.0f) {
-            path.sum += path.throughput * skyFrom(scene_, path.travel);
+            path.sum += path.throughput * skyBeyond(scene_, path);
             return false;
         }
         path.p = way.from + mm * way.perMm;

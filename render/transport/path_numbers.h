@@ -142,6 +142,30 @@ inline glm::vec2 turnedBy(float u) {
     }
 }
 
+/// The inverse: the share of a turn from x to (x, y), 0 to 1, to 1e-7.
+inline float turnOf(float x, float y) {
+    const float across = std::abs(x), along = std::abs(y);
+    const float most = std::max(across, along);
+    if (!(most > 0.0f))
+        return 0.0f;
+    float t = std::min(across, along) / most; // tangent, up to an eighth of a turn
+    const bool isSteep = t > 0.414213562f;    // of a sixteenth
+    if (isSteep)
+        t = (t - 1.0f) / (t + 1.0f);
+    const float q = t * t;
+    const float arc =
+        t *
+        (1.0f -
+         q * (1.0f / 3.0f -
+              q * (1.0f / 5.0f -
+                   q * (1.0f / 7.0f -
+                        q * (1.0f / 9.0f - q * (1.0f / 11.0f - q * (1.0f / 13.0f - q * (1.0f / 15.0f))))))));
+    float turn = arc * 0.159154943f + (isSteep ? 0.125f : 0.0f);
+    turn = along > across ? 0.25f - turn : turn;
+    turn = x < 0.0f ? 0.5f - turn : turn;
+    return y < 0.0f ? 1.0f - turn : turn;
+}
+
 /// The unit vector at an angle from an axis, turned around it by 2 pi u (axes at right angles to the axis:
 /// Duff et al., Building an Orthonormal Basis, Revisited, 2017).
 /// @param axis  unit

@@ -9,11 +9,13 @@
 #include "render/contract/ray_cuts.h"
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
+#include "render/transport/environment_map.h"
 #include "render/transport/surface_response.h"
 
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -45,7 +47,11 @@ struct PathScene {
     std::vector<RaySlab<float>> slabs;
     const RayCuts* cuts = nullptr;
     std::vector<PathLight> lights;
-    glm::vec3 up{0, 0, 1};              // of the sky, unit
+    glm::vec3 up{0, 0, 1};                      // of the sky, unit, patient space
+    glm::vec3 front{0, -1, 0}, right{-1, 0, 0}; // the same: at right angles to it
+    /// By which directions to the sky are drawn, as those to lights are; null: by phase functions and
+    /// surfaces alone, which find even skies as well.
+    std::shared_ptr<const DirectionTable> skyTable;
     float leavesFromMm = 0;             // where ways from surfaces begin, and the contract's to lights
     std::optional<Occlusion> occlusion; // of the contract's light
 };
@@ -58,5 +64,15 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
 
 /// Radiance of the sky from a direction, unit, patient space.
 glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction);
+
+/// A direction to the sky that its table draws.
+struct ToSky {
+    glm::vec3 towards{0}, radiance{0};
+    float density = 0; // per steradian
+};
+/// @param two  random numbers
+ToSky wayToSky(const PathScene& scene, const glm::vec2& two);
+/// Of the directions that it draws, per steradian; 0 without a table.
+float skyDensity(const PathScene& scene, const glm::vec3& direction);
 
 } // namespace tessera

@@ -54,6 +54,12 @@ struct SurfaceResponse {
         return true;
     }
 
+    /// Of the directions that sample() gives, per steradian.
+    float density(const glm::vec3& n, const glm::vec3& v, const glm::vec3& l) const {
+        const float nv = dot(n, v);
+        return density(n, v, l, nv, dot(n, l), mirrored > 0.0f ? coatChance(nv) : 0.0f);
+    }
+
   private:
     static float dot(const glm::vec3& a, const glm::vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 

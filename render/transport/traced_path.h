@@ -51,6 +51,7 @@ struct TracedPath {
     bool isSurface = false;
     glm::vec3 normal{0};
     glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
+    float density = 1;  // of turn()'s direction, per steradian; where the sky has a table
 };
 
 inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath& path) {
@@ -117,23 +118,38 @@ inline ToLight wayTo(const PathScene& scene, const PathLight& light, const glm::
         to.towards = directionAround(to.towards, 1.0f - two.x * (1.0f - light.cosine), two.y);
     return to;
 }
-/// What a path's place makes of the light that comes by such a way, if nothing is in it.
+/// What a path's place makes of light from a direction, per steradian of radiance.
+inline glm::vec3 scatteredFrom(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {
+    if (!path.isSurface)
+        return path.tissue.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
+    const float slant = glm::dot(path.normal, towards);
+    if (!(slant > 0.0f))
+        return glm::vec3(0.0f);
+    return surfaceOf(scene, path).of(path.tissue.albedo, path.normal, -path.travel, towards) * slant;
+}
+/// Density of the directions in which such a path goes on, per steradian.
+inline float densityOf(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {
+    return path.isSurface ? surfaceOf(scene, path).density(path.normal, -path.travel, towards)
+                          : phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
+}
+/// The light that comes by such a way, if nothing is in it.
 inline glm::vec3 lightOf(const PathScene& scene, const PathLight& light, const ToLight& to,
                          const TracedPath& path) {
-    glm::vec3 scattered;
-    if (path.isSurface) {
-        const float slant = glm::dot(path.normal, to.towards);
-        if (!(slant > 0.0f))
-            return glm::vec3(0.0f);
-        scattered =
-            surfaceOf(scene, path).of(path.tissue.albedo, path.normal, -path.travel, to.towards) * slant;
-    } else {
-        scattered = path.tissue.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, to.towards));
-    }
     glm::vec3 power = light.power;
     if (light.isPoint)
         power /= light.fading.x + to.mm * (light.fading.y + to.mm * light.fading.z);
-    return power * scattered;
+    return power * scatteredFrom(scene, path, to.towards);
+}
+/// The sky's, by a direction of its table. A direction in which the path itself may go on counts by its share
+/// of both densities (Veach and Guibas 1995, balance heuristic).
+inline glm::vec3 lightOf(const PathScene& scene, const ToSky& to, const TracedPath& path) {
+    return to.radiance * scatteredFrom(scene, path, to.towards) *
+           (1.0f / (to.density + densityOf(scene, path, to.towards)));
+}
+/// What a path that leaves the volume sees of it: the other share.
+inline glm::vec3 skyBeyond(const PathScene& scene, const TracedPath& path) {
+    const glm::vec3 sky = skyFrom(scene, path.travel);
+    return scene.skyTable ? sky * (path.density / (path.density + skyDensity(scene, path.travel))) : sky;
 }
 
 } // namespace tessera

@@ -123,7 +123,7 @@ inline std::vector<json> everySceneKey(const json& schema) {
         R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr","labels":{"path":"/a/l.nrrd","names":"/a/l.csv"},
         "transform":[1,0,0,4,0,1,0,5,0,0,1,6]}],"image":{"background":"#336699"},
         "lighting":{"lights":[{"kind":"head"},{"kind":"directional"},{"kind":"point"}],
-        "transport":{"response":"physical"},"environment":{}},
+        "transport":{"response":"physical"},"environment":{"file":"/a/sky.exr"}},
         "meshes":[{"path":"/a/m.ply"}],
         "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]}]})";
     const char* const free =

@@ -5,6 +5,7 @@
 #include "core/scene/preset.h"
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/frame_plan.h"
+#include "viewer/cli/input/environment_input.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
@@ -124,11 +125,17 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     engine.reset();
     pictures = {};
     meshes = {};
+    environment = {};
     Scene drawn = wanted;
     for (SceneMesh& mesh : drawn.meshes)
         mesh.sameFrame = mesh.sameFrame || (options.anyFrame && !mesh.path.empty());
     adoptShapes(scene.meshes, drawn);
     meshes = readMeshesApart(drawn, framesOfPicture(drawn, storesOf(*store, further)), ram);
+    if (auto& sky = drawn.lighting.environment;
+        sky && scene.lighting.environment && sky->file == scene.lighting.environment->file)
+        sky->file.map = scene.lighting.environment->file.map;
+    std::vector<std::string> notes;
+    environment = readEnvironmentOf(drawn, ram, notes);
     pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
     RenderOptions render;
     render.engine = options.engine;

@@ -58,7 +58,7 @@ struct OpenVolume {
     std::string firstAlone; // why interactive pictures show the first volume alone; empty: they show all
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
     std::filesystem::path eitherFile;     // as VolumeSeen has it
-    Charge pictures, meshes;
+    Charge pictures, meshes, environment;
     std::shared_ptr<Engine> engine;
     std::unique_ptr<InteractiveRenderer> renderer; // null: the scene could not be drawn
     Scene scene;                                   // scene of the renderer

@@ -37,8 +37,9 @@ Lighting lit(double n) {
                                    8,
                                    {PhaseKind::henyeyGreenstein, 0.1 * n, -0.1 * n, 0.2 * n},
                                    SurfaceScattering{{10 * n, 20 + 10 * n}, 0.1 * n, 0.2 + 0.1 * n}};
-    lighting.environment =
-        Environment{Sky::twoTone, 1 + n, {0.1 * n, 0.2, 0}, {0, 0.2 * n, 1}, {n, 1, 2 * n}};
+    lighting.environment = Environment{Sky::twoTone,    1 + n,         {0.1 * n, 0.2, 0},
+                                       {0, 0.2 * n, 1}, {n, 1, 2 * n}, {"/a/sky.hdr", nullptr},
+                                       10 * n};
     return lighting;
 }
 
@@ -76,6 +77,10 @@ TEST(BlendOfLights, WhatCannotGoOverStays) {
     }
     Lighting b = lit(4);
     b.environment->sky = Sky::uniform;
+    EXPECT_EQ(blend(a, b, 0.5).environment, a.environment);
+    b.environment = lit(4).environment, b.environment->file.path = "/a/another.hdr";
+    EXPECT_EQ(blend(a, b, 0.5).environment, a.environment);
+    b.environment = lit(4).environment, b.environment->frame = LightFrame::camera;
     EXPECT_EQ(blend(a, b, 0.5).environment, a.environment);
     b.surfaceOcclusion->rays = 8;
     EXPECT_EQ(blend(a, b, 0.5).surfaceOcclusion, a.surfaceOcclusion);

@@ -44,7 +44,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
     "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
       "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5}},
-    "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1]},
+    "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
     "finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
@@ -129,8 +129,14 @@ TEST(Scene, EveryKeyIsRead) {
                                                    12,
                                                    {PhaseKind::henyeyGreenstein, 0.5, -0.25, 0.125},
                                                    SurfaceScattering{{20, 90.5}, 0.25, 0.5}}));
-    EXPECT_EQ(scene.lighting.environment,
-              (Environment{Sky::twoTone, 0.75, {1, 0.5, 0.25}, {0, 0.25, 0.5}, {0, -1, 1}}));
+    EXPECT_EQ(scene.lighting.environment, (Environment{Sky::twoTone,
+                                                       0.75,
+                                                       {1, 0.5, 0.25},
+                                                       {0, 0.25, 0.5},
+                                                       {0, -1, 1},
+                                                       {"/folder/skies/studio.exr", nullptr},
+                                                       -30,
+                                                       LightFrame::camera}));
     EXPECT_EQ(scene.lighting.finestLevel, 2);
     EXPECT_EQ(scene.mode, Mode::slice);
     EXPECT_EQ(std::get<GreyWindow>(scene.window), (GreyWindow{40.5, 400}));
@@ -288,6 +294,9 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/environment/up", {0, 0, 0}},
              {"/lighting/environment/intensity", -1},
              {"/lighting/environment/sky", "blue"},
+             {"/lighting/environment/rotation", 361},
+             {"/lighting/environment/frame", "voxels"},
+             {"/lighting/environment/file", 1},
              {"/volumes/0/transferFunction/materials/1/from", -1},
              {"/volumes/0/transferFunction/materials/1/to", 0},
              {"/volumes/0/transferFunction/materials/0", {{"from", 1}, {"to", 2}}},

@@ -40,6 +40,16 @@ Scene lit(Scene scene, int bounces = 4) {
     return scene;
 }
 
+/// Light from all around by a file, as if it had been read: a dim sky with a sun.
+Scene underFile(Scene scene) {
+    std::vector<glm::vec3> texels(128 * 64, glm::vec3(0.2f, 0.3f, 0.5f));
+    texels[20 * 128 + 70] = glm::vec3(900, 800, 500);
+    Environment& sky = scene.lighting.environment.emplace();
+    sky.file = {"sky.exr", std::make_shared<const EnvironmentMap>(glm::ivec2(128, 64), std::move(texels))};
+    sky.rotation = 20;
+    return scene;
+}
+
 RenderResult drawn(const Scene& scene, const StoreReader& store, MemoryBudget& ram, EngineKind engine,
                    int threads = 2, std::size_t gpuBytes = std::size_t{256} << 20) {
     MemoryBudget gpu("GPU memory", "--gpu-memory", gpuBytes);
@@ -139,6 +149,11 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     lamp.attenuation = {1, 0.01, 0.001};
     scenes.back().lighting.lights = {Light{}, lamp};
     scenes.back().lighting.transport->phase = {PhaseKind::rayleigh};
+    scenes.push_back(underFile(lit(torso.scene("soft-tissue", 2))));
+    scenes.back().lighting.transport->surface = SurfaceScattering{{20, 150}, 0.1, 0.3};
+    scenes.push_back(underFile(cutScene(torso, labels, true)));
+    scenes.push_back(lit(torso.scene("bone-1")));
+    scenes.back().lighting.environment->sky = Sky::softboxes;
     return scenes;
 }
 
@@ -766,6 +781,9 @@ TEST(PathPicture, RefusesWhatIsNotThere) {
     other.lighting.occlusion.reset();
     other.shading.on = false;
     EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected shading"));
+    other = scene;
+    other.lighting.environment->file.path = "unread.exr"; // as a path's keyframes have it
+    EXPECT_THAT(refused(other), HasSubstr("unread.exr: expected a file of the scene's own lighting"));
 }
 
 } // namespace

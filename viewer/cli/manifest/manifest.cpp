@@ -111,6 +111,8 @@ Scene withoutPaths(Scene scene, Stores stores) {
     for (std::size_t n = 0; n < scene.meshes.size(); ++n) // names of files may be those of patients
         if (std::filesystem::path& path = scene.meshes[n].path; !path.empty())
             path = "mesh-" + std::to_string(n) + path.extension().string();
+    if (auto& sky = scene.lighting.environment; sky && !sky->file.path.empty())
+        sky->file.path = "environment" + sky->file.path.extension().string();
     return scene;
 }
 

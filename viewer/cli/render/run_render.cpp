@@ -9,6 +9,7 @@
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
 #include "render/plan/label_optics.h"
+#include "viewer/cli/input/environment_input.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
@@ -109,6 +110,10 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     if (path)
         showWallWhereNothingIsNamed(arguments, *path, scene, common);
 
+    std::vector<std::string> notes;
+    const Charge environment = readEnvironmentOf(scene, ram, notes);
+    for (const std::string& words : notes)
+        common.note(words);
     SceneVolume& volume = scene.volumes.front();
     if (scene.volumes.size() > 1 && arguments.unfold)
         throw badFile("--unfold", "a scene of one volume", std::to_string(scene.volumes.size()));
