@@ -87,6 +87,7 @@ void NativeCaster::begin(const Rays& rays) {
     packet_.assign(static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y), 0);
     if (options_.hits)
         hits_.assign(rayCount(size_), SurfaceHit());
+    beginnings_.assign(rays.beginnings ? rayCount(size_) : 0, PathBeginning());
     lanes_ = {0, 0, target_.lanes()};
     waiting_ = 0;
     cuts_.reset();
@@ -151,7 +152,8 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
                          ++i)
                         if (colour_[i].a > 0)
                             paths.add(partsOf(input, rays(i), i, parts),
-                                      {rays_.placeOf(i), rays_.numberOf(i)}, colour_[i], mine);
+                                      {rays_.placeOf(i), rays_.numberOf(i)}, colour_[i],
+                                      beginnings_.empty() ? nullptr : &beginnings_[i], mine);
                     paths.run(mine);
                     const std::lock_guard lock(mutex);
                     work += mine;
