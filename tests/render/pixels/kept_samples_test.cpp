@@ -145,7 +145,7 @@ TEST_F(KeptFile, RunsThatWereInterruptedGoOnToo) {
 }
 
 TEST_F(KeptFile, StopsAtTheNoiseAtWhichOneRunStops) {
-    const PixelSampling sampling = samplingOf(4096, 0.004);
+    const PixelSampling sampling = samplingOf(4096, 0.04);
     AreaPicture all = pictureOf(sampling);
     while (drawNext(all))
         ;

@@ -31,13 +31,15 @@ Scene lit(Scene scene, int samples = 4) {
 }
 
 RenderResult drawn(const Scene& scene, const StoreReader& store, EngineKind engine, LayersAsked layers,
-                   KeptSamples* kept = nullptr, MemoryBudget* most = nullptr) {
+                   KeptSamples* kept = nullptr, MemoryBudget* most = nullptr,
+                   LevelChoice levels = LevelChoice::perBrick) {
     MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20), gpu("GPU memory", "--gpu-memory", ram.limitBytes());
     RenderOptions options;
     options.engine = engine;
     options.threads = 2;
     options.layers = layers;
     options.kept = kept;
+    options.levels = levels;
     return renderScene(scene, store, most ? *most : ram, gpu, options);
 }
 
@@ -73,7 +75,8 @@ TEST(PictureLayers, AreThoseOfAPlane) {
     HalfSpace half;
     const Scene scene = half.scene(0, 16);
     const Camera& eye = std::get<Camera>(scene.camera);
-    const RenderResult result = drawn(scene, half.reader, EngineKind::native, {true, true});
+    const RenderResult result = drawn(scene, half.reader, EngineKind::native, {true, true}, nullptr, nullptr,
+                                      LevelChoice::finest); // coarse ones have this field, too, by longer steps
     ASSERT_TRUE(result.layers);
     const glm::dvec3 normal = half.normal();
     const glm::dvec3 on(half.stored.info.patientFromVoxel * glm::dvec4(24, 24, HalfSpace::kPlane, 1));
