@@ -119,6 +119,18 @@ TEST(PictureLayers, DepthOfAParallelPictureIsAlongItsView) {
     EXPECT_DOUBLE_EQ(depthMm(camera, info, {4, 6, 3}), std::sqrt(8.0 * 8 + 12 * 12 + 16 * 16));
 }
 
+/// Of two samples, one of which sees half of a place and the other nothing, albedo and normal are like the
+/// colour, and depth is that of what is seen.
+TEST(PictureLayers, AreMeansOverSamplesAndDepthOfWhatIsSeen) {
+    PictureLayers::OfRays means = {Image({2, 1}), Image({2, 1})};
+    means[0].pixels[0] = {0.25f * kAlbedo, 0.25f};
+    means[1].pixels[0] = {0, 0, 0.25f, 0.25f * 300};
+    const PictureLayers layers(std::move(means));
+    EXPECT_EQ(layers.albedo.pixels[0], glm::vec4(0.25f * kAlbedo, 0.25f));
+    EXPECT_EQ(layers.normal.pixels[0], glm::vec4(0, 0, 0.25f, 300));
+    EXPECT_EQ(layers.normal.pixels[1], glm::vec4(0)) << "nothing is seen";
+}
+
 std::vector<Scene> torsoScenes(const VolumeInfo& info) {
     std::vector<Scene> scenes;
     for (const int camera : {0, 1, 2})
