@@ -58,8 +58,8 @@ struct RenderOptions {
     std::function<void(const Image&, double)> onFirstPicture;
     Progress* progress = nullptr; // none: silent
     LayersAsked layers;           // besides the colour
-    /// Where sums of samples are kept for a later run, and where they are taken from; null: nowhere. Of scenes
-    /// with a transport, whose samples are a number from 2 on.
+    /// Where sums of samples are kept for a later run, and where they are taken from; null: nowhere. Of
+    /// scenes with a transport, whose samples are a number from 2 on.
     KeptSamples* kept = nullptr;
     /// Of a slice with labels: shares by which pixels are multiplied before labels are laid over them;
     /// null: 1. Of the scene's size, and alive as long as the picture is drawn.

@@ -22,7 +22,8 @@ void checkImagePath(const std::filesystem::path& path);
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
                 std::span<const LayerChannel> layers = {});
 
-/// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming path.
+/// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming
+/// path.
 Image readImage(const std::filesystem::path& path);
 /// The ImageDescription of a picture, "" if none.
 std::string readManifest(const std::filesystem::path& path);

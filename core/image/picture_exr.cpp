@@ -1,5 +1,5 @@
-// core/image/picture_exr.cpp: OpenEXR by its own library, for picture_codecs.h: float channels R, G, B, A, and those of
-// layers, by their full names (openexr.com, "Layers").
+// core/image/picture_exr.cpp: OpenEXR by its own library, for picture_codecs.h: float channels R, G, B, A,
+// and those of layers, by their full names (openexr.com, "Layers").
 #include "core/image/picture_codecs.h"
 
 #include <ImfChannelList.h>

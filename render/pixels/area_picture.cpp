@@ -313,8 +313,8 @@ double AreaPicture::share(double ofArray) const {
             const double more = *noise_ / sampling_.noise;
             all = std::clamp(std::exp2(round_) * pixels * more * more, std::exp2(round_ + 1) * pixels, all);
         }
-        const double drawn = static_cast<double>(taken_) +
-                             (drawing_ ? ofArray * static_cast<double>(ofArray_) : 0);
+        const double drawn =
+            static_cast<double>(taken_) + (drawing_ ? ofArray * static_cast<double>(ofArray_) : 0);
         return std::min(1.0, drawn / all);
     }
     const double within = pixels_.empty() ? 0
@@ -327,8 +327,8 @@ double AreaPicture::share(double ofArray) const {
 std::size_t AreaPicture::bytesPerPixel(const PixelSampling& sampling) {
     // Sums; the list of pixels with samples, gain and choice of each; an array's points, and the engine's
     // picture of it.
-    return PixelSums::bytesPerPixel(sampling.samples) + sizeof(std::uint32_t) + sizeof(std::uint16_t) + sizeof(float) + 1 +
-           sizeof(glm::vec2) + sizeof(glm::vec4);
+    return PixelSums::bytesPerPixel(sampling.samples) + sizeof(std::uint32_t) + sizeof(std::uint16_t) +
+           sizeof(float) + 1 + sizeof(glm::vec2) + sizeof(glm::vec4);
 }
 
 std::size_t AreaPicture::mostRays(const glm::ivec2& imageSize) {

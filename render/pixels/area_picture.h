@@ -46,8 +46,8 @@ class AreaPicture {
     ///     these rays have phases. None: the picture's own step, without phases
     /// @param others  pictures that add() takes beside the colours
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
-                const PixelGoal& goal = {}, Overlooked overlooked = {},
-                std::optional<double> phasedStep = {}, std::size_t others = 0);
+                const PixelGoal& goal = {}, Overlooked overlooked = {}, std::optional<double> phasedStep = {},
+                std::size_t others = 0);
 
     /// With automatic samples: continues until another goal is met. Allows as many more rays as the goal has,
     /// and one for every visible pixel.
@@ -114,8 +114,8 @@ class AreaPicture {
     std::vector<std::uint16_t> upTo_;   // samples of each pixel after it, less one
     std::size_t first_ = 0;             // index of a pixel that lacks samples
     std::optional<double> phasedStep_;
-    std::size_t ofOverlooked_ = 0;      // rays
-    std::size_t budget_ = 0, left_ = 0; // allowed and remaining rays of automatic samples
+    std::size_t ofOverlooked_ = 0;        // rays
+    std::size_t budget_ = 0, left_ = 0;   // allowed and remaining rays of automatic samples
     std::size_t taken_ = 0, ofArray_ = 0; // rays; of the array at hand
     bool drawing_ = false;
     std::vector<glm::vec2> array_;       // of rays; none: through all pixel centres

@@ -67,8 +67,8 @@ std::size_t floatsOf(int samples) {
 }
 
 std::uint64_t sumsBytes(const glm::ivec2& size, int samples, std::size_t pictures) {
-    return std::uint64_t{pictures} * static_cast<std::uint64_t>(size.x) *
-           static_cast<std::uint64_t>(size.y) * floatsOf(samples) * sizeof(float);
+    return std::uint64_t{pictures} * static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) *
+           floatsOf(samples) * sizeof(float);
 }
 
 /// A file that is read from its beginning to its end.
@@ -190,7 +190,8 @@ KeptSamples::Header KeptSamples::read() const {
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
         const std::size_t tab = line.find('\t');
-        if (tab == std::string::npos || !header.parts.emplace(line.substr(0, tab), line.substr(tab + 1)).second)
+        if (tab == std::string::npos ||
+            !header.parts.emplace(line.substr(0, tab), line.substr(tab + 1)).second)
             throw damaged("a header that is none");
     }
     const auto taken = [&](const char* name) {
@@ -203,8 +204,8 @@ KeptSamples::Header KeptSamples::read() const {
         header.samples < 2 || header.samples > PixelSampling::kMost ||
         !std::has_single_bit(static_cast<unsigned>(header.samples)))
         throw damaged("a header that is none");
-    if (bytes != header.sumsAt + sumsBytes(header.size, header.samples, header.pictures) +
-                     sizeof(std::uint64_t))
+    if (bytes !=
+        header.sumsAt + sumsBytes(header.size, header.samples, header.pictures) + sizeof(std::uint64_t))
         throw damaged("a file of " + std::to_string(bytes) + " bytes, which are not those of " +
                       std::to_string(header.size.x) + " x " + std::to_string(header.size.y) + " pixels");
     return header;

@@ -50,7 +50,8 @@ TEST_F(Layers, AreToldInTheManifestAndReadAsAPicture) {
     EXPECT_FALSE(json::parse(readManifest(folder_ / "b.exr")).contains("layers"));
     EXPECT_EQ(run("info a.exr").exitCode, 0);
     // All that a scene has: without paths the error, of pixels with a number of samples.
-    ASSERT_EQ(run("render s.zarr -o c.exr --preset auto --size 16x16 --samples 4 --layers all -q").exitCode, 0);
+    ASSERT_EQ(run("render s.zarr -o c.exr --preset auto --size 16x16 --samples 4 --layers all -q").exitCode,
+              0);
     EXPECT_EQ(json::parse(readManifest(folder_ / "c.exr"))["layers"], json({"error"}));
 }
 
@@ -123,7 +124,8 @@ TEST_F(Layers, AnInterruptedPictureGoesOn) {
     EXPECT_THAT(outcome.problems, HasSubstr("went on from "));
     const json manifest = json::parse(readManifest(folder_ / "b.exr"));
     const int samples = manifest["pixels"]["samplesOfEarlierRuns"];
-    expectDrawn("whole.exr", "--samples " + std::to_string(static_cast<int>(manifest["pixels"]["samplesTaken"])));
+    expectDrawn("whole.exr",
+                "--samples " + std::to_string(static_cast<int>(manifest["pixels"]["samplesTaken"])));
     EXPECT_GE(samples, 2);
     expectSamePicture("b.exr", "whole.exr");
 }

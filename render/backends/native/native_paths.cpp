@@ -39,8 +39,12 @@ NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, Nativ
 void NativePaths::add(std::span<const SegmentedRay<float>> parts, const PathStart& start, glm::vec4& colour,
                       PathBeginning* beginning, Work& work) {
     if (free_) {
-        paths_.push_back(
-            {rays_.size(), parts.size(), TracedPath(scene_, start.place, start.number), {}, &colour, beginning});
+        paths_.push_back({rays_.size(),
+                          parts.size(),
+                          TracedPath(scene_, start.place, start.number),
+                          {},
+                          &colour,
+                          beginning});
         rays_.insert(rays_.end(), parts.begin(), parts.end());
     } else {
         colour = pathColour(parts, field_, input_, scene_, start, colour.a, work, beginning);
@@ -98,8 +102,8 @@ NativePaths::List NativePaths::seek(Work& work) {
             tracer.start(here[n]->path, here[n]->path.p, colours[n], rays_[here[n]->first].direction,
                          result_[n]);
             if (asked)
-                *here[n]->beginning = beginningOf(
-                    scene_, here[n]->path, {gradient_[0][n], gradient_[1][n], gradient_[2][n]});
+                *here[n]->beginning =
+                    beginningOf(scene_, here[n]->path, {gradient_[0][n], gradient_[1][n], gradient_[2][n]});
             tracer.begin(here[n]->path);
         }
         found.insert(found.end(), here.begin(), here.end());

@@ -69,7 +69,8 @@ TEST_F(ImageFile, ExrHoldsLayersUnderTheirNames) {
     EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), again.pixels.begin()));
     const auto input = OIIO::ImageInput::open(path.string());
     ASSERT_TRUE(input);
-    const std::vector<std::string> names = {"R", "G", "B", "A", "depth.Z", "normal.X", "normal.Y", "normal.Z"};
+    const std::vector<std::string> names = {"R",       "G",        "B",        "A",
+                                            "depth.Z", "normal.X", "normal.Y", "normal.Z"};
     ASSERT_EQ(input->spec().channelnames, names);
     EXPECT_EQ(input->spec().alpha_channel, 3);
     std::vector<float> values(8 * image.pixels.size());

@@ -1,5 +1,6 @@
-// tests/render/pixels/kept_samples_test.cpp: a picture that goes on from kept samples has the bits of one that
-// took all of them; files that are not what was written are refused. Sums of very many samples are exact.
+// tests/render/pixels/kept_samples_test.cpp: a picture that goes on from kept samples has the bits of one
+// that took all of them; files that are not what was written are refused. Sums of very many samples are
+// exact.
 #include "render/pixels/kept_samples.h"
 
 #include "core/base/error.h"
@@ -213,8 +214,7 @@ TEST_F(KeptFile, LyingHeadersAreRefused) {
     keep(64);
     const std::string good = bytesOf(path);
     const auto signedFile = [](std::string bytes) {
-        const std::uint64_t sum =
-            std::stoull(fingerprint(std::as_bytes(std::span(bytes))), nullptr, 16);
+        const std::uint64_t sum = std::stoull(fingerprint(std::as_bytes(std::span(bytes))), nullptr, 16);
         return bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
     };
     const std::string body = good.substr(0, good.size() - 8);
@@ -227,11 +227,12 @@ TEST_F(KeptFile, LyingHeadersAreRefused) {
         return signedFile(bytes);
     };
     for (const std::string& bad :
-         {changed("size\t7 5", "size\t9 9"), changed("size\t7 5", "size\t5 7"), changed("size\t7 5", "size\t0 5"),
-          changed("size\t7 5", "size\t-7"), changed("samples\t64", "samples\t63"),
-          changed("samples\t64", "samples\t-4"), changed("pictures\t1", "pictures\t2"),
-          changed("pictures\t1", "pictures\t0"), changed("size\t7 5", "fize\t7 5"),
-          changed("content\t", "samples\t"), changed("content\t", "content ")}) {
+         {changed("size\t7 5", "size\t9 9"), changed("size\t7 5", "size\t5 7"),
+          changed("size\t7 5", "size\t0 5"), changed("size\t7 5", "size\t-7"),
+          changed("samples\t64", "samples\t63"), changed("samples\t64", "samples\t-4"),
+          changed("pictures\t1", "pictures\t2"), changed("pictures\t1", "pictures\t0"),
+          changed("size\t7 5", "fize\t7 5"), changed("content\t", "samples\t"),
+          changed("content\t", "content ")}) {
         writeBytes(path, bad);
         EXPECT_NE(refusal(), "");
     }

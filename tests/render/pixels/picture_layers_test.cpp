@@ -33,7 +33,8 @@ Scene lit(Scene scene, int samples = 4) {
 RenderResult drawn(const Scene& scene, const StoreReader& store, EngineKind engine, LayersAsked layers,
                    KeptSamples* kept = nullptr, MemoryBudget* most = nullptr,
                    LevelChoice levels = LevelChoice::perBrick) {
-    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20), gpu("GPU memory", "--gpu-memory", ram.limitBytes());
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20),
+        gpu("GPU memory", "--gpu-memory", ram.limitBytes());
     RenderOptions options;
     options.engine = engine;
     options.threads = 2;
@@ -75,8 +76,9 @@ TEST(PictureLayers, AreThoseOfAPlane) {
     HalfSpace half;
     const Scene scene = half.scene(0, 16);
     const Camera& eye = std::get<Camera>(scene.camera);
-    const RenderResult result = drawn(scene, half.reader, EngineKind::native, {true, true}, nullptr, nullptr,
-                                      LevelChoice::finest); // coarse ones have this field, too, by longer steps
+    const RenderResult result =
+        drawn(scene, half.reader, EngineKind::native, {true, true}, nullptr, nullptr,
+              LevelChoice::finest); // coarse ones have this field, too, by longer steps
     ASSERT_TRUE(result.layers);
     const glm::dvec3 normal = half.normal();
     const glm::dvec3 on(half.stored.info.patientFromVoxel * glm::dvec4(24, 24, HalfSpace::kPlane, 1));
@@ -92,14 +94,14 @@ TEST(PictureLayers, AreThoseOfAPlane) {
             ++whole;
             for (int c = 0; c < 3; ++c) {
                 EXPECT_NEAR(albedo[c], kAlbedo[c] * colour.a, 1e-3f);
-                EXPECT_NEAR(found[c], static_cast<double>(colour.a) * (glm::dot(normal, eye.position - on) > 0
-                                                                           ? normal[c]
-                                                                           : -normal[c]),
+                EXPECT_NEAR(found[c],
+                            static_cast<double>(colour.a) *
+                                (glm::dot(normal, eye.position - on) > 0 ? normal[c] : -normal[c]),
                             2e-3);
             }
             const PatientRay ray = pixelRay(plane, {x + 0.5, y + 0.5}, scene.imageSize);
-            const double along = glm::dot(normal, on - eye.position) /
-                                 glm::dot(normal, glm::normalize(ray.direction));
+            const double along =
+                glm::dot(normal, on - eye.position) / glm::dot(normal, glm::normalize(ray.direction));
             EXPECT_NEAR(found.a, along, 0.1) << "mm";
         }
     EXPECT_GT(whole, 50u) << "nothing is tested";
@@ -155,8 +157,9 @@ void expectSameLayers(const RenderResult& a, const RenderResult& b) {
     EXPECT_EQ(differing(a.layers->albedo, b.layers->albedo), 0u);
     EXPECT_EQ(differing(a.layers->normal, b.layers->normal), 0u);
     ASSERT_EQ(a.pixelErrors.has_value(), b.pixelErrors.has_value());
-    if (a.pixelErrors)
+    if (a.pixelErrors) {
         EXPECT_EQ(differing(*a.pixelErrors, *b.pixelErrors), 0u);
+    }
 }
 
 /// And the picture with layers is that without.

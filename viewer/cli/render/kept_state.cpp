@@ -68,7 +68,8 @@ void checkKeptState(const RenderArguments& arguments, const Scene& scene) {
     if (arguments.isFilm() || arguments.unfold)
         throw badFile(kStateOption, "one picture", arguments.unfold ? "--unfold" : "a film");
     if (!scene.lighting.transport)
-        throw badFile(kStateOption, "paths of light (--light cinematic, or lighting.transport)", "a scene without");
+        throw badFile(kStateOption, "paths of light (--light cinematic, or lighting.transport)",
+                      "a scene without");
     if (const int samples = scene.quality.pixels.samples; samples < 2)
         throw badFile(kStateOption, "a number of samples from 2 on (--samples)", samples == 1 ? "1" : "auto");
     checkOutputFile(arguments.keepState);

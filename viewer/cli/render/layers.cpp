@@ -23,16 +23,15 @@ constexpr std::array<std::pair<const char*, bool LayerChoice::*>, 4> kLayers = {
 /// Why a scene has no standard errors of pixels; empty: it has.
 std::string withoutErrors(const Scene& scene) {
     const int samples = scene.quality.pixels.samples;
-    return samples == PixelSampling::kAutomatic ? "auto, which tells none"
-           : samples == 1                       ? "1"
-                                                : "";
+    return samples == PixelSampling::kAutomatic ? "auto, which tells none" : samples == 1 ? "1" : "";
 }
 
 void requireLayers(const LayerChoice& layers, const Scene& scene) {
     if (layers.ofPaths() && !scene.lighting.transport)
-        throw badFile(kLayersOption,
-                      "paths of light (--light cinematic, or lighting.transport) for albedo, normal and depth",
-                      "a scene without");
+        throw badFile(
+            kLayersOption,
+            "paths of light (--light cinematic, or lighting.transport) for albedo, normal and depth",
+            "a scene without");
     if (const std::string samples = withoutErrors(scene); layers.error && !samples.empty())
         throw badFile(kLayersOption, "a number of samples from 2 on (--samples) for error", samples);
 }
@@ -73,7 +72,8 @@ LayerChoice layersOf(const RenderArguments& arguments, Scene& scene) {
                 layers.albedo = layers.normal = layers.depth = scene.lighting.transport.has_value();
                 layers.error = layers.error || withoutErrors(scene).empty();
             } else {
-                throw badFile(kLayersOption, joinNames(layerNames()) + ", or all", "\"" + word.substr(0, 40) + "\"");
+                throw badFile(kLayersOption, joinNames(layerNames()) + ", or all",
+                              "\"" + word.substr(0, 40) + "\"");
             }
         }
     }
@@ -83,8 +83,8 @@ LayerChoice layersOf(const RenderArguments& arguments, Scene& scene) {
                       "a scene without layers besides its colour");
     requireLayers(layers, scene);
     if (arguments.keys.says("image.background") && scene.background)
-        throw badFile("--background", "transparent beside --layers, which leaves the background to compositing",
-                      "a colour");
+        throw badFile("--background",
+                      "transparent beside --layers, which leaves the background to compositing", "a colour");
     scene.background.reset();
     return layers;
 }

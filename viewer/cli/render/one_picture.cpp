@@ -130,8 +130,8 @@ void renderOnePicture(const RenderTask& task) {
     const std::vector<LayerChannel> layers = channelsOf(task.layers, result);
     const std::size_t ofLayers = (result.layers ? PictureLayers::kPictures * sizeof(glm::vec4) : 0) +
                                  (result.pixelErrors ? sizeof(glm::vec4) : 0);
-    const Charge pictures = task.ram.charge(
-        (kPictureBytesPerPixel + ofLayers) * result.image.pixels.size(), "the picture");
+    const Charge pictures =
+        task.ram.charge((kPictureBytesPerPixel + ofLayers) * result.image.pixels.size(), "the picture");
 
     common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
