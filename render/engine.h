@@ -16,6 +16,7 @@
 #include "render/plan/frame_plan.h"
 #include "render/residency/brick_residency.h"
 #include "render/residency/pages.h"
+#include "render/transport/path_beginning.h"
 #include "render/transport/path_scene.h"
 
 #include <chrono>
@@ -42,6 +43,8 @@ struct Rays {
     std::span<const std::uint32_t> numbers = {};
     /// Colours are those of paths of light that begin where a ray sees something; of plans with a transport.
     bool paths = false;
+    /// The caster keeps where these paths begin (RayCaster::beginnings()).
+    bool beginnings = false;
 
     /// The place of a ray on the picture, by its number.
     glm::vec2 placeOf(std::size_t number) const {
@@ -101,6 +104,8 @@ class RayCaster {
     virtual Image image() const = 0;
     /// CasterOptions::hits: the first hit of each ray.
     virtual std::vector<SurfaceHit> hits() const { return {}; }
+    /// Rays::beginnings: of each ray; none: the caster keeps none. Valid until the next begin().
+    virtual std::span<const PathBeginning> beginnings() const { return {}; }
     /// A tracer of rays among the isosurfaces of the current bricks; null if the caster has none of its own.
     /// @param voxels  of a segment
     virtual std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const {

@@ -17,6 +17,7 @@
 #include "render/light/scene_light.h"
 #include "render/light/surface_light.h"
 #include "render/pixels/area_picture.h"
+#include "render/pixels/picture_layers.h"
 #include "render/plan/choose_levels.h"
 #include "render/plan/frame_context.h"
 #include "render/plan/frame_plan.h"
@@ -36,6 +37,8 @@
 
 namespace tessera {
 
+class KeptSamples;
+
 // The options of a picture besides its scene, and its result.
 
 struct RenderOptions {
@@ -54,6 +57,10 @@ struct RenderOptions {
     /// seconds.
     std::function<void(const Image&, double)> onFirstPicture;
     Progress* progress = nullptr; // none: silent
+    LayersAsked layers;           // besides the colour
+    /// Where sums of samples are kept for a later run, and where they are taken from; null: nowhere. Of
+    /// scenes with a transport, whose samples are a number from 2 on.
+    KeptSamples* kept = nullptr;
     /// Of a slice with labels: shares by which pixels are multiplied before labels are laid over them;
     /// null: 1. Of the scene's size, and alive as long as the picture is drawn.
     const std::vector<float>* shares = nullptr;
@@ -89,6 +96,8 @@ struct RenderResult {
     int rounds = 1;                             // pictures drawn until the error bound was met
     std::string shortfall;                      // reason if it is not; empty: it is, or no bound was given
     PixelReport pixels;
+    std::optional<PictureLayers> layers; // LayersAsked::paths
+    std::optional<Image> pixelErrors;    // LayersAsked::errors, where pixels have several samples
     double secondsChecking = 0;
     GreyWindow window;                       // as used, in modes that show single values
     double lowest = 0, highest = 0;          // values of the volume, physical units

@@ -47,7 +47,8 @@ Progress::~Progress() {
 void Progress::stage(const std::string& what) {
     const std::lock_guard lock(mutex_);
     what_ = what;
-    share_ = 0;
+    more_.clear();
+    share_ = first_ = 0;
     began_ = Clock::now();
     if (terminal_)
         draw(began_); // at once, so that the program is not silent
@@ -63,6 +64,20 @@ void Progress::update(double share) {
     const auto now = Clock::now();
     if (now - shown_ >= (terminal_ ? Clock::duration(kRedraw) : Clock::duration(kPlainLine)))
         draw(now);
+}
+
+void Progress::detail(const std::string& more) {
+    const std::lock_guard lock(mutex_);
+    if (more == more_)
+        return;
+    more_ = more;
+    if (terminal_)
+        draw(Clock::now());
+}
+
+void Progress::startAt(double share) {
+    const std::lock_guard lock(mutex_);
+    share_ = first_ = std::clamp(share, 0.0, 1.0);
 }
 
 Progress::Stage Progress::now() const {
@@ -89,12 +104,12 @@ void Progress::say(const std::string& line) {
 
 void Progress::draw(Clock::time_point now) {
     shown_ = now;
-    std::string line = printable(what_);
+    std::string line = printable(what_ + more_);
     if (share_ > 0) {
         line += ": " + std::to_string(static_cast<int>(100 * share_)) + " %";
         const double seconds = std::chrono::duration<double>(now - began_).count();
-        if (seconds > kSecondsToJudge)
-            line += ", " + timeText(seconds * (1 - share_) / share_) + " left";
+        if (seconds > kSecondsToJudge && share_ > first_)
+            line += ", " + timeText(seconds * (1 - share_) / (share_ - first_)) + " left";
     } else {
         line += " ...";
     }

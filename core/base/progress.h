@@ -44,6 +44,10 @@ class Progress {
     ShareDone shares() {
         return [this](double share) { update(share); };
     }
+    /// Says more about the stage behind its name, such as how good a picture is by now; until another begins.
+    void detail(const std::string& more);
+    /// A share of the stage that was done before it began: the rest of the time is judged without it.
+    void startAt(double share);
     /// Ends the last stage: removes the line until another stage begins.
     void end();
     /// Prints a permanent line above the progress line; unless quiet.
@@ -57,8 +61,9 @@ class Progress {
     mutable std::mutex mutex_;
     bool quiet_, terminal_, lines_, asked_; // lines_: plain ones, now and then
     bool drawn_ = false;                    // a line stands on the terminal
-    std::string what_;
+    std::string what_, more_;
     double share_ = 0; // 0: not known
+    double first_ = 0; // share when it began
     Clock::time_point began_, shown_;
 };
 

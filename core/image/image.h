@@ -7,6 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <string>
 #include <vector>
 
 namespace tessera {
@@ -25,6 +26,14 @@ struct Image {
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x);
     }
+};
+
+/// A channel of a layer in a picture's file, beside R, G, B and A.
+struct LayerChannel {
+    std::string name; // "normal.X": the layer's name, a point, the channel's
+    /// Of every pixel of the picture, row by row from the top.
+    const float* first = nullptr;
+    std::size_t stride = 1; // floats from a pixel to the next
 };
 
 /// Puts the picture on an opaque background (linear rgb); alpha becomes 1.

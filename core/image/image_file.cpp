@@ -49,7 +49,8 @@ std::string oneLine(std::string text) {
     return text;
 }
 
-void write(CheckedOutput& out, Format format, const Image& image, const std::string& manifest) {
+void write(CheckedOutput& out, Format format, const Image& image, const std::string& manifest,
+           std::span<const LayerChannel> layers) {
     if (image.pixels.empty())
         throw PictureProblem("there are no pixels");
     switch (format) {
@@ -58,7 +59,7 @@ void write(CheckedOutput& out, Format format, const Image& image, const std::str
     case Format::tiff:
         return writeTiff(out, encode<std::uint16_t>(image, manifest));
     case Format::exr:
-        return writeExr(out, image, manifest);
+        return writeExr(out, image, layers, manifest);
     }
 }
 
@@ -105,12 +106,14 @@ void checkImagePath(const std::filesystem::path& path) {
     pictureFormat(path);
 }
 
-void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
+void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
+                std::span<const LayerChannel> layers) {
     const Format format = pictureFormat(path);
+    TESSERA_CHECK(layers.empty() || format == Format::exr);
     OutputFile file(path);
     CheckedOutput out(file);
     try {
-        write(out, format, image, manifest);
+        write(out, format, image, manifest, layers);
     } catch (const PictureProblem& problem) {
         out.check(); // names the system's reason
         throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));

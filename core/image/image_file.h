@@ -6,6 +6,7 @@
 #include "core/image/image.h"
 
 #include <filesystem>
+#include <span>
 #include <string>
 
 namespace tessera {
@@ -17,9 +18,12 @@ void checkImagePath(const std::filesystem::path& path);
 /// @param manifest  JSON text stored as ImageDescription
 /// Alpha: EXR stores premultiplied linear values; PNG and TIFF store unassociated alpha (3 channels if
 /// opaque). Throws Error naming path when it cannot be written.
-void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest);
+/// @param layers  EXR alone has them
+void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
+                std::span<const LayerChannel> layers = {});
 
-/// Reads back what writeImage wrote, as linear premultiplied float. Throws InputError naming path.
+/// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming
+/// path.
 Image readImage(const std::filesystem::path& path);
 /// The ImageDescription of a picture, "" if none.
 std::string readManifest(const std::filesystem::path& path);

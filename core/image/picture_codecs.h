@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -57,10 +58,12 @@ enum class PictureParts { header, all };
 // All throw PictureProblem; those that write throw the file's Error too.
 void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture);
 void writeTiff(CheckedOutput& out, const PictureFile<std::uint16_t>& picture);
-void writeExr(CheckedOutput& out, const Image& image, const std::string& description);
+void writeExr(CheckedOutput& out, const Image& image, std::span<const LayerChannel> layers,
+              const std::string& description);
 /// Integers become shares of the largest.
 PictureFile<float> readPng(const std::string& path, PictureParts parts);
 PictureFile<float> readTiff(const std::string& path, PictureParts parts);
+/// Of the channels without a layer's name.
 PictureFile<float> readExr(const std::string& path, PictureParts parts);
 
 /// Throws PictureProblem unless it is a picture that this program could have written.

@@ -1,4 +1,5 @@
-// core/image/picture_exr.cpp: OpenEXR by its own library, for picture_codecs.h: float channels R, G, B, A.
+// core/image/picture_exr.cpp: OpenEXR by its own library, for picture_codecs.h: float channels R, G, B, A,
+// and those of layers, by their full names (openexr.com, "Layers").
 #include "core/image/picture_codecs.h"
 
 #include <ImfChannelList.h>
@@ -10,6 +11,7 @@
 #include <ImfStringAttribute.h>
 #include <algorithm>
 #include <array>
+#include <string_view>
 
 namespace tessera {
 namespace {
@@ -53,6 +55,8 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
     picture.size = {extent(window.min.x, window.max.x), extent(window.min.y, window.max.y)};
     for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
         const Imf::Channel& kind = channel.channel();
+        if (std::string_view(channel.name()).find('.') != std::string_view::npos)
+            continue; // a layer's
         if (kind.xSampling != 1 || kind.ySampling != 1)
             throw PictureProblem("channels of several resolutions");
         ++picture.channels;
@@ -87,7 +91,8 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
 
 } // namespace
 
-void writeExr(CheckedOutput& out, const Image& image, const std::string& description) {
+void writeExr(CheckedOutput& out, const Image& image, std::span<const LayerChannel> layers,
+              const std::string& description) {
     try {
         Imf::Header header(image.size.x, image.size.y);
         header.compression() = Imf::ZIP_COMPRESSION;
@@ -97,6 +102,10 @@ void writeExr(CheckedOutput& out, const Image& image, const std::string& descrip
         for (std::size_t c = 0; c < kChannels.size(); ++c) {
             header.channels().insert(kChannels[c], Imf::Channel(Imf::FLOAT));
             buffer.insert(kChannels[c], sliceOf(&image.pixels[0].x, 4, c, header.dataWindow()));
+        }
+        for (const LayerChannel& layer : layers) {
+            header.channels().insert(layer.name, Imf::Channel(Imf::FLOAT));
+            buffer.insert(layer.name, sliceOf(layer.first, layer.stride, 0, header.dataWindow()));
         }
         Stream stream(out);
         Imf::OutputFile file(stream, header, 0);

@@ -42,6 +42,22 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
     return 1.3 * samplesPerSample * 1e-3 * first.work.marchMs;
 }
 
+/// RAM of a picture.
+std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderOptions& options) {
+    const int samples = scene.quality.pixels.samples;
+    std::size_t bytes = pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene);
+    if (scene.lighting.surfaceOcclusion) // sums of many samples have two floats each
+        bytes += SurfaceLight::bytesPerPixel(samples != 1) + PixelSums::bytesPerPixel(samples) -
+                 PixelSums::bytesPerPixel(1);
+    if (scene.lighting.transport)
+        bytes += sizeof(std::uint32_t); // numbers of samples
+    if (scene.lighting.transport && options.layers.paths)
+        bytes += PictureLayers::bytesPerPixel(samples);
+    if (options.layers.errors)
+        bytes += sizeof(glm::vec4);
+    return bytes;
+}
+
 /// Samples until every pixel's standard error is within the request, at any cost.
 PixelGoal pixelGoal(double lightness) {
     PixelGoal goal;
@@ -177,16 +193,14 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
     const Scene coarse = first ? firstScene(scene) : picture;
     p = planned(coarse, limits, first ? LevelChoice::quick : options.levels,
-                pictureBytesPerPixel(made.kind, scene.quality.pixels) + meshBytesPerPixel(scene) +
-                    (scene.lighting.surfaceOcclusion
-                         ? SurfaceLight::bytesPerPixel(scene.quality.pixels.samples != 1)
-                         : 0) +
-                    (scene.lighting.transport ? sizeof(std::uint32_t) : 0)); // numbers of samples
+                bytesPerPixelOf(made.kind, scene, options));
     p.setShadowLayers(options.shadowLayers);
     if (first) {
         RenderResult quick;
         RenderOptions plain = options;
         plain.checking = plain.searching = false;
+        plain.layers = {};
+        plain.kept = nullptr;
         plain.verify = Verify::none;
         FrameReuse nothing;
         nothing.first = true;

@@ -6,6 +6,7 @@
 #include "render/backends/mirror/mirror_surfaces.h"
 #include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h"
+#include "render/pixels/kept_samples.h"
 #include "render/plan/fusion.h"
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/planner.h"
@@ -16,6 +17,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <glm/geometric.hpp>
 #include <utility>
 #include <vector>
@@ -28,31 +30,16 @@ using Clock = std::chrono::steady_clock;
 /// The smallest difference that eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
-/// Everything that a ray's result depends on, for a fixed scene and engine.
-struct RaysDrawn {
-    std::vector<std::uint8_t> levels;
-    double stepVoxels;
-    Integrator integrator;
-    explicit RaysDrawn(const FramePlan& p)
-        : levels(p.layer().selection.levels), stepVoxels(p.view.quality.stepVoxels),
-          integrator(p.layer().optics.integrator) {
-        for (const auto& volume : p.further) {
-            const auto& more = volume->plan.layer().selection.levels;
-            levels.insert(levels.end(), more.begin(), more.end());
-        }
-    }
-    friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
-};
-
 std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan& p) {
     auto tracer = caster.surfaceTracer(SurfaceLight::kSegmentVoxels);
     return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
 }
 
 /// Those of the picture itself, and not of what is tried or estimated.
-Rays picturesRays(const FramePlan& p) {
+Rays picturesRays(const FramePlan& p, bool layers) {
     Rays rays = raysOf(p);
     rays.paths = p.view.lighting.transport.has_value();
+    rays.beginnings = rays.paths && layers;
     return rays;
 }
 
@@ -74,7 +61,44 @@ void lookAround(SurfaceLight& light, const RayCaster& caster, const FramePlan& p
     progress.stage("drawing");
 }
 
+/// Of the rays that a caster has drawn.
+PictureLayers::OfRays layersOf(const RayCaster& caster, const Image& colours, const FramePlan& p) {
+    const std::span<const PathBeginning> beginnings = caster.beginnings();
+    if (beginnings.size() != colours.pixels.size())
+        throw badFile("--layers", "an engine that keeps where paths begin: native or mirror", "another");
+    return layersOfRays(beginnings, colours, p);
+}
+
+std::string digitsOf(double value, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return text;
+}
+
+/// After a round of paths.
+void tellNoise(const AreaPicture& picture, Progress& progress) {
+    if (picture.noise())
+        progress.detail(", " + std::to_string(picture.roundsDone()) + " rounds, noise " +
+                        digitsOf(*picture.noise(), 2));
+}
+
 } // namespace
+
+/// Everything that a ray's result depends on, for a fixed scene and engine.
+struct RayRenderer::RaysDrawn {
+    std::vector<std::uint8_t> levels;
+    double stepVoxels;
+    Integrator integrator;
+    explicit RaysDrawn(const FramePlan& p)
+        : levels(p.layer().selection.levels), stepVoxels(p.view.quality.stepVoxels),
+          integrator(p.layer().optics.integrator) {
+        for (const auto& volume : p.further) {
+            const auto& more = volume->plan.layer().selection.levels;
+            levels.insert(levels.end(), more.begin(), more.end());
+        }
+    }
+    friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
+};
 
 struct RayRenderer::Samples {
     RaysDrawn rays;
@@ -123,6 +147,22 @@ void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderRe
             stepOfMeans(task.plan, kDefaultStepError, [&](const Rays& rays) { return drawSome(task, rays); });
 }
 
+void RayRenderer::takeKept(const FrameTask& task, const RaysDrawn& these, AreaPicture& picture,
+                           RenderResult& result) {
+    if (!task.options.kept)
+        return;
+    const FramePlan& p = task.plan;
+    const RayFrame<double>& frame = p.view.frame;
+    const glm::dvec3 seen[] = {frame.centre, frame.right, frame.up, frame.toCentre};
+    result.pixels.ofEarlierRuns = task.options.kept->restore(
+        picture, p.view.quality.pixels.samples,
+        {{"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(these.levels)))},
+         {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
+         {"step in voxels", digitsOf(these.stepVoxels, 17)},
+         {"integrator", integratorNames()[static_cast<std::size_t>(these.integrator)]}});
+    task.context.progress.startAt(picture.share(0));
+}
+
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
 /// @param light  none: there is no occlusion of surfaces; else its addition is another picture
 bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
@@ -131,7 +171,9 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
     Progress& progress = task.context.progress;
     const PixelGoal& goal = task.round.goal;
     RaysDrawn these(p);
-    const Rays rays = picturesRays(p);
+    const LayersAsked& asked = task.options.layers;
+    const Rays rays = picturesRays(p, asked.paths);
+    const std::size_t others = light ? 1 : rays.beginnings ? PictureLayers::kPictures : 0;
     const bool goesOn =
         samples_ && samples_->rays == these && p.view.quality.pixels.samples == PixelSampling::kAutomatic;
     if (goesOn)
@@ -141,15 +183,17 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
                                    AreaPicture(
                                        rays, p.view.quality.pixels, task.options.threads, goal,
                                        [&p](const Image& middles) { return overlookedPixels(p, middles); },
-                                       result.stepOfMeans),
+                                       result.stepOfMeans, others),
                                    std::move(light)});
     AreaPicture& picture = samples_->picture;
+    takeKept(task, samples_->rays, picture, result);
     SurfaceLight* const looks = samples_->light.get();
     Slicing slicing = task.options.slicing;
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
     while (const std::optional<Rays> next = picture.next()) {
+        tellNoise(picture, progress);
         if (looks && !looks->hasLooked() && !next->places.empty()) { // it takes the hits of middles
             caster_->begin(raysOf(p));
             result.passes = std::max(result.passes,
@@ -159,20 +203,32 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
         caster_->begin(*next);
         result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
         if (!looks) {
-            picture.add(caster_->image());
+            const Image colours = caster_->image();
+            if (rays.beginnings)
+                picture.add(colours, layersOf(*caster_, colours, p));
+            else
+                picture.add(colours);
+            if (task.options.kept)
+                task.options.kept->keep(picture);
             continue;
         }
         if (!looks->hasLooked())
             lookAround(*looks, *caster_, p, progress);
         const Image more = looks->added(caster_->hits(), next->places, next->size(), *tracerOf(*caster_, p));
-        picture.add(caster_->image(), &more);
+        picture.add(caster_->image(), std::span(&more, 1));
     }
     result.image = picture.image();
     if (looks) {
-        added = picture.light();
+        added = picture.other(0);
         result.surfaceLight = looks->report();
     }
+    if (rays.beginnings)
+        result.layers.emplace(PictureLayers::OfRays{picture.other(0), picture.other(1)});
+    if (asked.errors)
+        result.pixelErrors = picture.sums().errors();
+    const int ofEarlierRuns = result.pixels.ofEarlierRuns;
     result.pixels = picture.report();
+    result.pixels.ofEarlierRuns = ofEarlierRuns;
     return goesOn;
 }
 
@@ -218,9 +274,12 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     } else {
         Slicing slicing = options.slicing;
         slicing.progress = progress.shares();
-        caster_->begin(picturesRays(p));
+        const Rays rays = picturesRays(p, options.layers.paths);
+        caster_->begin(rays);
         result.passes = drawToTheEnd(*caster_, *engine_, p, slicing, result.work);
         result.image = caster_->image();
+        if (rays.beginnings)
+            result.layers.emplace(layersOf(*caster_, result.image, p));
         if (light) {
             lookAround(*light, *caster_, p, progress);
             added = light->added(light->middles(), {}, p.view.imageSize, *tracerOf(*caster_, p));

@@ -28,10 +28,13 @@ class RayRenderer : public Renderer {
     Engine& engine() { return *engine_; }
 
   private:
+    struct RaysDrawn;
     struct Samples;
     void chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result);
     bool drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
                    Image& added);
+    /// Samples of an earlier run, where they are kept.
+    void takeKept(const FrameTask& task, const RaysDrawn& these, AreaPicture& picture, RenderResult& result);
     Image drawSome(const FrameTask& task, const Rays& rays);
 
     std::unique_ptr<Engine> engine_;

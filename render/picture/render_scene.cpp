@@ -21,7 +21,7 @@ std::size_t pictureBytesPerPixel(EngineKind engine) {
 }
 
 std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels) {
-    return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel());
+    return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel(pixels));
 }
 
 namespace {

@@ -36,10 +36,11 @@ glm::ivec2 placeOf(std::uint32_t pixel, const glm::ivec2& size) {
 } // namespace
 
 AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads,
-                         const PixelGoal& goal, Overlooked overlooked, std::optional<double> phasedStep)
+                         const PixelGoal& goal, Overlooked overlooked, std::optional<double> phasedStep,
+                         std::size_t others)
     : picture_(picture), sampling_(sampling), goal_(goal), overlooked_(std::move(overlooked)),
-      threads_(threads), places_(sampling.seed, sampling.filter), sums_(picture.size()),
-      phasedStep_(phasedStep) {
+      threads_(threads), places_(sampling.seed, sampling.filter), sums_(picture.size(), sampling.samples),
+      others_(others, sums_), phasedStep_(phasedStep) {
     TESSERA_CHECK(picture.places.empty() && sampling.samples != 1);
     TESSERA_CHECK(!phasedStep || decides());
     beginRound();
@@ -53,6 +54,32 @@ void AreaPicture::goOn(const PixelGoal& goal) {
     first_ = 0;
     pixels_.clear();
     upTo_.clear();
+}
+
+void AreaPicture::goOnFrom(int samples, const std::function<void(std::span<PixelSums*>)>& sums) {
+    TESSERA_CHECK(!decides() && taken_ == 0 && samples >= 2 && samples <= sampling_.samples);
+    std::vector<PixelSums*> all = {&sums_};
+    for (PixelSums& other : others_)
+        all.push_back(&other);
+    sums(all);
+    for (round_ = 0; (2 << round_) < samples;)
+        ++round_;
+    taken_ = sums_.count() * static_cast<std::size_t>(samples);
+    beginRound();
+}
+
+int AreaPicture::wholeSamples() const {
+    const int samples = 2 << std::max(0, round_);
+    return !decides() && roundIsDrawn() && taken_ == sums_.count() * static_cast<std::size_t>(samples)
+               ? samples
+               : 0;
+}
+
+std::vector<const PixelSums*> AreaPicture::allSums() const {
+    std::vector<const PixelSums*> all = {&sums_};
+    for (const PixelSums& other : others_)
+        all.push_back(&other);
+    return all;
 }
 
 /// Each round doubles the samples of a pixel, so that a complete picture comes soon.
@@ -71,10 +98,13 @@ void AreaPicture::take(std::uint32_t pixel, int upTo) {
 }
 
 /// The error that is asked for is reached. Two samples a pixel tell too little of it.
-bool AreaPicture::isQuiet() const {
+bool AreaPicture::isQuiet() {
     constexpr int kRoundsBefore = 3;
-    return sampling_.noise > 0 && !decides() && round_ >= kRoundsBefore &&
-           standardError(sums_).rms <= sampling_.noise;
+    const bool asked = sampling_.noise > 0 && round_ >= kRoundsBefore;
+    if (decides() || round_ == 0 || !(asked || picture_.paths))
+        return false;
+    noise_ = standardError(sums_).rms;
+    return asked && *noise_ <= sampling_.noise;
 }
 
 void AreaPicture::beginRound() {
@@ -185,6 +215,7 @@ std::optional<Rays> AreaPicture::next() {
     }
     std::size_t rays = 0;
     forEachRun([&](std::uint32_t, int, int, int count) { rays += static_cast<std::size_t>(count); });
+    ofArray_ = rays;
     arraySize_ = rayArraySize(rays);
     array_.resize(rayCount(arraySize_));
     if (picture_.paths)
@@ -219,33 +250,38 @@ std::optional<Rays> AreaPicture::next() {
     return out;
 }
 
-void AreaPicture::add(const Image& drawn, const Image* light) {
-    TESSERA_CHECK(drawing_ && (!light || light->size == drawn.size));
+void AreaPicture::add(const Image& drawn, std::span<const Image> others) {
+    TESSERA_CHECK(drawing_ && others.size() == others_.size());
     drawing_ = false;
-    if (light && !light_)
-        light_.emplace(sums_.size());
     if (array_.empty()) {
         TESSERA_CHECK(drawn.size == sums_.size());
         for (std::size_t i = 0; i < sums_.count(); ++i)
             sums_.setMiddle(i, drawn.pixels[i]);
-        for (std::size_t i = 0; light && i < sums_.count(); ++i)
-            light_->setMiddle(i, light->pixels[i]);
+        for (std::size_t n = 0; n < others.size(); ++n)
+            for (std::size_t i = 0; i < sums_.count(); ++i)
+                others_[n].setMiddle(i, others[n].pixels[i]);
         taken_ = sums_.count();
         return;
     }
     TESSERA_CHECK(drawn.size == arraySize_);
     std::size_t k = 0;
-    forEachRun([&](std::uint32_t pixel, int set, int, int count) {
-        glm::vec4 sum(0), more(0);
-        for (int i = 0; i < count; ++i) {
-            const std::size_t slot = raySlot(k++, arraySize_);
-            sum += drawn.pixels[slot];
-            if (light)
-                more += light->pixels[slot];
-        }
-        sums_.add(pixel, set, sum, count);
-        if (light)
-            light_->add(pixel, set, more, count);
+    forEachRun([&](std::uint32_t pixel, int set, int has, int count) {
+        const auto sumOf = [&](const Image& of) {
+            if (2 * has >= PixelSums::kManySamples) {
+                glm::dvec4 sum(0);
+                for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+                    sum += glm::dvec4(of.pixels[raySlot(k + i, arraySize_)]);
+                return sum;
+            }
+            glm::vec4 sum(0);
+            for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+                sum += of.pixels[raySlot(k + i, arraySize_)];
+            return glm::dvec4(sum);
+        };
+        sums_.add(pixel, set, sumOf(drawn), count);
+        for (std::size_t n = 0; n < others.size(); ++n)
+            others_[n].add(pixel, set, sumOf(others[n]), count);
+        k += static_cast<std::size_t>(count);
     });
     while (first_ < pixels_.size() && sums_.samples(pixels_[first_]) > upTo_[first_])
         ++first_;
@@ -269,21 +305,30 @@ double AreaPicture::share(double ofArray) const {
     const int count = rounds();
     if (round_ == count)
         return 1;
+    if (!decides()) {
+        // Of all samples; or of as many as the noise so far takes, which falls as their root.
+        const auto pixels = static_cast<double>(sums_.count());
+        double all = sampling_.samples * pixels;
+        if (sampling_.noise > 0 && noise_) {
+            const double more = *noise_ / sampling_.noise;
+            all = std::clamp(std::exp2(round_) * pixels * more * more, std::exp2(round_ + 1) * pixels, all);
+        }
+        const double drawn =
+            static_cast<double>(taken_) + (drawing_ ? ofArray * static_cast<double>(ofArray_) : 0);
+        return std::min(1.0, drawn / all);
+    }
     const double within = pixels_.empty() ? 0
                                           : (static_cast<double>(first_) + (drawing_ ? ofArray : 0)) /
                                                 static_cast<double>(pixels_.size());
-    // With automatic samples each round takes about half of the remaining rays, the first a third; else
-    // rounds double.
-    if (decides())
-        return 1 - std::exp2(-round_) * (1 - 0.5 * within);
-    return (round_ == 0 ? within : std::exp2(round_ - 1) * (1 + within)) / std::exp2(count - 1);
+    // Each round takes about half of the remaining rays, the first a third.
+    return 1 - std::exp2(-round_) * (1 - 0.5 * within);
 }
 
-std::size_t AreaPicture::bytesPerPixel() {
+std::size_t AreaPicture::bytesPerPixel(const PixelSampling& sampling) {
     // Sums; the list of pixels with samples, gain and choice of each; an array's points, and the engine's
     // picture of it.
-    return PixelSums::bytesPerPixel() + sizeof(std::uint32_t) + sizeof(std::uint16_t) + sizeof(float) + 1 +
-           sizeof(glm::vec2) + sizeof(glm::vec4);
+    return PixelSums::bytesPerPixel(sampling.samples) + sizeof(std::uint32_t) + sizeof(std::uint16_t) +
+           sizeof(float) + 1 + sizeof(glm::vec2) + sizeof(glm::vec4);
 }
 
 std::size_t AreaPicture::mostRays(const glm::ivec2& imageSize) {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -20,6 +21,7 @@ struct PixelReport {
     int asked = 1;                      // samples per pixel; 0: as many as each needs
     double taken = 1;                   // in the mean over pixels
     int most = 1;                       // of any pixel
+    int ofEarlierRuns = 0;              // samples per pixel that were kept; they count in `taken`
     std::optional<StandardError> error; // none: one ray per pixel, or automatic
 };
 
@@ -42,30 +44,48 @@ class AreaPicture {
     /// @param threads  for the choice of samples; 0: all processors
     /// @param phasedStep  with automatic samples: the step of all rays but those through centres, voxels;
     ///     these rays have phases. None: the picture's own step, without phases
+    /// @param others  pictures that add() takes beside the colours
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
-                const PixelGoal& goal = {}, Overlooked overlooked = {},
-                std::optional<double> phasedStep = {});
+                const PixelGoal& goal = {}, Overlooked overlooked = {}, std::optional<double> phasedStep = {},
+                std::size_t others = 0);
 
     /// With automatic samples: continues until another goal is met. Allows as many more rays as the goal has,
     /// and one for every visible pixel.
     void goOn(const PixelGoal& goal);
 
+    /// Continues from the samples of another run, equally many of all pixels: the same picture as if this one
+    /// had taken them. Before any rays are drawn, of a picture whose samples are a number.
+    /// @param samples  of a pixel; a power of two that is at most the number asked for
+    /// @param sums  of the colours and the others; takes them
+    void goOnFrom(int samples, const std::function<void(std::span<PixelSums*>)>& sums);
+    /// Samples of a pixel if all have the same number, and it is one that goOnFrom() takes; else 0.
+    int wholeSamples() const;
+    /// Sums of the colours and of the others, as goOnFrom() gets them.
+    std::vector<const PixelSums*> allSums() const;
+
     /// The next rays, to be cast completely; none: the picture is done. They refer to data in this object.
     std::optional<Rays> next();
     /// Takes the colours of the rays of next().
-    /// @param light  colours to add, for every array or for none; they do not affect the choice of samples
-    void add(const Image& drawn, const Image* light = nullptr);
+    /// @param others  further pictures of the same rays, such as light to add; they do not affect the choice
+    ///     of samples
+    void add(const Image& drawn, std::span<const Image> others = {});
 
     Image image() const { return sums_.image(); }
-    /// The mean of the colours to add.
-    Image light() const { return light_->image(); }
+    /// The mean of one of the others.
+    Image other(std::size_t number) const { return others_.at(number).image(); }
     PixelReport report() const;
     const PixelSums& sums() const { return sums_; }
-    /// Share of the work done, with part of the current array; an estimate for automatic samples.
+    /// Share of the work done, with part of the current array; an estimate for automatic samples, and where a
+    /// noise is asked for.
     double share(double ofArray) const;
 
+    /// Standard error of the picture (rms) after the last round; none before samples tell it.
+    std::optional<double> noise() const { return noise_; }
+    /// Rounds that are drawn; of a number of samples each doubles them.
+    int roundsDone() const { return round_; }
+
     /// RAM per pixel of this and the arrays; charged by the picture's plan.
-    static std::size_t bytesPerPixel();
+    static std::size_t bytesPerPixel(const PixelSampling& sampling);
     /// Largest number of rays in an array: as many as pixels, at least a few.
     static std::size_t mostRays(const glm::ivec2& imageSize);
 
@@ -76,7 +96,8 @@ class AreaPicture {
     void take(std::uint32_t pixel, int upTo);
     bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
     int rounds() const;
-    bool isQuiet() const;
+    bool isQuiet();
+    bool roundIsDrawn() const { return !drawing_ && first_ == pixels_.size(); }
     template <typename Visit> void forEachRun(const Visit& visit) const;
 
     Rays picture_;
@@ -86,15 +107,16 @@ class AreaPicture {
     int threads_;
     PixelPlaces places_;
     PixelSums sums_;
-    std::optional<PixelSums> light_;
+    std::vector<PixelSums> others_;
+    std::optional<double> noise_;
     int round_ = -1;
     std::vector<std::uint32_t> pixels_; // of this round
     std::vector<std::uint16_t> upTo_;   // samples of each pixel after it, less one
     std::size_t first_ = 0;             // index of a pixel that lacks samples
     std::optional<double> phasedStep_;
-    std::size_t ofOverlooked_ = 0;      // rays
-    std::size_t budget_ = 0, left_ = 0; // allowed and remaining rays of automatic samples
-    std::size_t taken_ = 0;             // rays
+    std::size_t ofOverlooked_ = 0;        // rays
+    std::size_t budget_ = 0, left_ = 0;   // allowed and remaining rays of automatic samples
+    std::size_t taken_ = 0, ofArray_ = 0; // rays; of the array at hand
     bool drawing_ = false;
     std::vector<glm::vec2> array_;       // of rays; none: through all pixel centres
     std::vector<std::uint32_t> numbers_; // of the array's samples, where paths of light ask for them

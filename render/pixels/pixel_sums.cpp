@@ -13,12 +13,34 @@
 
 namespace tessera {
 
-void PixelSums::add(std::size_t pixel, int set, const glm::vec4& sum, int samples) {
+void PixelSums::add(std::size_t pixel, int set, const glm::dvec4& sum, int samples) {
     Pixel& p = pixels_[pixel];
     if (this->samples(pixel) == 0)
         p.sum[0] = glm::vec4(0); // the middle
-    p.sum[set] += sum;
+    if (2 * p.samples[set] < kManySamples) {
+        p.sum[set] += glm::vec4(sum);
+    } else {
+        TESSERA_CHECK(!rests_.empty());
+        glm::vec4& rest = rests_[pixel][static_cast<std::size_t>(set)];
+        const glm::dvec4 whole = glm::dvec4(p.sum[set]) + (sum + glm::dvec4(rest));
+        p.sum[set] = glm::vec4(whole);
+        rest = glm::vec4(whole - glm::dvec4(p.sum[set]));
+    }
     p.samples[set] = static_cast<std::uint16_t>(p.samples[set] + samples);
+}
+
+PixelSums::Kept PixelSums::kept(std::size_t pixel) const {
+    const Pixel& p = pixels_[pixel];
+    const Rests rests = rests_.empty() ? Rests{} : rests_[pixel];
+    return {p.sum[0], p.sum[1], rests[0], rests[1]};
+}
+
+void PixelSums::restore(std::size_t pixel, const Kept& kept, int samples) {
+    TESSERA_CHECK(samples % 2 == 0 && (samples <= kManySamples || !rests_.empty()));
+    const auto ofSet = static_cast<std::uint16_t>(samples / 2);
+    pixels_[pixel] = {{kept[0], kept[1]}, {ofSet, ofSet}};
+    if (!rests_.empty())
+        rests_[pixel] = {kept[2], kept[3]};
 }
 
 glm::vec4 PixelSums::mean(std::size_t pixel) const {
@@ -40,6 +62,14 @@ Image PixelSums::image() const {
     for (std::size_t i = 0; i < pixels_.size(); ++i)
         image.pixels[i] = mean(i);
     return image;
+}
+
+Image PixelSums::errors() const {
+    Image errors(size_);
+    for (std::size_t i = 0; i < pixels_.size(); ++i)
+        if (hasBothSets(i))
+            errors.pixels[i] = glm::abs(offset(i));
+    return errors;
 }
 
 StandardError standardError(const PixelSums& sums) {

@@ -4,6 +4,7 @@
 
 #include "core/image/image.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -18,14 +19,20 @@ struct StandardError {
 
 class PixelSums {
   public:
-    explicit PixelSums(const glm::ivec2& size) : size_(size), pixels_(Image(size).pixels.size()) {}
+    /// Samples of a pixel from which on sums of floats would lose them: what rounding takes is kept beside
+    /// them (T. J. Dekker's sums of two floats).
+    static constexpr int kManySamples = 1024;
+
+    /// @param most  samples of a pixel
+    PixelSums(const glm::ivec2& size, int most)
+        : size_(size), pixels_(rayCountOf(size)), rests_(most > kManySamples ? pixels_.size() : 0) {}
     const glm::ivec2& size() const { return size_; }
     std::size_t count() const { return pixels_.size(); }
 
     /// The ray through a pixel's centre: its value until it has samples; it is not one of them.
     void setMiddle(std::size_t pixel, const glm::vec4& colour) { pixels_[pixel].sum[0] = colour; }
     /// Adds the sum of further samples to one of a pixel's two sets.
-    void add(std::size_t pixel, int set, const glm::vec4& sum, int samples);
+    void add(std::size_t pixel, int set, const glm::dvec4& sum, int samples);
     int samplesOf(std::size_t pixel, int set) const { return pixels_[pixel].samples[set]; }
     int samples(std::size_t pixel) const { return samplesOf(pixel, 0) + samplesOf(pixel, 1); }
     bool hasBothSets(std::size_t pixel) const { return samplesOf(pixel, 0) > 0 && samplesOf(pixel, 1) > 0; }
@@ -36,17 +43,33 @@ class PixelSums {
     glm::vec4 offset(std::size_t pixel) const;
 
     Image image() const;
+    /// The size of offset() by component: standard errors of means; 0 of pixels without two sets.
+    Image errors() const;
+
+    /// The sums of a pixel's sets and what rounding took from each: what a later run goes on from.
+    using Kept = std::array<glm::vec4, 4>;
+    Kept kept(std::size_t pixel) const;
+    /// @param samples  of the pixel in both sets together, even
+    void restore(std::size_t pixel, const Kept& kept, int samples);
 
     /// RAM per pixel.
-    static constexpr std::size_t bytesPerPixel() { return sizeof(Pixel); }
+    /// @param most  samples of a pixel
+    static constexpr std::size_t bytesPerPixel(int most) {
+        return sizeof(Pixel) + (most > kManySamples ? sizeof(Rests) : 0);
+    }
 
   private:
+    using Rests = std::array<glm::vec4, 2>;
+    static std::size_t rayCountOf(const glm::ivec2& size) {
+        return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    }
     struct Pixel {
         glm::vec4 sum[2] = {glm::vec4(0), glm::vec4(0)};
         std::uint16_t samples[2] = {0, 0};
     };
     glm::ivec2 size_;
     std::vector<Pixel> pixels_;
+    std::vector<Rests> rests_; // of sums, by set; none where samples are few
 };
 
 /// Over pixels with two sets; the others count as exact.

@@ -8,6 +8,7 @@
 #include "render/verify/verify_plan.h" // verifyNames
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/run_render.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
@@ -130,6 +131,14 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                        "; surface joins those of a structure to a closed one (default: lines)");
     a->keys.add(command, {"quality.integrator", "quality.samples", "quality.pixelFilter", "quality.seed",
                           "quality.fetch", "shading.gradient", "shading", "quality"});
+    command
+        .option("--layers", a->layers,
+                joinNames(layerNames()) +
+                    ", or all: further layers of an .exr picture, for compositing; separated by commas")
+        .oneValueEach();
+    command.option("--keep-state", a->keepState,
+                   "file for the samples of paths of light: a later run with more --samples or less --noise "
+                   "goes on from it");
     command.option("--verify", a->verify,
                    "draw some pixels again at full accuracy and report the picture's error: " +
                        joinNames(verifyNames()) + " (default: quick)");

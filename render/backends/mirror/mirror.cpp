@@ -135,7 +135,7 @@ std::vector<glm::vec<4, Real>> mirrorRays(const MirrorInput& input, std::size_t 
 
 void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySource<float>& rays,
                  const std::function<PathStart(std::size_t)>& starts, std::span<glm::vec4> colours,
-                 int threads, Work& work) {
+                 std::span<PathBeginning> beginnings, int threads, Work& work) {
     std::mutex mutex;
     parallelFor((colours.size() + kStrip - 1) / kStrip, threads,
                 [&](std::size_t strip) {
@@ -147,7 +147,8 @@ void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySour
                              i < std::min(colours.size(), (strip + 1) * kStrip); ++i)
                             if (colours[i].a > 0)
                                 colours[i] = pathColour(partsOf(input, rays(i), i, parts), field, input,
-                                                        scene, starts(i), colours[i].a, mine);
+                                                        scene, starts(i), colours[i].a, mine,
+                                                        beginnings.empty() ? nullptr : &beginnings[i]);
                     });
                     const std::lock_guard lock(mutex);
                     work += mine;

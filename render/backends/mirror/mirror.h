@@ -18,6 +18,7 @@
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
 #include "render/transport/path.h"
+#include "render/transport/path_beginning.h"
 
 #include <algorithm>
 #include <atomic>
@@ -221,9 +222,11 @@ extern template std::vector<glm::dvec4> mirrorRays<double>(const MirrorInput&, s
 
 /// The colour of a path of light that a ray sees the end of, and the ray's opacity.
 /// @param parts  of the ray, in order
+/// @param beginning  takes where the path begins; null: nobody asks
 template <typename Field>
 glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, const MirrorInput& input,
-                     const PathScene& scene, const PathStart& start, float alpha, Work& work) {
+                     const PathScene& scene, const PathStart& start, float alpha, Work& work,
+                     PathBeginning* beginning = nullptr) {
     TracedPath path(scene, start.place, start.number);
     SeenPlace<float> at;
     at.alpha = path.numbers.pair(0).x * alpha;
@@ -236,6 +239,8 @@ glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, c
     PathTracer<Field> tracer(scene, field, work.paths);
     const glm::vec3& direction = parts.front().direction;
     tracer.start(path, at.place, at.colour, direction, field.value(at.place));
+    if (beginning)
+        *beginning = beginningOf(scene, path, field.gradient(at.place));
     if (scene.transport.response == TransportResponse::contract)
         return {alpha * tracer.contractColour(path, path.tissue.albedo, direction), alpha};
     return {alpha * tracer.lightFrom(path), alpha};
@@ -243,9 +248,10 @@ glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, c
 
 /// Sets colours of rays whose alpha is known to those of paths.
 /// @param starts  of a ray, by its number
+/// @param beginnings  of rays whose paths are asked where they begin; else none
 void mirrorPaths(const MirrorInput& input, const PathScene& scene, const RaySource<float>& rays,
                  const std::function<PathStart(std::size_t)>& starts, std::span<glm::vec4> colours,
-                 int threads, Work& work);
+                 std::span<PathBeginning> beginnings, int threads, Work& work);
 
 /// The first hits of rays and isosurfaces, one per ray, in order.
 template <typename Real>

@@ -23,6 +23,7 @@ class MirrorCaster : public RayCaster {
         check(rays);
         rays_ = rays;
         picture_ = Image(rays.size());
+        beginnings_.assign(rays.beginnings ? picture_.pixels.size() : 0, PathBeginning());
         done_ = 0;
         cuts_.reset();
         if (rays.frame.cuts)
@@ -48,7 +49,7 @@ class MirrorCaster : public RayCaster {
                     [&](std::size_t i) {
                         return PathStart{rays_.placeOf(done_ + i), rays_.numberOf(done_ + i)};
                     },
-                    colours, threads_, work);
+                    colours, std::span(beginnings_).subspan(rays_.beginnings ? done_ : 0), threads_, work);
             std::copy(colours.begin(), colours.end(),
                       picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_));
             done_ += count;
@@ -57,6 +58,7 @@ class MirrorCaster : public RayCaster {
     }
 
     Image image() const override { return picture_; }
+    std::span<const PathBeginning> beginnings() const override { return beginnings_; }
     std::vector<SurfaceHit> hits() const override {
         if (!hits_)
             return {};
@@ -129,6 +131,7 @@ class MirrorCaster : public RayCaster {
     Rays rays_;
     std::optional<CutRays> cuts_;
     Image picture_;
+    std::vector<PathBeginning> beginnings_;
     std::size_t done_ = 0; // rays
 };
 

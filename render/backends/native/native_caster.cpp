@@ -87,6 +87,7 @@ void NativeCaster::begin(const Rays& rays) {
     packet_.assign(static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y), 0);
     if (options_.hits)
         hits_.assign(rayCount(size_), SurfaceHit());
+    beginnings_.assign(rays.beginnings ? rayCount(size_) : 0, PathBeginning());
     lanes_ = {0, 0, target_.lanes()};
     waiting_ = 0;
     cuts_.reset();
@@ -138,25 +139,25 @@ void NativeCaster::followPaths(const Slicing& slicing, Work& work) {
     const auto rays = frameRays(frame_, rays_.places, rays_.arraySize.x);
     const Layer& volume = scene_.layer();
     std::mutex mutex;
-    parallelFor((colour_.size() + kStrip - 1) / kStrip, engine_.threads(),
-                [&](std::size_t strip) {
-                    checkInterrupted();
-                    NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
-                                      volume.selection.finest(), volume.optics.gradient);
-                    field.setLabels(engine_.labelChannels(), volume.optics.labels);
-                    NativePaths paths(scene, input, field, packets, target_);
-                    Work mine;
-                    std::vector<SegmentedRay<float>> parts;
-                    for (std::size_t i = strip * kStrip; i < std::min(colour_.size(), (strip + 1) * kStrip);
-                         ++i)
-                        if (colour_[i].a > 0)
-                            paths.add(partsOf(input, rays(i), i, parts),
-                                      {rays_.placeOf(i), rays_.numberOf(i)}, colour_[i], mine);
-                    paths.run(mine);
-                    const std::lock_guard lock(mutex);
-                    work += mine;
-                },
-                slicing.progress);
+    parallelFor(
+        (colour_.size() + kStrip - 1) / kStrip, engine_.threads(),
+        [&](std::size_t strip) {
+            checkInterrupted();
+            NativeField field(engine_.plane(), volume.mixed() ? &volume.levels : nullptr,
+                              volume.selection.finest(), volume.optics.gradient);
+            field.setLabels(engine_.labelChannels(), volume.optics.labels);
+            NativePaths paths(scene, input, field, packets, target_);
+            Work mine;
+            std::vector<SegmentedRay<float>> parts;
+            for (std::size_t i = strip * kStrip; i < std::min(colour_.size(), (strip + 1) * kStrip); ++i)
+                if (colour_[i].a > 0)
+                    paths.add(partsOf(input, rays(i), i, parts), {rays_.placeOf(i), rays_.numberOf(i)},
+                              colour_[i], beginnings_.empty() ? nullptr : &beginnings_[i], mine);
+            paths.run(mine);
+            const std::lock_guard lock(mutex);
+            work += mine;
+        },
+        slicing.progress);
 }
 
 bool NativeCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& work) {

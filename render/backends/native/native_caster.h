@@ -30,6 +30,7 @@ class NativeCaster : public RayCaster {
         return wanted_.at(volume).take();
     }
     Image image() const override;
+    std::span<const PathBeginning> beginnings() const override { return beginnings_; }
     std::vector<SurfaceHit> hits() const override { return hits_; }
     std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const override;
     void refine() override;
@@ -80,6 +81,7 @@ class NativeCaster : public RayCaster {
     std::vector<std::int32_t> next_;    // of every ray; kEnded at its end
     std::vector<std::uint16_t> packet_; // of every tile: its next packet
     std::vector<SurfaceHit> hits_;
+    std::vector<PathBeginning> beginnings_;
     std::optional<CutRays> cuts_; // of cut rays
     std::size_t round_ = 0;       // the number of the interval at hand
     Charge cutsCharge_;

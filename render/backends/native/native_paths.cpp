@@ -37,13 +37,17 @@ NativePaths::NativePaths(const PathScene& scene, const MirrorInput& input, Nativ
 }
 
 void NativePaths::add(std::span<const SegmentedRay<float>> parts, const PathStart& start, glm::vec4& colour,
-                      Work& work) {
+                      PathBeginning* beginning, Work& work) {
     if (free_) {
-        paths_.push_back(
-            {rays_.size(), parts.size(), TracedPath(scene_, start.place, start.number), {}, &colour});
+        paths_.push_back({rays_.size(),
+                          parts.size(),
+                          TracedPath(scene_, start.place, start.number),
+                          {},
+                          &colour,
+                          beginning});
         rays_.insert(rays_.end(), parts.begin(), parts.end());
     } else {
-        colour = pathColour(parts, field_, input_, scene_, start, colour.a, work);
+        colour = pathColour(parts, field_, input_, scene_, start, colour.a, work, beginning);
         ++work.paths.alone;
     }
 }
@@ -91,11 +95,15 @@ NativePaths::List NativePaths::seek(Work& work) {
                 colours[here.size()] = {seen.colour[0][lane], seen.colour[1][lane], seen.colour[2][lane]};
                 here.push_back(&going);
             }
-        sample(here, false);
+        const bool asked = !here.empty() && here.front()->beginning;
+        sample(here, asked);
         PathTracer<NativeField> tracer(scene_, field_, work.paths);
         for (std::size_t n = 0; n < here.size(); ++n) {
             tracer.start(here[n]->path, here[n]->path.p, colours[n], rays_[here[n]->first].direction,
                          result_[n]);
+            if (asked)
+                *here[n]->beginning =
+                    beginningOf(scene_, here[n]->path, {gradient_[0][n], gradient_[1][n], gradient_[2][n]});
             tracer.begin(here[n]->path);
         }
         found.insert(found.end(), here.begin(), here.end());

@@ -28,8 +28,9 @@ class NativePaths {
     /// Takes a ray that sees something.
     /// @param parts  of the ray, in order
     /// @param colour  its opacity, and what it becomes when run() returns
+    /// @param beginning  takes where its path begins, by then; null: nobody asks. Of all rays or of none
     void add(std::span<const SegmentedRay<float>> parts, const PathStart& start, glm::vec4& colour,
-             Work& work);
+             PathBeginning* beginning, Work& work);
     /// Follows all paths that were added, to their ends.
     void run(Work& work);
 
@@ -39,6 +40,7 @@ class NativePaths {
         TracedPath path;
         Way way;
         glm::vec4* colour = nullptr;
+        PathBeginning* beginning = nullptr;
     };
     using List = std::vector<Going*>;
     /// Puts paths where their rays see something; returns those that do.

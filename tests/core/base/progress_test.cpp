@@ -51,6 +51,36 @@ TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
     EXPECT_THAT(seen, testing::EndsWith("\r\033[K"));
 }
 
+/// What an earlier run did is done at once, and says nothing about the rest; a stage can say more of itself.
+TEST(Progress, TellsMoreOfAStageThatGoesOn) {
+    using namespace std::chrono_literals;
+    int terminal = -1;
+    const winsize size{24, 100, 0, 0};
+    const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
+    if (child == 0) {
+        Progress progress(Verbosity::normal);
+        progress.stage("drawing");
+        progress.startAt(0.8);
+        progress.detail(", 4 rounds, noise 0.031");
+        std::this_thread::sleep_for(1100ms);
+        progress.update(0.9); // half of what was left
+        progress.stage("reading");
+        progress.end();
+        ::_exit(0);
+    }
+    std::string seen;
+    char bytes[256];
+    for (ssize_t got = 1; got > 0;) {
+        got = ::read(terminal, bytes, sizeof bytes);
+        seen.append(bytes, got > 0 ? static_cast<std::size_t>(got) : 0);
+    }
+    ::waitpid(child, nullptr, 0);
+    ::close(terminal);
+    EXPECT_THAT(seen, HasSubstr("drawing, 4 rounds, noise 0.031: 80 %\r"));
+    EXPECT_THAT(seen, ContainsRegex("drawing, 4 rounds, noise 0.031: 90 %, [23] s left"));
+    EXPECT_THAT(seen, HasSubstr("reading ..."));
+}
+
 TEST(Progress, AStageBeginsAtNothingAndNeverGoesBack) {
     Progress progress(Verbosity::quiet, true);
     EXPECT_EQ(progress.now().what, "");

@@ -51,6 +51,38 @@ TEST_F(ImageFile, ExrKeepsEveryBit) {
     EXPECT_EQ(readManifest(path), R"({"a":1})");
 }
 
+/// Read by others under the names that compositing programs expect; our own reader takes the colour.
+TEST_F(ImageFile, ExrHoldsLayersUnderTheirNames) {
+    const Image image = randomImage(false);
+    Image normals(image.size);
+    for (std::size_t i = 0; i < normals.pixels.size(); ++i)
+        normals.pixels[i] = {-1.0f, 0.5f * static_cast<float>(i), 7.0f, 984.25f};
+    const fs::path path = folder_ / "a.exr";
+    const std::vector<LayerChannel> layers = {{"normal.X", &normals.pixels[0].x, 4},
+                                              {"normal.Y", &normals.pixels[0].y, 4},
+                                              {"normal.Z", &normals.pixels[0].z, 4},
+                                              {"depth.Z", &normals.pixels[0].w, 4}};
+    writeImage(path, image, R"({"a":1})", layers);
+    EXPECT_EQ(readManifest(path), R"({"a":1})");
+    const Image again = readImage(path);
+    ASSERT_EQ(again.size, image.size);
+    EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), again.pixels.begin()));
+    const auto input = OIIO::ImageInput::open(path.string());
+    ASSERT_TRUE(input);
+    const std::vector<std::string> names = {"R",       "G",        "B",        "A",
+                                            "depth.Z", "normal.X", "normal.Y", "normal.Z"};
+    ASSERT_EQ(input->spec().channelnames, names);
+    EXPECT_EQ(input->spec().alpha_channel, 3);
+    std::vector<float> values(8 * image.pixels.size());
+    ASSERT_TRUE(input->read_image(0, 0, 0, 8, OIIO::TypeDesc::FLOAT, values.data()));
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const glm::vec4& p = image.pixels[i];
+        const glm::vec4& n = normals.pixels[i];
+        const std::vector<float> expected = {p.r, p.g, p.b, p.a, n.w, n.x, n.y, n.z};
+        ASSERT_TRUE(std::equal(expected.begin(), expected.end(), &values[8 * i])) << i;
+    }
+}
+
 TEST_F(ImageFile, PngHoldsSrgbBytesAndStraightAlpha) {
     Image image(glm::ivec2(3, 2));
     image.at(0, 0) = glm::vec4(0.5f, 0, 1, 1);

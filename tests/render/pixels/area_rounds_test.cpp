@@ -45,7 +45,7 @@ Taken drawAll(AreaPicture& picture, const glm::ivec2& size, bool light = false) 
                             ? glm::dvec2(static_cast<double>(i % 40), static_cast<double>(i / 40)) + 0.5
                             : glm::dvec2(rays->places[i]));
         EXPECT_LE(rays->places.size(), AreaPicture::mostRays(size));
-        picture.add(drawn, light ? &drawn : nullptr);
+        picture.add(drawn, std::span(&drawn, light ? 1 : 0));
         const auto now = static_cast<std::size_t>(std::lround(picture.report().taken * kPixels));
         taken.rays += now - before;
         taken.padded += drawn.pixels.size() - (now - before);

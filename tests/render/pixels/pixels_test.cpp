@@ -425,7 +425,7 @@ TEST(AutomaticSamples, TakeNoneWhereLightIsSmoothOrThereIsNone) {
 
 // Two sets that are alike by chance stop no pixel among others that differ.
 TEST(AutomaticSamples, ListenToNeighbours) {
-    PixelSums sums({5, 5});
+    PixelSums sums({5, 5}, 4);
     for (std::size_t i = 0; i < sums.count(); ++i)
         for (int set = 0; set < 2; ++set)
             sums.add(i, set, glm::vec4(i == 12 || set == 0 ? 2 : 1), 4);
@@ -552,7 +552,7 @@ TEST(SampledPictures, NeedTheMemoryThatTheySay) {
         options.threads = 2;
         EXPECT_NO_THROW(renderScene(scene, reader, ram, gpu, options));
         const std::size_t plain = renderFloorBytes(info, size, pictureBytesPerPixel(EngineKind::native), 2);
-        EXPECT_GE(floor - plain, rayCount(size) * PixelSums::bytesPerPixel());
+        EXPECT_GE(floor - plain, rayCount(size) * PixelSums::bytesPerPixel(4));
     }
 }
 

@@ -27,6 +27,8 @@ nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
                              {"samplesTakenAtMost", r.most}};
     if (r.asked == 1)
         return pixels;
+    if (r.ofEarlierRuns > 0)
+        pixels["samplesOfEarlierRuns"] = r.ofEarlierRuns;
     pixels["filter"] = pixelFilterNames()[static_cast<std::size_t>(scene.quality.pixels.filter)];
     pixels["seed"] = scene.quality.pixels.seed;
     if (r.error)

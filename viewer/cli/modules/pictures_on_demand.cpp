@@ -16,8 +16,9 @@ const PictureModule& pictureModule() {
 void checkImagePath(const std::filesystem::path& path) {
     pictureFormat(path); // long before there is a picture
 }
-void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest) {
-    pictureModule().write(path, image, manifest);
+void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
+                std::span<const LayerChannel> layers) {
+    pictureModule().write(path, image, manifest, layers);
 }
 Image readImage(const std::filesystem::path& path) {
     return pictureModule().read(path);

@@ -7,6 +7,7 @@
 #include "core/base/output_file.h"
 #include "render/plan/frame_plan.h"
 #include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 
@@ -114,6 +115,8 @@ void renderOnePicture(const RenderTask& task) {
         options.onFirstPicture = [&](const Image& image, double secondsLeft) {
             first.write(image, secondsLeft);
         };
+    const std::unique_ptr<KeptSamples> kept = keptStateOf(task);
+    options.kept = kept.get();
     RenderResult result = renderScene(task.scene, task.stores, task.ram, task.gpu, options);
     if (arguments.keys.textOf("--fetch") == "hardware" && !traitsOf(result.engine).onContext)
         common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
@@ -121,8 +124,14 @@ void renderOnePicture(const RenderTask& task) {
         common.note(
             "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU confirms it");
     noteTable(task, result);
+    if (result.pixels.ofEarlierRuns > 0)
+        common.note("went on from " + std::to_string(result.pixels.ofEarlierRuns) + " samples a pixel of " +
+                    arguments.keepState);
+    const std::vector<LayerChannel> layers = channelsOf(task.layers, result);
+    const std::size_t ofLayers = (result.layers ? PictureLayers::kPictures * sizeof(glm::vec4) : 0) +
+                                 (result.pixelErrors ? sizeof(glm::vec4) : 0);
     const Charge pictures =
-        task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+        task.ram.charge((kPictureBytesPerPixel + ofLayers) * result.image.pixels.size(), "the picture");
 
     common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
@@ -132,7 +141,9 @@ void renderOnePicture(const RenderTask& task) {
         drawScaleBar(result.image, bar);
         report["scaleBar"] = scaleBarJson(bar);
     }
-    writePicture(arguments.out, result.image, task.scene.background, manifestText(report));
+    if (task.layers.any())
+        report["layers"] = task.layers.names();
+    writePicture(arguments.out, result.image, task.scene.background, manifestText(report), layers);
 
     common.progress->end();
     if (blank)

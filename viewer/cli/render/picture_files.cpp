@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 void checkImagePath(const fs::path&) {
     throw InputError("render: this program was built without picture files");
 }
-void writeImage(const fs::path&, const Image&, const std::string&) {}
+void writeImage(const fs::path&, const Image&, const std::string&, std::span<const LayerChannel>) {}
 std::string readManifest(const fs::path&) {
     return {};
 }
@@ -49,8 +49,8 @@ void checkFilmOutput(const fs::path& out) {
 }
 
 void writePicture(const fs::path& path, const Image& image, const std::optional<glm::vec3>& background,
-                  const std::string& manifest) {
-    writeImage(path, background ? overBackground(image, *background) : image, manifest);
+                  const std::string& manifest, std::span<const LayerChannel> layers) {
+    writeImage(path, background ? overBackground(image, *background) : image, manifest, layers);
 }
 
 std::string manifestOf(const fs::path& path) {

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace tessera {
@@ -20,7 +21,8 @@ void checkFilmOutput(const std::filesystem::path& out);
 /// writeImage() (core/image/image_file.h).
 /// @param background  that it is put on first, linear; none: nothing
 void writePicture(const std::filesystem::path& path, const Image& image,
-                  const std::optional<glm::vec3>& background, const std::string& manifest);
+                  const std::optional<glm::vec3>& background, const std::string& manifest,
+                  std::span<const LayerChannel> layers = {});
 /// readManifest() (core/image/image_file.h); "" in a program without picture files.
 std::string manifestOf(const std::filesystem::path& path);
 

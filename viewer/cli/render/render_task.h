@@ -6,6 +6,7 @@
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
 #include "viewer/cli/options/options.h"
+#include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
 namespace tessera {
@@ -19,6 +20,7 @@ struct RenderTask {
     Stores stores;
     MemoryBudget &ram, &gpu;
     RenderOptions options;
+    LayerChoice layers = {}; // of one picture
 };
 
 } // namespace tessera

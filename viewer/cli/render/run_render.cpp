@@ -16,6 +16,8 @@
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/along_path.h"
+#include "viewer/cli/render/kept_state.h"
+#include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/one_picture.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
@@ -107,6 +109,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     Scene scene = sceneOf(arguments.in); // its meshes are charged to the budget
     const bool samplesNamed = scene.quality.pixels.named || arguments.keys.says("quality.samples");
     applyArguments(arguments, scene, common);
+    const LayerChoice layers = layersOf(arguments, scene);
+    checkKeptState(arguments, scene);
     if (path)
         showWallWhereNothingIsNamed(arguments, *path, scene, common);
 
@@ -130,7 +134,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         common.note(words);
     if (const std::string words = otherFramesText(scene, stores); !words.empty())
         common.note(words);
-    if (!samplesNamed)
+    if (!samplesNamed && !layers.error && arguments.keepState.empty())
         fitSamples(store.info(), engine, ram, scene, common);
     if (arguments.path.empty()) {
         const bool sideNamed = !arguments.fit.empty() || !arguments.projection.empty();
@@ -155,7 +159,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.searching = true;
     options.verify = verifyOf(arguments);
     options.checking = options.verify != Verify::none;
-    const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options};
+    options.layers = {layers.ofPaths(), layers.error};
+    const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options, layers};
     if (arguments.unfold)
         renderWall(task);
     else if (arguments.isFilm())

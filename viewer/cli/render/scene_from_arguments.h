@@ -33,6 +33,8 @@ struct RenderArguments {
     std::vector<std::string> meshes, meshColours, meshOpacities; // n-th of the n-th; the last for the rest
     std::string meshSpace, meshContours;
     std::string verify;
+    std::vector<std::string> layers;                    // in an EXR picture, besides the colour
+    std::string keepState;                              // file of sums of samples
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
