@@ -92,6 +92,8 @@ struct PixelSampling {
     /// Above 0: samples double until the standard error of the picture's means (rms, linear light) is at most
     /// this, or until there are so many samples.
     double noise = 0;
+    /// Of paths of light: the noise that is left is taken out by a filter, which has a bias.
+    bool denoise = false;
     /// True if samples were requested; else the program chooses by engine.
     bool named = false;
 };

@@ -254,6 +254,13 @@ const Fields<Quality>& qualityFields() {
                    "samples double until the picture's standard error is at most this (rms, linear "
                    "light), at most --samples, or 4096 without it");
         f.add(
+             "denoise", [](auto& q) -> auto& { return q.pixels.denoise; }, trueOrFalse(),
+             "Paths of light (lighting.transport): a filter takes noise out of the picture. It has a bias, "
+             "which measured errors count.")
+            .unlessDefault()
+            .setBy("--denoise", "paths of light: a filter takes noise out of the picture; measured errors "
+                                "count what it blurs");
+        f.add(
              "pixelFilter", [](auto& q) -> auto& { return q.pixels.filter; }, named<PixelFilter>(),
              "Filter of a pixel with several samples: its own area, or a Gaussian with a standard deviation "
              "of half a pixel.")
@@ -266,8 +273,10 @@ const Fields<Quality>& qualityFields() {
             .unlessDefault()
             .setBy("--seed", "seed of the positions of samples in a pixel (default: {default})");
         f.rule([](const JsonValue& whole, const Quality& q) {
-            if (q.pixels.noise > 0 && q.pixels.named && q.pixels.samples < 2)
-                whole.refuse("\"samples\" from 2 on beside \"noise\"");
+            for (const auto& [key, isAsked] :
+                 {std::pair("noise", q.pixels.noise > 0), std::pair("denoise", q.pixels.denoise)})
+                if (isAsked && q.pixels.named && q.pixels.samples == 1)
+                    whole.refuse(std::string("\"samples\" from 2 on beside \"") + key + "\"");
         });
         return f;
     }();

@@ -8,6 +8,7 @@
 #include "render/picture/measure_picture.h"
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
+#include "render/pixels/noise_filter.h"
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h" // kFinestStep
 #include "render/renderer.h"
@@ -55,6 +56,8 @@ std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderO
         bytes += PictureLayers::bytesPerPixel(samples);
     if (options.layers.errors)
         bytes += sizeof(glm::vec4);
+    if (scene.quality.pixels.denoise)
+        bytes += noiseFilterBytes(scene.imageSize, options.threads) / rayCount(scene.imageSize) + 1;
     return bytes;
 }
 
@@ -95,7 +98,8 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
     const bool wentOn = renderer.draw(task, result, added);
     const PixelOver over = layLabelsOver(task, result);
     const auto checking = Clock::now();
-    if (renderer.about().measures && task.options.verify != Verify::none && !scene.lighting.transport) {
+    if (renderer.about().measures && task.options.verify != Verify::none &&
+        (!scene.lighting.transport || scene.quality.pixels.denoise)) {
         task.context.progress.stage("measuring the picture's errors");
         const bool full = scene.quality.maxError.value_or(0) > 0;
         const DrawnPicture drawn{scene,

@@ -46,7 +46,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
     PictureMeasurement out;
     out.mode = picture.mode;
     const Lighting& lighting = picture.scene.lighting;
-    out.keptLight = reductionOf(picture.scene) == Reduction::composite &&
+    out.keptLight = reductionOf(picture.scene) == Reduction::composite && !lighting.transport &&
                     (lightChannels(lighting) > 0 || lighting.surfaceOcclusion);
     out.singleRays = picture.samplesPerPixel == 1;
     const PixelSource::About about = source.about();
@@ -106,6 +106,13 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
             return out;
         }
         own.push_back(*std::move(drawn));
+    }
+    if (lighting.transport) {
+        out.keptRays = true;
+        again[0].measureOwn(own[0], out);
+        out.bytesRead = work.bytesUploaded;
+        out.seconds = secondsSince(start);
+        return out;
     }
     if (picture.light && out.keptLight) {
         out.whyNoLight = source.toSingleWays();

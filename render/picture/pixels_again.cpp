@@ -87,9 +87,10 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     std::vector<std::string> lines = {"measured error: " + numbers(m.all) + ", from " +
                                       std::to_string(m.all.shown) + " pixels drawn again with " + raysOf(m) +
                                       " rays each" +
-                                      (m.keptLight ? m.light ? "; beside it what light itself errs by"
-                                                             : "; what light itself errs by is not in it"
-                                                   : "")};
+                                      (m.keptLight  ? m.light ? "; beside it what light itself errs by"
+                                                              : "; what light itself errs by is not in it"
+                                       : m.keptRays ? "; what levels and step err by is not in it"
+                                                    : "")};
     if (m.all.whyNoP99 == NotMeasured::tooFewPixels && m.all.shown >= kFewestForP99)
         lines.push_back("measured error: no 99th percentile, because they lie in " +
                         std::to_string(m.all.clusters) + " clusters, as bytes allow; it takes " +
@@ -100,6 +101,8 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     if (m.all.whyNoP99 == NotMeasured::truthTooNoisy)
         lines.push_back("measured error: no 99th percentile, because " + raysOf(m) +
                         " rays a pixel leave the truth too noisy");
+    if (m.keptRays)
+        return lines;
     lines.push_back("of it the picture's samples of its pixels: " + numbers(m.sampling));
     lines.push_back("of it levels, step, filtering and ended rays: " + numbers(m.rays) +
                     ", of the mean over a pixel's " + raysOf(m) + " rays" +
@@ -247,6 +250,13 @@ std::vector<glm::vec4> PixelsAgain::means(const std::vector<glm::vec4>& replicat
     return out;
 }
 
+void PixelsAgain::measureOwn(const std::vector<glm::vec4>& own, PictureMeasurement& out) const {
+    const int most = step_.empty() ? 0 : *std::max_element(step_.begin(), step_.end());
+    out.samples = replicates_ * samples_;
+    out.mostSamples = replicates_ * samplesOf(most);
+    out.all = out.sampling = measuredErrors({sample_, replicates_, picture_, own}, kShown);
+}
+
 MeasuredErrors PixelsAgain::lightError(const std::vector<glm::vec4>& own,
                                        const std::vector<glm::vec4>& byWays) const {
     return measuredErrors({sample_, replicates_, means(own), byWays}, kShown);
@@ -254,11 +264,8 @@ MeasuredErrors PixelsAgain::lightError(const std::vector<glm::vec4>& own,
 
 void PixelsAgain::measure(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& truth,
                           double boundChance, PictureMeasurement& out) const {
-    const int most = step_.empty() ? 0 : *std::max_element(step_.begin(), step_.end());
-    out.samples = replicates_ * samples_;
-    out.mostSamples = replicates_ * samplesOf(most);
+    measureOwn(own, out);
     out.all = measuredErrors({sample_, replicates_, picture_, truth}, kShown, boundChance);
-    out.sampling = measuredErrors({sample_, replicates_, picture_, own}, kShown);
     // Both went through the same places, so that the remainder of their noise is small.
     out.rays = measuredErrors({sample_, 1, means(own), means(truth)}, kShown);
     widen(out.all);

@@ -54,6 +54,9 @@ class PixelsAgain {
     std::optional<std::vector<glm::vec4>> drawAgain(PixelSource& source, const Limits& limits,
                                                     Work& work) const;
 
+    /// The picture's error against the mean of its own rays.
+    /// @param own  of drawOwn()
+    void measureOwn(const std::vector<glm::vec4>& own, PictureMeasurement& out) const;
     /// The error of kept light: against single ways, which differ in nothing else.
     MeasuredErrors lightError(const std::vector<glm::vec4>& own, const std::vector<glm::vec4>& byWays) const;
     /// @param own, truth   of drawOwn(), and of drawAgain() after PixelSource::toTruth()

@@ -7,6 +7,7 @@
 #include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h"
 #include "render/pixels/kept_samples.h"
+#include "render/pixels/noise_filter.h"
 #include "render/plan/fusion.h"
 #include "render/plan/overlooked_pixels.h"
 #include "render/plan/planner.h"
@@ -217,7 +218,12 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
         const Image more = looks->added(caster_->hits(), next->places, next->size(), *tracerOf(*caster_, p));
         picture.add(caster_->image(), std::span(&more, 1));
     }
-    result.image = picture.image();
+    if (p.view.quality.pixels.denoise) {
+        progress.stage("taking out noise");
+        result.image = withoutNoise(picture.sums(), task.options.threads);
+    } else {
+        result.image = picture.image();
+    }
     if (looks) {
         added = picture.other(0);
         result.surfaceLight = looks->report();
@@ -368,7 +374,7 @@ std::optional<Image> RayPixels::draw(std::span<const glm::vec2> places, const gl
     rays.frame.phased = phased_;
     rays.places = places;
     rays.arraySize = arraySize;
-    rays.paths = paths_;
+    rays.paths = paths_ || task_.plan.view.lighting.transport;
     caster_->begin(rays);
     if (!drawWithin(*caster_, engine_, task_.plan, slicing, mostBytes, work))
         return std::nullopt;

@@ -62,8 +62,12 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
 
 /// Combinations that are not implemented.
 void checkTransport(const Scene& scene, const FramePlan& plan) {
-    if (!scene.lighting.transport)
+    if (!scene.lighting.transport) {
+        if (scene.quality.pixels.denoise)
+            throw InputError("quality.denoise: expected paths of light (lighting.transport), whose noise it "
+                             "takes out, found none");
         return;
+    }
     const auto refuse = [](const std::string& expected, const std::string& found) {
         return InputError("lighting.transport: expected " + expected + ", found " + found);
     };

@@ -63,6 +63,8 @@ struct PictureMeasurement {
     /// The picture has light per voxel or surface: the error of that light is not in these numbers, because
     /// the truth has the same light.
     bool keptLight = false;
+    /// The truth has the picture's own levels and step: of paths of light, which have no other.
+    bool keptRays = false;
     /// Of Verify::full: what planes, maps and numbers of rays cost, against single ways of light, the rest
     /// being the same. None: whyNoLight says why, where it was asked for.
     std::optional<MeasuredErrors> light;

@@ -51,11 +51,13 @@ void printErrors(const json& errors) {
     printLine("error", errorText(m));
     if (m.contains("notCounted"))
         for (const json& what : m.at("notCounted"))
-            printLine("not in it", "what " + what.get<std::string>() + " itself errs by");
+            printLine("not in it",
+                      what == "light" ? "what light itself errs by" : "what levels and step err by");
     printLine("measured", "on " + std::to_string(m.at("pixelsThatShow").get<int>()) + " pixels of " +
                               std::to_string(m.at("samplesOfPixel").get<int>()) + " rays");
     printLine("of samples", errorText(m.at("samplesOfPixels")));
-    printLine("of rays", errorText(m.at("levelsStepFiltering")));
+    if (m.contains("levelsStepFiltering"))
+        printLine("of rays", errorText(m.at("levelsStepFiltering")));
     if (m.contains("light"))
         printLine("beside it", "of light " + errorText(m.at("light")));
     if (errors.contains("maxErrorNotReached"))

@@ -57,7 +57,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
     {"kind":"circle","points":[[1,0,0],[0,1,0],[-1,0,0.5]]}],
   "quality":{"stepVoxels":0.25,"integrator":"pre-integrated","fetch":"exact","terminationTransmittance":0,"skipping":false,
     "edgeFunction":"split","sampling":"naive","maxError":2.5,
-    "samples":16,"pixelFilter":"gaussian","seed":3},
+    "samples":16,"denoise":true,"pixelFilter":"gaussian","seed":3},
   "image":{"size":[640,480],"background":"#336699"}})";
 constexpr const char* kFree =
     R"({"tesseraScene":1,"volumes":[{"path":"/s/x.zarr","unit":"","transferFunction":"lung",

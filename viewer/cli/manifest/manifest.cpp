@@ -60,6 +60,8 @@ nlohmann::json measurementJson(const PictureMeasurement& m) {
         out["light"] = measuredJson(*m.light);
     else if (m.keptLight)
         out["notCounted"] = {"light"};
+    if (m.keptRays)
+        out["notCounted"] = {"levelsStepFiltering"};
     if (!m.whyNot.empty()) {
         out["notMeasured"] = m.whyNot;
         return out;
@@ -72,7 +74,8 @@ nlohmann::json measurementJson(const PictureMeasurement& m) {
     if (m.all.luvP99Bound)
         out["luvPercentile99AtMost"] = *m.all.luvP99Bound;
     out["samplesOfPixels"] = measuredJson(m.sampling);
-    out["levelsStepFiltering"] = measuredJson(m.rays);
+    if (!m.keptRays)
+        out["levelsStepFiltering"] = measuredJson(m.rays);
     return out;
 }
 

@@ -40,6 +40,7 @@ KeptSamples::Parts partsOf(const RenderTask& task) {
     scene.background.reset();
     scene.quality.pixels.samples = 2;
     scene.quality.pixels.noise = 0;
+    scene.quality.pixels.denoise = false;
     std::string labels;
     for (SceneVolume& volume : scene.volumes) {
         if (volume.labels.path.empty())
