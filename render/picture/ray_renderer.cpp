@@ -79,7 +79,8 @@ std::string digitsOf(double value, int digits) {
 /// After a round of paths.
 void tellNoise(const AreaPicture& picture, Progress& progress) {
     if (picture.noise())
-        progress.detail(", " + std::to_string(picture.roundsDone()) + " rounds, noise " +
+        progress.detail(", " + std::to_string(picture.roundsDone()) +
+                        (picture.roundsDone() == 1 ? " round, noise " : " rounds, noise ") +
                         digitsOf(*picture.noise(), 2));
 }
 

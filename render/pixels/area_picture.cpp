@@ -70,9 +70,7 @@ void AreaPicture::goOnFrom(int samples, const std::function<void(std::span<Pixel
 
 int AreaPicture::wholeSamples() const {
     const int samples = 2 << std::max(0, round_);
-    return !decides() && roundIsDrawn() && taken_ == sums_.count() * static_cast<std::size_t>(samples)
-               ? samples
-               : 0;
+    return !decides() && taken_ == sums_.count() * static_cast<std::size_t>(samples) ? samples : 0;
 }
 
 std::vector<const PixelSums*> AreaPicture::allSums() const {

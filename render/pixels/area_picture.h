@@ -97,7 +97,6 @@ class AreaPicture {
     bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
     int rounds() const;
     bool isQuiet();
-    bool roundIsDrawn() const { return !drawing_ && first_ == pixels_.size(); }
     template <typename Visit> void forEachRun(const Visit& visit) const;
 
     Rays picture_;

@@ -174,11 +174,11 @@ TEST(AreaRounds, RaysOfAnotherStepHavePhasesAndMiddlesHaveNot) {
 TEST(AreaRounds, LightHasTheMeansOfItsOwn) {
     for (const PixelSampling& sampling : {kDecides, PixelSampling{5, PixelFilter::box, 1}}) {
         AreaPicture plain(raysOfSize(kAcross), sampling, 2, goalOf(3000)),
-            lit(raysOfSize(kAcross), sampling, 2, goalOf(3000));
+            lit(raysOfSize(kAcross), sampling, 2, goalOf(3000), {}, {}, 1);
         drawAll(plain, kAcross);
         drawAll(lit, kAcross, true);
         EXPECT_EQ(lit.image().pixels, plain.image().pixels);
-        EXPECT_EQ(lit.light().pixels, lit.image().pixels);
+        EXPECT_EQ(lit.other(0).pixels, lit.image().pixels);
         EXPECT_EQ(lit.report().taken, plain.report().taken);
     }
 }

@@ -242,6 +242,10 @@ TEST_F(KeptFile, LyingHeadersAreRefused) {
         writeBytes(path, signedFile(bytes));
         EXPECT_NE(refusal(), "") << length;
     }
+    for (const std::string& other : {body.substr(0, body.size() - 32), body + std::string(32, '\1')}) {
+        writeBytes(path, signedFile(other));
+        EXPECT_THAT(refusal(), HasSubstr("which are not those of 7 x 5 pixels"));
+    }
     std::string bytes = body;
     const float nan = std::nanf("");
     std::memcpy(&bytes[bytes.size() - sizeof nan], &nan, sizeof nan);
@@ -271,7 +275,11 @@ TEST(ManySamples, HaveExactMeans) {
 TEST(ManySamples, ShareIsThatOfSamples) {
     AreaPicture picture = pictureOf(samplingOf(3000));
     std::size_t arrays = 0;
-    while (drawNext(picture)) {
+    const auto half = [&](const glm::vec2& place) { // while an array is drawn
+        EXPECT_GT(picture.share(0.5), picture.share(0));
+        return colourAt(place);
+    };
+    while (drawNext(picture, half)) {
         ++arrays;
         const double share = picture.report().taken / 3000;
         EXPECT_NEAR(picture.share(0), share, 1e-9);
