@@ -53,6 +53,11 @@ struct Band {
     std::array<std::vector<Rows>, 2> sum; // of colours by weights, and of weights
 };
 
+/// Nothing is known of the noise of pixels without both sets: they count as exact.
+glm::vec4 offsetOf(const PixelSums& sums, std::size_t pixel) {
+    return sums.hasBothSets(pixel) ? sums.offset(pixel) : glm::vec4(0);
+}
+
 void read(const PixelSums& sums, int first, Band& band) {
     const glm::ivec2 size = sums.size();
     const auto at = [&](int x, int y) {
@@ -62,7 +67,7 @@ void read(const PixelSums& sums, int first, Band& band) {
     for (int y = -kPad; y < kRows + kPad; ++y)
         for (int x = -kPad; x < band.width + kPad; ++x) {
             const std::size_t pixel = at(x, first + y);
-            const glm::vec4 mean = sums.mean(pixel), offset = sums.offset(pixel);
+            const glm::vec4 mean = sums.mean(pixel), offset = offsetOf(sums, pixel);
             for (int c = 0; c < 3; ++c) {
                 band.half[0][static_cast<std::size_t>(c)].row(y)[x] = mean[c] + offset[c];
                 band.half[1][static_cast<std::size_t>(c)].row(y)[x] = mean[c] - offset[c];
@@ -74,7 +79,7 @@ void read(const PixelSums& sums, int first, Band& band) {
             glm::vec3 squares(0);
             for (int dy = -kVariance; dy <= kVariance; ++dy)
                 for (int dx = -kVariance; dx <= kVariance; ++dx) {
-                    const glm::vec3 offset(sums.offset(at(x + dx, first + y + dy)));
+                    const glm::vec3 offset(offsetOf(sums, at(x + dx, first + y + dy)));
                     squares += offset * offset;
                 }
             for (int c = 0; c < 3; ++c)

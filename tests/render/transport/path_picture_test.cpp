@@ -157,6 +157,16 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     return scenes;
 }
 
+std::string refused(const Scene& scene, EngineKind engine = EngineKind::native) {
+    Torso torso;
+    try {
+        torso.draw(scene, engine);
+    } catch (const InputError& e) {
+        return e.what();
+    }
+    return "drawn";
+}
+
 TEST(PathPicture, NativeHasTheMirrorsBits) {
     Torso torso;
     const BallsOfLabels labels(torso.reader.info());
@@ -544,6 +554,45 @@ TEST(PathPicture, LightsErrorIsMeasured) {
     EXPECT_TRUE(other.all.rms);
 }
 
+/// A filter takes noise out, and pixels drawn again tell what is left and what it blurs.
+TEST(PathPicture, DenoisedErrsLessAndTellsIt) {
+    Torso torso;
+    Scene scene = lit(torso.scene("skin", 0, {64, 48}), 2);
+    scene.quality.pixels = {1024, PixelFilter::box, 9};
+    const Image truth = torso.draw(scene, EngineKind::native).image;
+    scene.quality.pixels = {8, PixelFilter::box, 3};
+    const auto errorOf = [&](const Image& image) {
+        double squares = 0;
+        int shown = 0;
+        for (std::size_t n = 0; n < truth.pixels.size(); ++n)
+            if (truth.pixels[n].a > 1.0f / 255) {
+                const glm::dvec4 d(image.pixels[n] - truth.pixels[n]);
+                squares += glm::dot(d, d) / 4, ++shown;
+            }
+        return std::sqrt(squares / shown);
+    };
+    const RenderResult raw = torso.draw(scene, EngineKind::native);
+    EXPECT_FALSE(raw.measured);
+    scene.quality.pixels.denoise = true;
+    MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{256} << 20);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.verify = Verify::full;
+    const RenderResult denoised = renderScene(scene, torso.reader, torso.ram, gpu, options);
+    EXPECT_LE(torso.ram.peakBytes(), torso.ram.limitBytes());
+    const double error = errorOf(denoised.image);
+    EXPECT_LT(error, 0.7 * errorOf(raw.image));
+    ASSERT_TRUE(denoised.measured && denoised.measured->all.rms);
+    EXPECT_TRUE(denoised.measured->keptRays);
+    EXPECT_LT(denoised.measured->all.rms->low, 1.1 * error);
+    EXPECT_GT(denoised.measured->all.rms->high, 0.9 * error);
+    for (std::size_t n = 0; n < truth.pixels.size(); ++n)
+        EXPECT_EQ(denoised.image.pixels[n].a, raw.image.pixels[n].a);
+    scene.lighting.transport.reset();
+    scene.lighting.environment.reset();
+    EXPECT_THAT(refused(scene), HasSubstr("quality.denoise: expected paths of light"));
+}
+
 /// Sums over pictures of many seeds.
 struct Seeds {
     Seeds(Torso& torso, Scene scene, EngineKind engine, int count) : count(count) {
@@ -746,16 +795,6 @@ TEST(PathPicture, CostsNothingWithoutATransport) {
         gpu("GPU memory", "--gpu-memory", std::size_t{64} << 20);
     const Planner p = planScene(torso.scene("bone-1"), torso.reader, {}, {ram, gpu, 0});
     EXPECT_FALSE(p.layer().extinction.exists());
-}
-
-std::string refused(const Scene& scene, EngineKind engine = EngineKind::native) {
-    Torso torso;
-    try {
-        torso.draw(scene, engine);
-    } catch (const InputError& e) {
-        return e.what();
-    }
-    return "drawn";
 }
 
 TEST(PathPicture, RefusesWhatIsNotThere) {
