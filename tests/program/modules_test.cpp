@@ -6,6 +6,9 @@
 #include "core/base/interrupt.h"
 #include "core/base/program_folders.h"
 #include "core/image/image_file.h"
+#if TESSERA_WITH_ENVIRONMENTS
+#include "core/image/environment_file.h"
+#endif
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/catalogue.h"
 #include "tests/support/dicom_writer.h"
@@ -51,6 +54,20 @@ TEST(Modules, ErrorsOfPicturesAreOurs) {
     EXPECT_EQ(readManifest(folder / "a.png"), "manifest");
     EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2);
 }
+
+#if TESSERA_WITH_ENVIRONMENTS
+TEST(Modules, ErrorsOfEnvironmentsAreOurs) {
+    const ScratchFolder folder;
+    std::ofstream(folder / "text.hdr") << "no picture";
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+    try {
+        readEnvironment(folder / "text.hdr", ram);
+        FAIL() << "a text was an environment";
+    } catch (const BadFile& error) {
+        EXPECT_EQ(error.found(), "another file");
+    }
+}
+#endif
 
 TEST(Modules, WhatIsMissingOrAnotherIsNamed) {
     EXPECT_THAT(said([] { loadModule("tessera_nothing"); }),

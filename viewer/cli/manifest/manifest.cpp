@@ -3,7 +3,11 @@
 
 #include "core/base/error.h"
 #include "render/geometry/shape.h"
+#include "render/transport/environment_map.h"
 
+#include <bit>
+#include <cstdint>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace tessera {
@@ -107,6 +111,20 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
 }
 } // namespace
 
+namespace {
+/// What a file's light is, in digits (FNV-1a, 64 bits).
+std::string contentOf(const EnvironmentMap& map) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    const glm::ivec2 size = map.table().size();
+    for (std::size_t n = 0; n < static_cast<std::size_t>(size.x * size.y); ++n)
+        for (int c = 0; c < 3; ++c)
+            hash = (hash ^ std::bit_cast<std::uint32_t>(map.radianceAt(n)[c])) * 0x100000001b3u;
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+    return digits;
+}
+} // namespace
+
 Scene withoutPaths(Scene scene, Stores stores) {
     TESSERA_CHECK(scene.volumes.size() == stores.size());
     for (std::size_t n = 0; n < stores.size(); ++n) {
@@ -117,7 +135,8 @@ Scene withoutPaths(Scene scene, Stores stores) {
         if (std::filesystem::path& path = scene.meshes[n].path; !path.empty())
             path = "mesh-" + std::to_string(n) + path.extension().string();
     if (auto& sky = scene.lighting.environment; sky && !sky->file.path.empty())
-        sky->file.path = "environment" + sky->file.path.extension().string();
+        sky->file.path = "environment-" + (sky->file.map ? contentOf(*sky->file.map) : "unread") +
+                         sky->file.path.extension().string();
     return scene;
 }
 
