@@ -102,9 +102,9 @@ double cpuSeconds() {
 }
 
 PathBaseline::PathBaseline(const Scene& scene, const StoreReader& store, Budgets& budgets, int threads)
-    : size_(scene.imageSize), threads_(threads),
-      engine_(threads, budgets.gpu, budgets.ram),
-      plan_(planScene(scene, store, engine_.limits(), {budgets.ram, budgets.gpu, threads})) {
+    : size_(scene.imageSize), threads_(threads), engine_(threads, budgets.gpu, budgets.ram),
+      plan_(planScene(scene, store, engine_.limits(), {budgets.ram, budgets.gpu, threads},
+                      LevelChoice::finest)) {
     loadBricks(engine_, plan_, budgets.gpu, loaded_);
     engine_.settled();
 }

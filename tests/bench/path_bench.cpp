@@ -3,6 +3,8 @@
 //
 //   path_bench --store ct.zarr --preset bone --size 256 --samples 4,16,64,256 --light 1
 //
+//   path_bench --store huge.zarr --gpu-memory 256MiB --ram 512MiB --samples 0 --levels 16
+//
 // The made error needs no truth: pictures of two seeds are independent, so half of the mean square of their
 // difference is the variance of one. The error of kept light needs none either. Its picture less one by
 // response "contract", through the same places, has the light's error and noise. Over two seeds the noise
@@ -19,9 +21,10 @@ namespace tessera::bench {
 namespace {
 
 struct Bench {
-    StoreReader store;
+    const StoreReader& store;
     Budgets& budgets;
     int threads;
+    LevelChoice levels = LevelChoice::perBrick;
 
     RenderResult draw(Scene scene, int samples, int seed) const {
         scene.quality.pixels.samples = samples;
@@ -29,6 +32,7 @@ struct Bench {
         RenderOptions options;
         options.engine = EngineKind::native;
         options.threads = threads;
+        options.levels = levels;
         return renderScene(scene, store, budgets.ram, budgets.gpu, options);
     }
 };
@@ -125,16 +129,51 @@ void errorOfKeptLight(const Bench& bench, const Scene& given, int level, int sam
         }
 }
 
+/// The error of the levels that small budgets leave, apart from noise. Pictures of one seed by these and by
+/// the finest levels differ by levels' error and noise. Over two seeds noise is independent.
+void errorOfLevels(const Bench& small, Scene scene, int samples) {
+    applyLook("cinematic", scene);
+    Budgets large(std::size_t{8} << 30, std::size_t{8} << 30);
+    std::vector<Image> chosen, finest;
+    double chosenSeconds = 0, finestSeconds = 0;
+    std::string levels;
+    for (int seed = 1; seed <= 2; ++seed) {
+        auto start = Clock::now();
+        RenderResult result = small.draw(scene, samples, seed);
+        chosenSeconds = 1e-3 * msSince(start);
+        levels.clear();
+        for (const std::size_t bricks : result.bricksOfLevel)
+            levels += (levels.empty() ? "" : ", ") + std::to_string(bricks);
+        chosen.push_back(std::move(result.image));
+        start = Clock::now();
+        finest.push_back(
+            Bench{small.store, large, small.threads, LevelChoice::finest}.draw(scene, samples, seed).image);
+        finestSeconds = 1e-3 * msSince(start);
+    }
+    std::printf(
+        "\n| samples | bricks of levels; empty | rms of levels | in the mean | rms of noise | s | s by "
+        "finest levels |\n|---|---|---|---|---|---|---|\n"
+        "| %d | %s | %.4f | %+.4f | %.4f | %.1f | %.1f |\n",
+        samples, levels.c_str(), rootOf(meanProduct(chosen[0], finest[0], chosen[1], finest[1])),
+        (meanDifference(chosen[0], finest[0]) + meanDifference(chosen[1], finest[1])) / 2,
+        rootOf(meanProduct(chosen[0], chosen[1], chosen[0], chosen[1]) / 2), chosenSeconds, finestSeconds);
+}
+
 void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
                                 {{"--store", ""},
                                  {"--preset", "bone"},
                                  {"--size", "256"},
-                                 {"--samples", "4,16,64"},
-                                 {"--light", "0"}, // samples of the second table; 0: none
+                                 {"--samples", "4,16,64"}, // 0: no first table
+                                 {"--light", "0"},         // samples of the second table; 0: none
+                                 {"--levels", "0"},        // samples of the third; 0: none
+                                 {"--gpu-memory", "4GiB"},
+                                 {"--ram", "2GiB"},
                                  {"--threads", "0"}});
-    Budgets budgets;
-    const Bench bench{StoreReader(options["--store"], budgets.ram), budgets, std::stoi(options["--threads"])};
+    Budgets budgets(parseBytes(options["--gpu-memory"], "--gpu-memory"),
+                    parseBytes(options["--ram"], "--ram"));
+    const StoreReader store(options["--store"], budgets.ram);
+    const Bench bench{store, budgets, std::stoi(options["--threads"])};
     Scene scene;
     SceneVolume volume;
     volume.transferFunction = options["--preset"];
@@ -143,7 +182,10 @@ void run(int argc, char** argv) {
     scene.camera = fitCamera(bench.store.info(), View::anterior, Projection::perspective, scene.imageSize);
     std::printf("%s, %s, %dx%d, load %.1f\n\n", options["--store"].c_str(), options["--preset"].c_str(),
                 scene.imageSize.x, scene.imageSize.y, loadAverage());
-    errorAgainstTime(bench, scene, parseNumbers(options["--samples"], "--samples"));
+    if (options["--samples"] != "0")
+        errorAgainstTime(bench, scene, parseNumbers(options["--samples"], "--samples"));
+    if (const int samples = std::stoi(options["--levels"]); samples > 0)
+        errorOfLevels(bench, scene, samples);
     if (const int samples = std::stoi(options["--light"]); samples > 0) {
         std::printf(
             "\n| light | finestLevel | rms of light | mean | s | s by paths |\n|---|---|---|---|---|---|\n");

@@ -1,5 +1,5 @@
-// tests/bench/path_contest.cpp: CPU seconds to equal noise: the product's paths beside delta tracking with one
-// majorant (as many scatterings) and beside jittered marching (one scattering), in turns
+// tests/bench/path_contest.cpp: CPU seconds to equal noise: the product's paths beside delta tracking with
+// one majorant (as many scatterings) and beside jittered marching (one scattering), in turns
 // (docs/measurements/paths.md).
 //
 //   path_contest --scenes ct.zarr:bone,ct.zarr:soft-tissue --size 128 --samples 64 --others 4 --threads 2
@@ -50,7 +50,7 @@ struct Turns {
 
 struct Sizes {
     int size, samples, others, threads;
-    double stepVoxels;
+    double stepVoxels, eyeStep;
 };
 
 /// One scene's times: of the product's over another's cost, with the same number of scatterings.
@@ -71,6 +71,8 @@ Gains contest(const std::string& path, const std::string& preset, const Sizes& s
     Scene direct = scene;
     direct.lighting.transport->bounces = 1;
     const auto product = [&](Scene drawn, int seed, PathWork& work) {
+        if (sizes.eyeStep > 0)
+            drawn.quality.stepVoxels = sizes.eyeStep;
         drawn.quality.pixels.samples = sizes.samples;
         drawn.quality.pixels.seed = static_cast<std::uint32_t>(seed);
         RenderOptions options;
@@ -96,8 +98,7 @@ Gains contest(const std::string& path, const std::string& preset, const Sizes& s
             one.take([&] { return product(direct, seed, one.work); });
             const PathBaseline other(direct, store, budgets, sizes.threads);
             marching.take([&] {
-                return other.draw(Tracking::marching, sizes.others, number, sizes.stepVoxels,
-                                  marching.work);
+                return other.draw(Tracking::marching, sizes.others, number, sizes.stepVoxels, marching.work);
             });
         }
     }
@@ -123,15 +124,17 @@ void run(int argc, char** argv) {
                                 {{"--scenes", ""}, // STORE:PRESET,...
                                  {"--size", "128"},
                                  {"--samples", "64"},
-                                 {"--others", "4"}, // samples of the others
-                                 {"--step", "1"},   // of marching, voxels
+                                 {"--others", "4"},   // samples of the others
+                                 {"--step", "1"},     // of marching, voxels
+                                 {"--eye-step", "0"}, // voxels, of the product's rays of the eye; 0: its own
                                  {"--threads", "2"}});
-    const Sizes sizes{std::stoi(options["--size"]), std::stoi(options["--samples"]),
+    const Sizes sizes{std::stoi(options["--size"]),   std::stoi(options["--samples"]),
                       std::stoi(options["--others"]), std::stoi(options["--threads"]),
-                      std::stod(options["--step"])};
+                      std::stod(options["--step"]),   std::stod(options["--eye-step"])};
     std::printf("%dx%d, %d threads, load %.1f\n\n| scene | way | samples | CPU s | look-ups a path | rms | "
                 "rms² s | mean | time to equal noise |\n|---|---|---|---|---|---|---|---|---|\n",
                 sizes.size, sizes.size, sizes.threads, loadAverage());
+    std::fflush(stdout);
     double logs[2] = {0, 0};
     int count = 0;
     std::istringstream scenes(options["--scenes"]);
@@ -145,8 +148,9 @@ void run(int argc, char** argv) {
     }
     if (count == 0)
         throw InputError("--scenes: expected STORE:PRESET,..., found nothing");
-    std::printf("\nGeometric means of %d scenes: one majorant %.1f, marching %.1f times as long. Load %.1f.\n",
-                count, std::exp(logs[0] / count), std::exp(logs[1] / count), loadAverage());
+    std::printf(
+        "\nGeometric means of %d scenes: one majorant %.1f, marching %.1f times as long. Load %.1f.\n", count,
+        std::exp(logs[0] / count), std::exp(logs[1] / count), loadAverage());
 }
 
 } // namespace

@@ -36,14 +36,12 @@ def run(command, **more):
 
 def read_grid(path):
     """Extinctions [z][y][x], and patient space from indices, 4x4."""
-    with open(path, "rb") as file:
-        header, values = file.read().split(b"\n\n", 1)
-    fields = dict(line.split(": ", 1) for line in header.decode().splitlines()[1:])
-    sizes = [int(n) for n in fields["sizes"].split()]
-    columns = [[float(n) for n in v.strip("()").split(",")]
-               for v in fields["space directions"].split() + [fields["space origin"]]]
-    matrix = [[columns[c][r] for c in range(4)] for r in range(3)] + [[0, 0, 0, 1]]
-    return np.frombuffer(values, "<f4").reshape(sizes[::-1]), matrix
+    with open(path, encoding="utf-8") as file:
+        fields = json.load(file)
+    axes = np.array(fields["direction"]).reshape(3, 3) * np.array(fields["spacing"])
+    matrix = np.vstack([np.column_stack([axes, fields["origin"]]), [0, 0, 0, 1]]).tolist()
+    values = np.fromfile(os.path.join(os.path.dirname(path), fields["data"]), "<f4")
+    return values.reshape(fields["extent"][::-1]), matrix
 
 
 def write_vdb(values, path):
@@ -69,9 +67,13 @@ class Volume:
         self.options = options
         self.title = f"{os.path.basename(name)}, {preset}"
         self.base = os.path.join(options.work, f"{os.path.basename(name)}-{preset}")
-        grid = self.base + ".nrrd"
-        run([options.tool, "--store", name, "--preset", preset, "--edge", str(options.edge), "--grid", grid])
-        run([options.tessera, "import", grid, "-o", self.base + ".zarr", "--force", "-q"])
+        grid = self.base + ".json"
+        run([options.tool, "--store", name, "--preset", preset, "--edge", str(options.edge),
+             "--per-voxel", str(options.per_voxel), "--grid", grid])
+        for old in (".vdb", ".df3"):
+            if os.path.exists(self.base + old):
+                os.remove(self.base + old)
+        run([options.tessera, "import", grid, self.base + ".zarr", "--force", "-q"])
         self.values, self.matrix = read_grid(grid)
         self.most = float(self.values.max())
 
@@ -174,6 +176,8 @@ def main():
     parser.add_argument("--tessera", default="", help="the program (default: that of the build)")
     parser.add_argument("--work", required=True, help="folder for files")
     parser.add_argument("--edge", type=int, default=192, help="voxels along an axis, at most")
+    parser.add_argument("--per-voxel", type=float, default=0,
+                        help="scale extinctions to this greatest optical depth of a voxel; 0: as the function has them")
     parser.add_argument("--size", type=int, default=128)
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--converged", type=int, default=1024)
