@@ -24,7 +24,6 @@ struct Bench {
     const StoreReader& store;
     Budgets& budgets;
     int threads;
-    LevelChoice levels = LevelChoice::perBrick;
 
     RenderResult draw(Scene scene, int samples, int seed) const {
         scene.quality.pixels.samples = samples;
@@ -32,7 +31,6 @@ struct Bench {
         RenderOptions options;
         options.engine = EngineKind::native;
         options.threads = threads;
-        options.levels = levels;
         return renderScene(scene, store, budgets.ram, budgets.gpu, options);
     }
 };
@@ -130,33 +128,28 @@ void errorOfKeptLight(const Bench& bench, const Scene& given, int level, int sam
 }
 
 /// The error of the levels that small budgets leave, apart from noise. Pictures of one seed by these and by
-/// the finest levels differ by levels' error and noise. Over two seeds noise is independent.
+/// large budgets differ by levels' error and noise. Over two seeds noise is independent.
 void errorOfLevels(const Bench& small, Scene scene, int samples) {
     applyLook("cinematic", scene);
-    Budgets large(std::size_t{8} << 30, std::size_t{8} << 30);
-    std::vector<Image> chosen, finest;
-    double chosenSeconds = 0, finestSeconds = 0;
-    std::string levels;
-    for (int seed = 1; seed <= 2; ++seed) {
-        auto start = Clock::now();
-        RenderResult result = small.draw(scene, samples, seed);
-        chosenSeconds = 1e-3 * msSince(start);
-        levels.clear();
-        for (const std::size_t bricks : result.bricksOfLevel)
-            levels += (levels.empty() ? "" : ", ") + std::to_string(bricks);
-        chosen.push_back(std::move(result.image));
-        start = Clock::now();
-        finest.push_back(
-            Bench{small.store, large, small.threads, LevelChoice::finest}.draw(scene, samples, seed).image);
-        finestSeconds = 1e-3 * msSince(start);
-    }
+    Budgets large(std::size_t{4} << 30, std::size_t{4} << 30);
+    const Bench finer{small.store, large, small.threads};
+    std::vector<Image> images[2]; // of small budgets and of large ones
+    std::string levels[2];
+    for (int seed = 1; seed <= 2; ++seed)
+        for (const bool isLarge : {false, true}) {
+            RenderResult result = (isLarge ? finer : small).draw(scene, samples, seed);
+            images[isLarge].push_back(std::move(result.image));
+            levels[isLarge].clear();
+            for (const std::size_t bricks : result.bricksOfLevel)
+                levels[isLarge] += " " + std::to_string(bricks);
+        }
+    const std::vector<Image>&a = images[0], &b = images[1];
     std::printf(
-        "\n| samples | bricks of levels; empty | rms of levels | in the mean | rms of noise | s | s by "
-        "finest levels |\n|---|---|---|---|---|---|---|\n"
-        "| %d | %s | %.4f | %+.4f | %.4f | %.1f | %.1f |\n",
-        samples, levels.c_str(), rootOf(meanProduct(chosen[0], finest[0], chosen[1], finest[1])),
-        (meanDifference(chosen[0], finest[0]) + meanDifference(chosen[1], finest[1])) / 2,
-        rootOf(meanProduct(chosen[0], chosen[1], chosen[0], chosen[1]) / 2), chosenSeconds, finestSeconds);
+        "\n| samples | bricks of levels 0, 1, ... and empty | by 4 GiB | rms of levels | in the mean | rms "
+        "of noise |\n|---|---|---|---|---|---|\n| %d |%s |%s | %.5f | %+.5f | %.5f |\n",
+        samples, levels[0].c_str(), levels[1].c_str(), rootOf(meanProduct(a[0], b[0], a[1], b[1])),
+        (meanDifference(a[0], b[0]) + meanDifference(a[1], b[1])) / 2,
+        rootOf(meanProduct(a[0], a[1], a[0], a[1]) / 2));
 }
 
 void run(int argc, char** argv) {
@@ -167,6 +160,7 @@ void run(int argc, char** argv) {
                                  {"--samples", "4,16,64"}, // 0: no first table
                                  {"--light", "0"},         // samples of the second table; 0: none
                                  {"--levels", "0"},        // samples of the third; 0: none
+                                 {"--zoom", "1"},          // into the middle
                                  {"--gpu-memory", "4GiB"},
                                  {"--ram", "2GiB"},
                                  {"--threads", "0"}});
@@ -179,7 +173,9 @@ void run(int argc, char** argv) {
     volume.transferFunction = options["--preset"];
     scene.volumes = {volume};
     scene.imageSize = glm::ivec2(std::stoi(options["--size"]));
-    scene.camera = fitCamera(bench.store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    Camera camera = fitCamera(bench.store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    camera.viewAngle /= std::stod(options["--zoom"]);
+    scene.camera = camera;
     std::printf("%s, %s, %dx%d, load %.1f\n\n", options["--store"].c_str(), options["--preset"].c_str(),
                 scene.imageSize.x, scene.imageSize.y, loadAverage());
     if (options["--samples"] != "0")

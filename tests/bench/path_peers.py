@@ -9,7 +9,8 @@
 # Debian: apt-get install --no-install-recommends blender povray python3-numpy python3-openvdb (and /usr/bin/python3).
 #
 # Error: rms over all pixels against a converged picture of Tessera's, once the other program's mean is scaled to it.
-# So a wrong brightness counts for nobody, and the ratio of means tells whether the scene is the same.
+# So a wrong brightness counts for nobody, and the ratio of means tells whether the scene is the same. Noise: from two
+# seeds. The error has the bias of steps, too, which no number of samples takes away.
 import argparse
 import json
 import math
@@ -88,14 +89,16 @@ class Volume:
         return view["cpu"], view["wall"], picture(out, o.size), view
 
     def cycles(self, view, bounces, samples, step_rate):
-        """(name, CPU and wall seconds, picture) for each number of samples."""
+        """(name, CPU and wall seconds, pictures of two seeds) for each number of samples."""
         o = self.options
         vdb = self.base + ".vdb"
         if not os.path.exists(vdb):
             write_vdb(self.values, vdb)
         out = self.base + f"-cycles-{bounces}-{step_rate}"
-        scene = {"vdb": vdb, "patientFromIndex": self.matrix, "albedo": o.albedo, "camera": view, "bounces": bounces,
-                 "threads": o.threads, "size": o.size, "samples": [1] + samples, "seed": 1, "stepRate": step_rate,
+        matrix = np.array(self.matrix)
+        matrix[:3, 3] -= matrix[:3, :3] @ np.full(3, 0.5)  # Cycles has the middle of voxel i at i + 0.5
+        scene = {"vdb": vdb, "patientFromIndex": matrix.tolist(), "albedo": o.albedo, "camera": view, "bounces": bounces,
+                 "threads": o.threads, "size": o.size, "samples": [1] + samples, "seeds": [1, 2], "stepRate": step_rate,
                  "out": out}
         with open(out + "-scene.json", "w", encoding="utf-8") as file:
             json.dump(scene, file)
@@ -103,9 +106,9 @@ class Volume:
              out + "-scene.json"])
         with open(out + ".json", encoding="utf-8") as file:
             times = json.load(file)["times"]
-        # The first picture reads the volume, which is not counted.
-        return [(f"Cycles, {n} samples, step rate {step_rate}", cpu, wall, picture(f"{out}-{n}.f32", o.size))
-                for n, (cpu, wall) in zip(samples, times[1:])]
+        # The first picture of a seed reads the volume, which is not counted.
+        return [(f"Cycles, {n} samples", *times[f"{n}"],
+                 [picture(f"{out}-{n}-{seed}.f32", o.size) for seed in (1, 2)]) for n in samples]
 
     def povray(self, view, method, samples, rays):
         """The same, of one setting."""
@@ -117,7 +120,7 @@ class Volume:
         m = np.array(self.matrix)
         shape = np.array(self.values.shape[::-1])
         axes = m[:3, :3] * shape  # of the box that POV-Ray has from 0 to 1
-        corner = m[:3, 3] - m[:3, :3] @ np.full(3, 0.5)
+        corner = m[:3, 3]  # POV-Ray has the middle of voxel i at i
         back, focal = np.array(view["back"]), np.array(view["focal"])
         rows = ",".join(f"{x:.9g}" for x in [*axes[:, 0], *axes[:, 1], *axes[:, 2], *corner])
         pattern = f'density_file df3 "{df3}" interpolate 1 color_map {{ [0 rgb 0] [1 rgb 1] }}'
@@ -144,11 +147,11 @@ box {{ 0, 1 pigment {{ rgbt 1 }} hollow
         with open(out + ".ppm", "rb") as file:
             data = file.read()
         pixels = np.frombuffer(data[-o.size * o.size * 6:], ">u2").reshape(o.size, o.size, 3)[:, :, 1] / 65535.0
-        return f"POV-Ray, method {method}, {samples} samples, {rays}x{rays} rays", cpu, wall, pixels
+        return f"POV-Ray, method {method}, {samples} samples, {rays}x{rays} rays", cpu, wall, [pixels]
 
 
 def compare(volume, bounces, peers):
-    """Prints a table; the least ratio of seconds to equal error by program."""
+    """Prints rows; of each program's settings the least ratios of CPU seconds to equal error, and to equal noise."""
     o = volume.options
     a, b = volume.tessera(o.samples, 1, bounces), volume.tessera(o.samples, 2, bounces)
     truth = [volume.tessera(o.converged, seed, bounces)[2] for seed in (11, 12)]
@@ -157,15 +160,20 @@ def compare(volume, bounces, peers):
     noise = math.sqrt(np.mean((a[2] - b[2]) ** 2) / 2)
     cost = noise ** 2 * min(a[0], b[0])
     print(f"| {volume.title}, {bounces} | paths, {o.samples} samples | {min(a[0], b[0]):.2f} | "
-          f"{min(a[1], b[1]):.2f} | 1 | {noise:.5f} | 1 |")
+          f"{min(a[1], b[1]):.2f} | 1 | {noise:.5f} | {noise:.5f} | 1 | 1 |")
     best = {}
     for name, cpu, wall, seen in peers(a[3]):
-        ratio = seen.mean() / truth.mean()
-        error = math.sqrt(max(np.mean((seen / ratio - truth) ** 2) - error_of_truth ** 2, 1e-20))
-        gain = cpu * error ** 2 / cost
-        print(f"| | {name} | {cpu:.2f} | {wall:.2f} | {ratio:.3f} | {error:.5f} | {gain:.1f} |", flush=True)
+        ratio = seen[0].mean() / truth.mean()
+        error = math.sqrt(max(np.mean((seen[0] / ratio - truth) ** 2) - error_of_truth ** 2, 1e-20))
+        gains = [cpu * error ** 2 / cost, math.nan]
+        noise = math.nan  # POV-Ray has no seed
+        if len(seen) == 2:
+            noise = math.sqrt(np.mean((seen[0] - seen[1]) ** 2) / 2) / ratio
+            gains[1] = cpu * noise ** 2 / cost
+        print(f"| | {name} | {cpu:.2f} | {wall:.2f} | {ratio:.3f} | {error:.5f} | {noise:.5f} | {gains[0]:.1f} | "
+              f"{gains[1]:.1f} |", flush=True)
         program = name.split(",")[0]
-        best[program] = min(best.get(program, math.inf), gain)
+        best[program] = np.fmin(best.get(program, [math.nan, math.nan]), gains)
     return best
 
 
@@ -202,8 +210,8 @@ def main():
     if not any(there.values()):
         return
     print(f"{o.size}x{o.size}, {o.threads} threads, load {os.getloadavg()[0]:.1f}\n")
-    print("| volume, scatterings | way | CPU s | wall s | mean | error | CPU time to equal error |")
-    print("|---|---|---|---|---|---|---|")
+    print("| volume, scatterings | way | CPU s | wall s | mean | error | noise | time to equal error | to equal noise |")
+    print("|---|---|---|---|---|---|---|---|---|")
     gains = {}
     for given in o.volumes:
         volume = Volume(*given.rsplit(":", 1), o)
@@ -226,8 +234,9 @@ def main():
                 gains.setdefault(program + ", eight", []).append(gain)
     print()
     for program, all_of in gains.items():
-        print(f"{program}: {math.exp(sum(map(math.log, all_of)) / len(all_of)):.1f} times as long at its best setting, "
-              f"geometric mean of {len(all_of)}")
+        means = np.exp(np.mean(np.log(all_of), axis=0))
+        print(f"{program}: CPU time to equal error {means[0]:.1f} times as long, to equal noise {means[1]:.1f} "
+              f"(its best settings, geometric mean of {len(all_of)})")
     print(f"load {os.getloadavg()[0]:.1f}")
 
 
