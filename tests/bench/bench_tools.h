@@ -39,10 +39,9 @@ double median(std::vector<double> values);         // of at least one; the mean 
 
 /// Memory budgets wide enough that they affect no benchmark.
 struct Budgets {
-    explicit Budgets(std::size_t gpuBytes = std::size_t{4} << 30)
-        : gpu("GPU memory", "--gpu-memory", gpuBytes) {}
-    MemoryBudget ram{"RAM", "--ram", std::size_t{2} << 30};
-    MemoryBudget gpu;
+    explicit Budgets(std::size_t gpuBytes = std::size_t{4} << 30, std::size_t ramBytes = std::size_t{2} << 30)
+        : ram("RAM", "--ram", ramBytes), gpu("GPU memory", "--gpu-memory", gpuBytes) {}
+    MemoryBudget ram, gpu;
 };
 
 /// One frame of a SceneOnDevice.

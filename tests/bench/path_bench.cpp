@@ -3,6 +3,8 @@
 //
 //   path_bench --store ct.zarr --preset bone --size 256 --samples 4,16,64,256 --light 1
 //
+//   path_bench --store huge.zarr --gpu-memory 256MiB --ram 512MiB --samples 0 --levels 16
+//
 // The made error needs no truth: pictures of two seeds are independent, so half of the mean square of their
 // difference is the variance of one. The error of kept light needs none either. Its picture less one by
 // response "contract", through the same places, has the light's error and noise. Over two seeds the noise
@@ -19,7 +21,7 @@ namespace tessera::bench {
 namespace {
 
 struct Bench {
-    StoreReader store;
+    const StoreReader& store;
     Budgets& budgets;
     int threads;
 
@@ -125,25 +127,61 @@ void errorOfKeptLight(const Bench& bench, const Scene& given, int level, int sam
         }
 }
 
+/// The error of the levels that small budgets leave, apart from noise. Pictures of one seed by these and by
+/// large budgets differ by levels' error and noise. Over two seeds noise is independent.
+void errorOfLevels(const Bench& small, Scene scene, int samples) {
+    applyLook("cinematic", scene);
+    Budgets large(std::size_t{4} << 30, std::size_t{4} << 30);
+    const Bench finer{small.store, large, small.threads};
+    std::vector<Image> images[2]; // of small budgets and of large ones
+    std::string levels[2];
+    for (int seed = 1; seed <= 2; ++seed)
+        for (const bool isLarge : {false, true}) {
+            RenderResult result = (isLarge ? finer : small).draw(scene, samples, seed);
+            images[isLarge].push_back(std::move(result.image));
+            levels[isLarge].clear();
+            for (const std::size_t bricks : result.bricksOfLevel)
+                levels[isLarge] += " " + std::to_string(bricks);
+        }
+    const std::vector<Image>&a = images[0], &b = images[1];
+    std::printf(
+        "\n| samples | bricks of levels 0, 1, ... and empty | by 4 GiB | rms of levels | in the mean | rms "
+        "of noise |\n|---|---|---|---|---|---|\n| %d |%s |%s | %.5f | %+.5f | %.5f |\n",
+        samples, levels[0].c_str(), levels[1].c_str(), rootOf(meanProduct(a[0], b[0], a[1], b[1])),
+        (meanDifference(a[0], b[0]) + meanDifference(a[1], b[1])) / 2,
+        rootOf(meanProduct(a[0], a[1], a[0], a[1]) / 2));
+}
+
 void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
                                 {{"--store", ""},
                                  {"--preset", "bone"},
                                  {"--size", "256"},
-                                 {"--samples", "4,16,64"},
-                                 {"--light", "0"}, // samples of the second table; 0: none
+                                 {"--samples", "4,16,64"}, // 0: no first table
+                                 {"--light", "0"},         // samples of the second table; 0: none
+                                 {"--levels", "0"},        // samples of the third; 0: none
+                                 {"--zoom", "1"},          // into the middle
+                                 {"--gpu-memory", "4GiB"},
+                                 {"--ram", "2GiB"},
                                  {"--threads", "0"}});
-    Budgets budgets;
-    const Bench bench{StoreReader(options["--store"], budgets.ram), budgets, std::stoi(options["--threads"])};
+    Budgets budgets(parseBytes(options["--gpu-memory"], "--gpu-memory"),
+                    parseBytes(options["--ram"], "--ram"));
+    const StoreReader store(options["--store"], budgets.ram);
+    const Bench bench{store, budgets, std::stoi(options["--threads"])};
     Scene scene;
     SceneVolume volume;
     volume.transferFunction = options["--preset"];
     scene.volumes = {volume};
     scene.imageSize = glm::ivec2(std::stoi(options["--size"]));
-    scene.camera = fitCamera(bench.store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    Camera camera = fitCamera(bench.store.info(), View::anterior, Projection::perspective, scene.imageSize);
+    camera.viewAngle /= std::stod(options["--zoom"]);
+    scene.camera = camera;
     std::printf("%s, %s, %dx%d, load %.1f\n\n", options["--store"].c_str(), options["--preset"].c_str(),
                 scene.imageSize.x, scene.imageSize.y, loadAverage());
-    errorAgainstTime(bench, scene, parseNumbers(options["--samples"], "--samples"));
+    if (options["--samples"] != "0")
+        errorAgainstTime(bench, scene, parseNumbers(options["--samples"], "--samples"));
+    if (const int samples = std::stoi(options["--levels"]); samples > 0)
+        errorOfLevels(bench, scene, samples);
     if (const int samples = std::stoi(options["--light"]); samples > 0) {
         std::printf(
             "\n| light | finestLevel | rms of light | mean | s | s by paths |\n|---|---|---|---|---|---|\n");

@@ -7,6 +7,8 @@
 #   TESSERA_BENCH_TRUTHS  six: folder of references, which are made where they are absent: minutes each (default:
 #                         build/bench-results)
 #   TESSERA_BENCH_SIX     six: further options of six_scenes, e.g. "--quick 1" or "--truths-only 1"
+#   TESSERA_BENCH_PATHS   paths: scenes to compare with other ways, STORE:PRESET,... (default: bone and skin of each
+#                         volume in build/bench-data)
 #   TESSERA_BENCH_DEVICE  auto, software or a number (default: software, so that figures compare)
 #   TESSERA_BENCH_BUILD   build folder (default: build/release)
 set -euo pipefail
@@ -27,7 +29,7 @@ for part in "${what[@]}"; do
     peer) target=vtk_peer ;;
     six) target=six_scenes ;;
     defaults) target=tessera ;;
-    paths) target=path_bench ;;
+    paths) target=path_bench; targets+=(path_contest path_peer) ;;
     *) target=${part}_bench ;;
     esac
     if grep -q "^build $target:" "$build/build.ninja"; then targets+=("$target"); fi
@@ -58,6 +60,12 @@ for part in "${what[@]}"; do
         for volume in build/bench-data/*.zarr; do
             "$build/path_bench" --store "$volume" --samples 4,16,64 --light 16
         done | tee "$results/paths.md"
+        volumes=(build/bench-data/*.zarr)
+        scenes=$(printf '%s:bone,' "${volumes[@]}")$(printf '%s:skin,' "${volumes[@]}")
+        "$build/path_contest" --scenes "${TESSERA_BENCH_PATHS:-${scenes%,}}" | tee "$results/paths-contest.md"
+        # Cycles and POV-Ray, where they are installed; Debian's own Python has what grids need.
+        /usr/bin/python3 tests/bench/path_peers.py --build "$build" --work "$results/paths-peers" --edge 128 \
+            --per-voxel 0.5 --converged 256 --size 96 "${volumes[@]/%/:bone}" | tee "$results/paths-peers.md"
         ;;
     defaults)
         [[ -d $store ]] || "$build/tessera" phantom torso --size 512x512x749 -o "$store" -q
