@@ -160,6 +160,10 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
         result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
         if (!looks) {
             picture.add(caster_->image());
+            if (task.options.onRound && rays.paths &&
+                picture.samplesOfAll().value_or(p.view.quality.pixels.samples) <
+                    p.view.quality.pixels.samples)
+                task.options.onRound(picture.image(), picture.report());
             continue;
         }
         if (!looks->hasLooked())

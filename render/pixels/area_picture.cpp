@@ -55,14 +55,25 @@ void AreaPicture::goOn(const PixelGoal& goal) {
     upTo_.clear();
 }
 
-/// Each round doubles the samples of a pixel, so that a complete picture comes soon.
+/// Each round doubles the samples of a pixel, so that a complete picture comes soon. Paths are slow: the first
+/// round has one of them.
+int AreaPicture::samplesAfter(int round) const {
+    return std::min((picture_.paths ? 1 : 2) << round, sampling_.samples);
+}
+
 int AreaPicture::rounds() const {
     if (decides())
         return 1 + kRounds;
     int rounds = 1;
-    while ((2 << (rounds - 1)) < sampling_.samples)
+    while (samplesAfter(rounds - 1) < sampling_.samples)
         ++rounds;
     return rounds;
+}
+
+std::optional<int> AreaPicture::samplesOfAll() const {
+    if (decides() || drawing_ || pixels_.empty() || first_ < pixels_.size())
+        return std::nullopt;
+    return samplesAfter(round_);
 }
 
 void AreaPicture::take(std::uint32_t pixel, int upTo) {
@@ -72,8 +83,8 @@ void AreaPicture::take(std::uint32_t pixel, int upTo) {
 
 /// The error that is asked for is reached. Two samples a pixel tell too little of it.
 bool AreaPicture::isQuiet() const {
-    constexpr int kRoundsBefore = 3;
-    return sampling_.noise > 0 && !decides() && round_ >= kRoundsBefore &&
+    constexpr int kSamplesBefore = 8;
+    return sampling_.noise > 0 && !decides() && round_ > 0 && samplesAfter(round_ - 1) >= kSamplesBefore &&
            standardError(sums_).rms <= sampling_.noise;
 }
 
@@ -90,7 +101,7 @@ void AreaPicture::beginRound() {
             return; // the middles
         return takeOverlooked() ? void(--round_) : chooseNeedy();
     }
-    const int upTo = std::min(2 << round_, sampling_.samples);
+    const int upTo = samplesAfter(round_);
     forEachPixel(sums_.size(), [&](const glm::ivec2& at) {
         take(static_cast<std::uint32_t>(at.y * sums_.size().x + at.x), upTo);
     });
@@ -260,7 +271,7 @@ PixelReport AreaPicture::report() const {
     for (std::size_t i = 0; i < sums_.count(); ++i)
         report.most = std::max(report.most, sums_.samples(i));
     // Sets that decided when to stop are too similar, and a centre alone gives no estimate.
-    if (!decides())
+    if (!decides() && report.most > 1)
         report.error = standardError(sums_);
     return report;
 }

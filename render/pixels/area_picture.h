@@ -57,6 +57,9 @@ class AreaPicture {
     void add(const Image& drawn, const Image* light = nullptr);
 
     Image image() const { return sums_.image(); }
+    /// The number of samples that every pixel has, where a round has just ended; none amid one, and where
+    /// pixels decide.
+    std::optional<int> samplesOfAll() const;
     /// The mean of the colours to add.
     Image light() const { return light_->image(); }
     PixelReport report() const;
@@ -75,6 +78,7 @@ class AreaPicture {
     void chooseNeedy();
     void take(std::uint32_t pixel, int upTo);
     bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
+    int samplesAfter(int round) const;
     int rounds() const;
     bool isQuiet() const;
     template <typename Visit> void forEachRun(const Visit& visit) const;
