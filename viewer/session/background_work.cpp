@@ -77,8 +77,8 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, Memor
 } // namespace
 
 Still::Still(const Scene& scene, std::uint64_t asked, std::vector<const StoreReader*> stores,
-             MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options, Round round,
-             std::function<void()> ended)
+             MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended,
+             Round round)
     : result_(std::async(std::launch::async, [this, scene, asked, stores = std::move(stores), &ram, &gpu,
                                               options, round = std::move(round), ended = std::move(ended)] {
           FinishedStill finished;

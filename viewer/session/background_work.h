@@ -30,11 +30,11 @@ class Still {
   public:
     using Round = std::function<void(std::shared_ptr<ShownPicture>)>;
     /// Begins.
-    /// @param round  is called from the thread with each picture before; none: they are not made
     /// @param ended  is called from the thread just before it ends
+    /// @param round  is called from the thread with each picture before; none: they are not made
     /// store and budgets outlive this.
     Still(const Scene& scene, std::uint64_t asked, std::vector<const StoreReader*> stores, MemoryBudget& ram,
-          MemoryBudget& gpu, const RenderOptions& options, Round round, std::function<void()> ended);
+          MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended, Round round = {});
     /// Cancels, and waits.
     ~Still();
     void callOff() { calledOff_ = true; }

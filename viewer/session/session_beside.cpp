@@ -28,10 +28,11 @@ void SessionThread::drawStill(const Scene& scene) {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.round = {picture, number}; });
         };
     o.still = std::make_unique<Still>(
-        drawn, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render, std::move(round),
+        drawn, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render,
         [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
-        });
+        },
+        std::move(round));
 }
 
 void SessionThread::startStill() {
