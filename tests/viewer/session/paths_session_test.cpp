@@ -230,5 +230,21 @@ TEST(PathsSession, SaysWhatPathsDoNotDraw) {
     EXPECT_TRUE(looker.comesTo([&] { return looker.viewing->state().atRest; }));
 }
 
+// An engine that was asked for and follows no paths: its pictures in motion are there, and stills say why not.
+TEST(PathsSession, AnEngineWithoutPathsShowsTheLights) {
+    ViewSessionOptions options;
+    options.engine = EngineKind::gpu;
+    options.device.text = "software";
+    options.ramBytes = kRamBytes;
+    options.gpuBytes = kGpuBytes;
+    options.sets = {"lighting.transport.bounces=3"};
+    Looker looker(options);
+    EXPECT_TRUE(looker.opened(storePath("torso")).lighting.transport);
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    EXPECT_THAT(looker.viewing->state().problem, HasSubstr("it follows no paths of light"));
+    ASSERT_TRUE(looker.viewing->picture());
+    EXPECT_FALSE(isBlank(looker.viewing->picture()->image));
+}
+
 } // namespace
 } // namespace tessera::test
