@@ -53,8 +53,8 @@ struct RenderOptions {
     /// chosen for the picture itself. It also gets an estimate, good to a factor of three, of the remaining
     /// seconds.
     std::function<void(const Image&, double)> onFirstPicture;
-    /// Where light follows paths: called with the picture so far when pixels have 1, 2, 4, ... samples, before
-    /// the last, and with what is known of its noise.
+    /// Where light follows paths: called with the picture so far when pixels have 1, 2, 4, ... samples,
+    /// before the last, and with what is known of its noise.
     std::function<void(Image, const PixelReport&)> onRound;
     Progress* progress = nullptr; // none: silent
     /// Of a slice with labels: shares by which pixels are multiplied before labels are laid over them;

@@ -23,8 +23,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kPatience{50};       // for more bricks before a better picture
 constexpr milliseconds kLightPatience{700}; // for finer light
 
-/// As asDrawn() has it, without paths of light and a bound on the error; a slice of several volumes lies where that of a still
-/// does.
+/// As asDrawn() has it, without paths of light and a bound on the error; a slice of several volumes lies
+/// where that of a still does.
 Scene interactiveScene(const Scene& given, Stores stores, bool firstAlone) {
     Scene scene = withoutPaths(asDrawn(firstAlone ? sceneOfVolume(given, 0) : given));
     scene.quality.maxError.reset();

@@ -55,8 +55,8 @@ void AreaPicture::goOn(const PixelGoal& goal) {
     upTo_.clear();
 }
 
-/// Each round doubles the samples of a pixel, so that a complete picture comes soon. Paths are slow: the first
-/// round has one of them.
+/// Each round doubles the samples of a pixel, so that a complete picture comes soon. Paths are slow: the
+/// first round has one of them.
 int AreaPicture::samplesAfter(int round) const {
     return std::min((picture_.paths ? 1 : 2) << round, sampling_.samples);
 }

@@ -18,8 +18,8 @@
 
 namespace tessera {
 
-// A still: the picture of `tessera render`, drawn on a thread of its own; can be cancelled. Where light follows
-// paths, pictures with a part of the samples come before.
+// A still: the picture of `tessera render`, drawn on a thread of its own; can be cancelled. Where light
+// follows paths, pictures with a part of the samples come before.
 
 struct FinishedStill {
     std::shared_ptr<ShownPicture> picture; // null: cancelled

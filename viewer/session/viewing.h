@@ -62,8 +62,8 @@ enum class Stage {
 
 /// Samples of a picture of paths of light.
 struct SamplesSeen {
-    int taken = 0, asked = 0;      // of a pixel
-    std::optional<double> noise;   // rms standard error, linear light; none: one sample tells none
+    int taken = 0, asked = 0;    // of a pixel
+    std::optional<double> noise; // rms standard error, linear light; none: one sample tells none
 };
 
 /// The scene as its still is drawn and as it is saved: where light follows paths, pixels do not choose the
@@ -84,9 +84,9 @@ struct ShownPicture {
     std::optional<glm::vec3> background; // the scene's: linear; none: transparent
     Stage stage = Stage::moving;
     Camera camera;
-    std::uint64_t asked = 0; // the number of the request that it answers
-    double drawingMs = 0;    // from its begin to its end
-    std::string manifest;    // of a still, JSON; else empty
+    std::uint64_t asked = 0;            // the number of the request that it answers
+    double drawingMs = 0;               // from its begin to its end
+    std::string manifest;               // of a still, JSON; else empty
     std::optional<SamplesSeen> samples; // of rounds and stills where light follows paths
 };
 

@@ -110,8 +110,7 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
     if (desk.isRefused() && !isTime && what != "volume")
         refuse(step, "a scene that can be drawn, but: " + desk.lastProblem());
     if (what == "whole")
-        return !settled || !desk.isAnswered() ||
-               picture->stage < Stage::whole;
+        return !settled || !desk.isAnswered() || picture->stage < Stage::whole;
     if (what == "samples" && step.words.size() < 3)
         refuse(step, "a number of samples");
     if (what == "samples")

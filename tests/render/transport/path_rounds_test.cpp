@@ -78,7 +78,8 @@ TEST(PathRounds, AreThePicturesOfSoManySamples) {
                 EXPECT_EQ(report.error->rms, still.pixels.error->rms);
                 EXPECT_LT(rounds.last.pixels.error->rms, report.error->rms);
             }
-            EXPECT_THAT(taken, ElementsAreArray(expected)) << samples;
+            ASSERT_THAT(taken, ElementsAreArray(expected)) << samples;
+            ASSERT_FALSE(rounds.images.empty());
             EXPECT_FALSE(isBlank(rounds.images.front()));
         }
 }

@@ -1,6 +1,6 @@
-// tests/viewer/session/paths_session_test.cpp: scenes whose light follows paths. In motion they are lit without
-// paths; at rest rounds of samples come one after the other, up to the very picture of the program. A change
-// ends them at once, and leaves nothing of them.
+// tests/viewer/session/paths_session_test.cpp: scenes whose light follows paths. In motion they are lit
+// without paths; at rest rounds of samples come one after the other, up to the very picture of the program. A
+// change ends them at once, and leaves nothing of them.
 #include "bricking/store/store_reader.h"
 #include "core/base/program_folders.h"
 #include "core/scene/preset.h"
@@ -10,6 +10,7 @@
 #include "tests/support/scene_fixture.h"
 #include "viewer/session/view_geometry.h"
 
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -165,6 +166,42 @@ TEST(PathsSession, AChangeEndsThem) {
     EXPECT_TRUE(bitEqual(looker.stillOf(looker.viewing->show(before, false))->image, first->image));
 }
 
+// A round and a change that wait for the session together: the round is of the scene before, and not shown.
+TEST(PathsSession, NoRoundComesAfterAChange) {
+    std::atomic<bool> holds{false}, held{false};
+    ViewSessionOptions options;
+    options.engine = EngineKind::native;
+    options.ramBytes = kRamBytes;
+    options.gpuBytes = kGpuBytes;
+    options.news = [&] { // on the session's thread
+        for (held = holds.load(); holds;)
+            std::this_thread::yield();
+    };
+    const auto viewing = makeViewSession(options);
+    const auto waits = [](const auto& condition) {
+        const auto end = Clock::now() + 40s;
+        while (!condition() && Clock::now() < end)
+            std::this_thread::yield(); // to see pictures that are there for an instant
+        return condition();
+    };
+    viewing->open(storePath("torso"), {24, 20}); // many rounds in a short time
+    ASSERT_TRUE(waits([&] { return viewing->volume() != nullptr; }));
+    Scene scene = withPaths(viewing->volume()->scene, PixelSampling::kMost);
+    std::uint64_t wish = viewing->show(scene, false);
+    ASSERT_TRUE(waits([&] {
+        return viewing->picture() && viewing->picture()->asked >= wish &&
+               viewing->picture()->stage == Stage::round;
+    }));
+    holds = true;
+    ASSERT_TRUE(waits([&] { return held.load(); })) << "no further round";
+    std::this_thread::sleep_for(300ms); // of which some come
+    scene.camera = orbited(std::get<Camera>(scene.camera), {0.3, 0.1});
+    wish = viewing->show(scene, true);
+    holds = false;
+    ASSERT_TRUE(waits([&] { return viewing->picture()->asked >= wish; }));
+    EXPECT_EQ(viewing->picture()->stage, Stage::moving);
+}
+
 // The same request again, as a window sends it when it comes to rest, does not begin anew.
 TEST(PathsSession, TheSameSceneAgainGoesOn) {
     Looker looker;
@@ -226,11 +263,13 @@ TEST(PathsSession, SaysWhatPathsDoNotDraw) {
     looker.viewing->show(scene, false);
     ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
     EXPECT_THAT(looker.viewing->state().problem, HasSubstr("lighting.transport: expected no isosurfaces"));
+    ASSERT_TRUE(looker.viewing->picture());
     EXPECT_FALSE(isBlank(looker.viewing->picture()->image)) << "the picture without paths stays";
     EXPECT_TRUE(looker.comesTo([&] { return looker.viewing->state().atRest; }));
 }
 
-// An engine that was asked for and follows no paths: its pictures in motion are there, and stills say why not.
+// An engine that was asked for and follows no paths: its pictures in motion are there, and stills say why
+// not.
 TEST(PathsSession, AnEngineWithoutPathsShowsTheLights) {
     ViewSessionOptions options;
     options.engine = EngineKind::gpu;

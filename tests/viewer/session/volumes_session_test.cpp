@@ -98,6 +98,7 @@ TEST(VolumesSession, PathsOfLightLeaveNoVolumeOut) {
     EXPECT_NE(looker.viewing->state().problem.find("lighting.transport: expected none"), std::string::npos)
         << looker.viewing->state().problem;
     EXPECT_EQ(looker.viewing->state().firstAlone, "");
+    ASSERT_TRUE(looker.viewing->picture());
     expectBoth(middleOf(*looker.viewing->picture()));
 }
 
