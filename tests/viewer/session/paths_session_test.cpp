@@ -49,6 +49,9 @@ std::vector<std::shared_ptr<const ShownPicture>> picturesUntilStill(Looker& look
         const auto picture = looker.viewing->picture();
         if (picture && picture->asked >= wish && (pictures.empty() || picture != pictures.back()))
             pictures.push_back(picture);
+        const ViewingState state = looker.viewing->state();
+        EXPECT_LE(state.ramUsed, kRamBytes);
+        EXPECT_LE(state.gpuUsed, kGpuBytes);
         return !pictures.empty() && pictures.back()->stage == Stage::still;
     })) << looker.viewing->state().problem;
     return pictures;
