@@ -56,6 +56,9 @@ struct RenderOptions {
     /// chosen for the picture itself. It also gets an estimate, good to a factor of three, of the remaining
     /// seconds.
     std::function<void(const Image&, double)> onFirstPicture;
+    /// Where light follows paths: called with the picture so far when pixels have 1, 2, 4, ... samples,
+    /// before the last, and with what is known of its noise.
+    std::function<void(Image, const PixelReport&)> onRound;
     Progress* progress = nullptr; // none: silent
     LayersAsked layers;           // besides the colour
     /// Where sums of samples are kept for a later run, and where they are taken from; null: nowhere. Of

@@ -23,10 +23,10 @@ using std::chrono::milliseconds;
 constexpr milliseconds kPatience{50};       // for more bricks before a better picture
 constexpr milliseconds kLightPatience{700}; // for finer light
 
-/// As asDrawn() has it, without a bound on the error; a slice of several volumes lies where that of a still
-/// does.
+/// As asDrawn() has it, without paths of light and a bound on the error; a slice of several volumes lies
+/// where that of a still does.
 Scene interactiveScene(const Scene& given, Stores stores, bool firstAlone) {
-    Scene scene = asDrawn(firstAlone ? sceneOfVolume(given, 0) : given);
+    Scene scene = withoutPaths(asDrawn(firstAlone ? sceneOfVolume(given, 0) : given));
     scene.quality.maxError.reset();
     if (stores.size() > 1 && scene.mode == Mode::slice)
         placeSlice(scene.slice, stores.front()->info());
@@ -56,6 +56,12 @@ DrawnVolumes volumesOf(const Scene& scene, Stores stores, bool firstAlone,
 }
 
 } // namespace
+
+Scene withoutPaths(Scene scene) {
+    scene.lighting.transport.reset();
+    scene.lighting.environment.reset(); // of paths alone
+    return scene;
+}
 
 InteractiveRenderer::InteractiveRenderer(const Scene& scene, Stores stores, Engine& engine, MemoryBudget& ram,
                                          MemoryBudget& gpu, const InteractiveOptions& options)
@@ -229,6 +235,7 @@ bool InteractiveRenderer::setLight(const Lighting& lighting, const Shading& shad
     Scene lit = scene_;
     lit.lighting = lighting;
     lit.shading = shading;
+    lit = withoutPaths(std::move(lit));
     if ((p_.fused && lighting.surfaceOcclusion) ||
         anyVolume([&](const InteractiveVolume& v) { return !v.plan().takesLight(lit); }))
         return false;
@@ -236,7 +243,7 @@ bool InteractiveRenderer::setLight(const Lighting& lighting, const Shading& shad
         volume->setLight(lit);
     cancel();
     scene_ = lit;
-    drawn_.scene.lighting = lighting;
+    drawn_.scene.lighting = scene_.lighting;
     drawn_.scene.shading = shading;
     forPicture_.add(kLightChanged);
     return true;

@@ -22,6 +22,9 @@
 
 namespace tessera {
 
+/// A scene as interactive pictures have it: lit without paths of light, which take too long.
+Scene withoutPaths(Scene scene);
+
 class InteractiveRenderer {
   public:
     using Clock = std::chrono::steady_clock;

@@ -120,6 +120,11 @@ RenderResult FrameRenderer::draw(const Scene& given) {
         s.made.emplace(s.options, s.engineRam, s.gpu);
         s.gpuBefore = s.gpu.usedBytes();
     }
+    if (scene.lighting.transport && !traitsOf(s.made->kind).followsPaths) { // another engine, or none
+        forget();
+        ++kept_.frames;
+        return renderScene(given, s.stores, s.ram, s.gpu, s.options);
+    }
     Renderer& renderer = *s.made->renderer;
     const bool isSame = s.last && sameButCamera(*s.last, scene);
     if (s.reuse.kept && !isSame)

@@ -212,6 +212,10 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
                 picture.add(colours);
             if (task.options.kept)
                 task.options.kept->keep(picture);
+            if (task.options.onRound && rays.paths &&
+                picture.samplesOfAll().value_or(p.view.quality.pixels.samples) <
+                    p.view.quality.pixels.samples)
+                task.options.onRound(picture.image(), picture.report());
             continue;
         }
         if (!looks->hasLooked())

@@ -62,15 +62,16 @@ void AreaPicture::goOnFrom(int samples, const std::function<void(std::span<Pixel
     for (PixelSums& other : others_)
         all.push_back(&other);
     sums(all);
-    for (round_ = 0; (2 << round_) < samples;)
+    for (round_ = 0; (firstSamples() << round_) < samples;)
         ++round_;
     taken_ = sums_.count() * static_cast<std::size_t>(samples);
     beginRound();
 }
 
 int AreaPicture::wholeSamples() const {
-    const int samples = 2 << std::max(0, round_);
-    return !decides() && taken_ == sums_.count() * static_cast<std::size_t>(samples) ? samples : 0;
+    const int samples = firstSamples() << std::max(0, round_);
+    return !decides() && samples >= 2 && taken_ == sums_.count() * static_cast<std::size_t>(samples) ? samples
+                                                                                                     : 0;
 }
 
 std::vector<const PixelSums*> AreaPicture::allSums() const {
@@ -80,14 +81,25 @@ std::vector<const PixelSums*> AreaPicture::allSums() const {
     return all;
 }
 
-/// Each round doubles the samples of a pixel, so that a complete picture comes soon.
+/// Each round doubles the samples of a pixel, so that a complete picture comes soon. Paths are slow: the
+/// first round has one of them.
+int AreaPicture::samplesAfter(int round) const {
+    return std::min(firstSamples() << round, sampling_.samples);
+}
+
 int AreaPicture::rounds() const {
     if (decides())
         return 1 + kRounds;
     int rounds = 1;
-    while ((2 << (rounds - 1)) < sampling_.samples)
+    while (samplesAfter(rounds - 1) < sampling_.samples)
         ++rounds;
     return rounds;
+}
+
+std::optional<int> AreaPicture::samplesOfAll() const {
+    if (decides() || drawing_ || pixels_.empty() || first_ < pixels_.size())
+        return std::nullopt;
+    return samplesAfter(round_);
 }
 
 void AreaPicture::take(std::uint32_t pixel, int upTo) {
@@ -97,9 +109,10 @@ void AreaPicture::take(std::uint32_t pixel, int upTo) {
 
 /// The error that is asked for is reached. Two samples a pixel tell too little of it.
 bool AreaPicture::isQuiet() {
-    constexpr int kRoundsBefore = 3;
-    const bool asked = sampling_.noise > 0 && round_ >= kRoundsBefore;
-    if (decides() || round_ == 0 || !(asked || picture_.paths))
+    constexpr int kSamplesBefore = 8;
+    const int samples = decides() || round_ <= 0 ? 0 : samplesAfter(round_ - 1);
+    const bool asked = sampling_.noise > 0 && samples >= kSamplesBefore;
+    if (samples < 2 || !(asked || picture_.paths))
         return false;
     noise_ = standardError(sums_).rms;
     return asked && *noise_ <= sampling_.noise;
@@ -118,7 +131,7 @@ void AreaPicture::beginRound() {
             return; // the middles
         return takeOverlooked() ? void(--round_) : chooseNeedy();
     }
-    const int upTo = std::min(2 << round_, sampling_.samples);
+    const int upTo = samplesAfter(round_);
     forEachPixel(sums_.size(), [&](const glm::ivec2& at) {
         take(static_cast<std::uint32_t>(at.y * sums_.size().x + at.x), upTo);
     });
@@ -294,7 +307,7 @@ PixelReport AreaPicture::report() const {
     for (std::size_t i = 0; i < sums_.count(); ++i)
         report.most = std::max(report.most, sums_.samples(i));
     // Sets that decided when to stop are too similar, and a centre alone gives no estimate.
-    if (!decides())
+    if (!decides() && report.most > 1)
         report.error = standardError(sums_);
     return report;
 }

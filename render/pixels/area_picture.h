@@ -73,6 +73,9 @@ class AreaPicture {
     Image image() const { return sums_.image(); }
     /// The mean of one of the others.
     Image other(std::size_t number) const { return others_.at(number).image(); }
+    /// The number of samples that every pixel has, where a round has just ended; none amid one, and where
+    /// pixels decide.
+    std::optional<int> samplesOfAll() const;
     PixelReport report() const;
     const PixelSums& sums() const { return sums_; }
     /// Share of the work done, with part of the current array; an estimate for automatic samples, and where a
@@ -95,6 +98,8 @@ class AreaPicture {
     void chooseNeedy();
     void take(std::uint32_t pixel, int upTo);
     bool decides() const { return sampling_.samples == PixelSampling::kAutomatic; }
+    int firstSamples() const { return picture_.paths ? 1 : 2; }
+    int samplesAfter(int round) const;
     int rounds() const;
     bool isQuiet();
     template <typename Visit> void forEachRun(const Visit& visit) const;

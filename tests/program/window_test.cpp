@@ -67,6 +67,24 @@ TEST_F(WindowTest, KeysThatAreSetAreInItsScene) {
     EXPECT_GT(camera.position.x - camera.focalPoint.x, 100) << "seen from the patient's left";
 }
 
+// At rest after rounds of paths; the scene that is saved names the number of samples.
+TEST_F(WindowTest, PathsOfLightAreWhatTheProgramDraws) {
+    size_ = "480x200";
+    start(TESSERA_TORSO, "",
+          {"--set", "lighting.transport.bounces=4", "--set", "lighting.lights[0].kind=directional"});
+    ASSERT_TRUE(rests());
+    ASSERT_EQ(std::system("xdotool windowfocus --sync $(xdotool search --name Tessera | tail -1)"), 0);
+    ASSERT_TRUE(isThePictureOfItsScene());
+    const Image first = picture_;
+    EXPECT_FALSE(isBlank(first));
+    ASSERT_TRUE(after("mousemove 380 100 sleep 0.2 mousedown 1 sleep 0.3 mousemove 400 110 sleep 0.2 "
+                      "mousemove 420 115 sleep 0.2 mouseup 1"));
+    ASSERT_TRUE(isThePictureOfItsScene());
+    EXPECT_GT(differenceFrom(first), 0.01);
+    EXPECT_EQ(scene().quality.pixels.samples, Transport::kSamples);
+    EXPECT_TRUE(scene().lighting.transport);
+}
+
 TEST_F(WindowTest, AHandMeasuresCutsAndMovesTheCrosshair) {
     start(TESSERA_TORSO);
     ASSERT_TRUE(rests());

@@ -31,10 +31,11 @@ class Looker {
         options.engine = EngineKind::native;
         options.ramBytes = ramBytes;
         options.gpuBytes = kGpuBytes;
-        options.news = [this] {
-            const std::lock_guard lock(mutex_);
-            changed_.notify_all();
-        };
+        options.news = [this] { told(); };
+        viewing = makeViewSession(options);
+    }
+    explicit Looker(ViewSessionOptions options) {
+        options.news = [this] { told(); };
         viewing = makeViewSession(options);
     }
     ~Looker() { viewing.reset(); } // first: its thread tells news
@@ -82,6 +83,10 @@ class Looker {
     std::unique_ptr<Viewing> viewing;
 
   private:
+    void told() {
+        const std::lock_guard lock(mutex_);
+        changed_.notify_all();
+    }
     std::mutex mutex_;
     std::condition_variable changed_;
 };

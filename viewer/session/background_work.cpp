@@ -8,8 +8,10 @@
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/options/options.h" // formatNumber
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <variant>
 
 namespace tessera {
 namespace {
@@ -27,9 +29,34 @@ std::string measuredText(const RenderResult& result) {
            " to " + formatNumber(e.high, 2) + ", L*u*v*)";
 }
 
+/// Of a picture of paths of light.
+SamplesSeen samplesSeen(const Scene& scene, const PixelReport& report) {
+    SamplesSeen seen{report.most, scene.quality.pixels.samples, {}};
+    if (report.error)
+        seen.noise = report.error->rms;
+    return seen;
+}
+
+/// @param scene  with the camera of the picture
+std::shared_ptr<ShownPicture> roundOf(const Scene& scene, Image image, const PixelReport& report, double ms) {
+    auto picture = std::make_shared<ShownPicture>();
+    picture->stage = Stage::round;
+    picture->camera = std::get<Camera>(scene.camera);
+    picture->drawingMs = ms;
+    picture->background = scene.background;
+    picture->samples = samplesSeen(scene, report);
+    picture->image = std::move(image);
+    return picture;
+}
+
 FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, MemoryBudget& ram,
-                   MemoryBudget& gpu, const RenderOptions& options) {
+                   MemoryBudget& gpu, RenderOptions options, const Still::Round& round) {
     FinishedStill finished;
+    const auto began = std::chrono::steady_clock::now();
+    if (round)
+        options.onRound = [&](Image image, const PixelReport& report) {
+            round(roundOf(scene, std::move(image), report, 1e3 * secondsSince(began)));
+        };
     RenderResult result = renderScene(scene, stores, ram, gpu, options);
     auto picture = std::make_shared<ShownPicture>();
     picture->stage = Stage::still;
@@ -39,6 +66,8 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, Memor
     picture->manifest = makeManifest(scene, stores, result, ram, gpu)
                             .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     picture->background = scene.background;
+    if (scene.lighting.transport && reductionOf(scene) == Reduction::composite)
+        picture->samples = samplesSeen(scene, result.pixels);
     finished.measured = measuredText(result);
     picture->image = std::move(result.image);
     finished.picture = std::move(picture);
@@ -48,13 +77,14 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, Memor
 } // namespace
 
 Still::Still(const Scene& scene, std::uint64_t asked, std::vector<const StoreReader*> stores,
-             MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended)
+             MemoryBudget& ram, MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended,
+             Round round)
     : result_(std::async(std::launch::async, [this, scene, asked, stores = std::move(stores), &ram, &gpu,
-                                              options, ended = std::move(ended)] {
+                                              options, round = std::move(round), ended = std::move(ended)] {
           FinishedStill finished;
           try {
               const Cancellation asks(&calledOff_);
-              finished = draw(scene, asked, stores, ram, gpu, options);
+              finished = draw(scene, asked, stores, ram, gpu, options, round);
           } catch (const Cancelled&) {
               finished = {};
           } catch (const std::exception& e) {

@@ -18,7 +18,8 @@
 
 namespace tessera {
 
-// A still: the picture of `tessera render`, drawn on a thread of its own; can be cancelled.
+// A still: the picture of `tessera render`, drawn on a thread of its own; can be cancelled. Where light
+// follows paths, pictures with a part of the samples come before.
 
 struct FinishedStill {
     std::shared_ptr<ShownPicture> picture; // null: cancelled
@@ -27,11 +28,13 @@ struct FinishedStill {
 
 class Still {
   public:
+    using Round = std::function<void(std::shared_ptr<ShownPicture>)>;
     /// Begins.
     /// @param ended  is called from the thread just before it ends
+    /// @param round  is called from the thread with each picture before; none: they are not made
     /// store and budgets outlive this.
     Still(const Scene& scene, std::uint64_t asked, std::vector<const StoreReader*> stores, MemoryBudget& ram,
-          MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended);
+          MemoryBudget& gpu, const RenderOptions& options, std::function<void()> ended, Round round = {});
     /// Cancels, and waits.
     ~Still();
     void callOff() { calledOff_ = true; }

@@ -146,7 +146,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     const std::vector<const StoreReader*> stores = storesOf(*store, further);
     firstAlone.clear();
     try {
-        engine = makeEngine(drawn, stores, render, ram, gpu);
+        engine = makeEngine(withoutPaths(drawn), stores, render, ram, gpu);
         renderer = std::make_unique<InteractiveRenderer>(drawn, stores, *engine, ram, gpu, interactive);
     } catch (const InputError& e) {
         if (stores.size() == 1 && !hasLabelOptics(drawn))

@@ -20,18 +20,36 @@ void SessionThread::drawStill(const Scene& scene) {
     render.searching = render.checking = true;
     render.verify = Verify::quick;
     ++stillNumber_;
-    Scene drawn = scene;
+    Scene drawn = asStill(scene);
     adoptShapes(o.renderer->meshes(), drawn);
+    Still::Round round;
+    if (!saving_)
+        round = [this, number = stillNumber_](std::shared_ptr<ShownPicture> picture) {
+            board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.round = {picture, number}; });
+        };
     o.still = std::make_unique<Still>(
         drawn, asked_, storesOf(*o.store, o.further), o.stillRam, o.stillGpu, render,
         [this, number = stillNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.stillEnded = number; });
-        });
+        },
+        std::move(round));
 }
 
 void SessionThread::startStill() {
     stillBegun_ = true;
     drawStill(open_->scene);
+}
+
+/// A picture of the still before its end, unless it is of another scene by now, or a later one is there.
+void SessionThread::showRound(const SessionWishes::Round& round) {
+    if (!open_ || !open_->still || open_->still->isCalledOff() || round.still != stillNumber_)
+        return;
+    prepareDisplay(*round.picture);
+    round.picture->asked = asked_;
+    board_.tell([&](SessionNews& news) {
+        news.picture = round.picture;
+        ++news.state.pictures;
+    });
 }
 
 void SessionThread::startSaving(const SessionWishes::Save& save) {

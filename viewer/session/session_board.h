@@ -57,12 +57,18 @@ struct SessionWishes {
     std::optional<Line> line;
     bool lineCalledOff = false;
     std::optional<std::vector<Camera>> ahead;
+    /// Of a still that is being drawn, by its number.
+    struct Round {
+        std::shared_ptr<ShownPicture> picture;
+        std::uint64_t still = 0;
+    };
+    std::optional<Round> round;
     /// Numbers of a still and of a line whose threads have ended; 0: none.
     std::uint64_t stillEnded = 0, lineEnded = 0;
 
     bool any() const {
         return stop || save || disc || toOpen || toShow || question || stateAsked || line || lineCalledOff ||
-               ahead || stillEnded != 0 || lineEnded != 0;
+               ahead || round || stillEnded != 0 || lineEnded != 0;
     }
 };
 

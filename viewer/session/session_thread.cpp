@@ -70,6 +70,8 @@ void SessionThread::turn(SessionWishes& wishes) {
         open_->renderer->setPath(std::move(*wishes.ahead));
     if (wishes.toShow && open_)
         take(*wishes.toShow);
+    if (wishes.round) // after a change, which calls the still off
+        showRound(*wishes.round);
     if (wishes.question && open_ && open_->renderer)
         answer(*wishes.question);
     if (wishes.disc)

@@ -55,6 +55,7 @@ class SessionThread {
     // session_beside.cpp: work on other threads while pictures rest
     void drawStill(const Scene& scene);
     void startStill();
+    void showRound(const SessionWishes::Round& round);
     void finishStill();
     void startSaving(const SessionWishes::Save& save);
     void finishSaving();

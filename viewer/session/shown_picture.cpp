@@ -148,8 +148,16 @@ std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional
 void savePicture(const std::filesystem::path& path, const ShownPicture& picture, const PictureMarks& marks) {
     checkImagePath(path);
     Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
-    std::string manifest =
-        picture.manifest.empty() ? R"({"notice":"not for diagnosis","coarse":true})" : picture.manifest;
+    std::string manifest = picture.manifest;
+    if (manifest.empty()) {
+        nlohmann::json coarse = {{"notice", "not for diagnosis"}, {"coarse", true}};
+        if (const auto& samples = picture.samples) { // of a still that is not done
+            coarse["samples"] = samples->taken;
+            if (samples->noise)
+                coarse["noise"] = *samples->noise;
+        }
+        manifest = coarse.dump();
+    }
     if (marks.scaleBar || !marks.legend.empty()) {
         nlohmann::json document = nlohmann::json::parse(manifest);
         if (marks.scaleBar) {

@@ -4,6 +4,8 @@
 //   request --> coarse pictures --> all pixels, bricks as they come --> still --> rest
 //     ^________________________________________________________________|
 //
+// Where light follows paths, the still alone has them. It comes in rounds of more and more samples.
+//
 // Each budget is split: one half for interactive pictures, one for stills. So a still does not depend on
 // earlier views. It is the picture of `tessera render` with half of both budgets.
 #pragma once

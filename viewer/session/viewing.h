@@ -56,8 +56,25 @@ enum class Stage {
     moving,  // fewer pixels, longer steps: during motion
     loading, // all pixels; bricks are still loading, or light is being refined
     whole,   // all pixels, through their centres, with chosen levels and all light
+    round,   // where light follows paths: the still with a part of its samples
     still    // the picture of `tessera render`
 };
+
+/// Samples of a picture of paths of light.
+struct SamplesSeen {
+    int taken = 0, asked = 0;    // of a pixel
+    std::optional<double> noise; // rms standard error, linear light; none: one sample tells none
+};
+
+/// The scene as its still is drawn and as it is saved: where light follows paths, pixels do not choose the
+/// number of their samples.
+inline Scene asStill(Scene scene) {
+    PixelSampling& pixels = scene.quality.pixels;
+    if (scene.lighting.transport && reductionOf(scene) == Reduction::composite &&
+        pixels.samples == PixelSampling::kAutomatic)
+        pixels.samples = pixels.noise > 0 ? PixelSampling::kMostForNoise : Transport::kSamples;
+    return scene;
+}
 
 struct ShownPicture {
     Image image; // linear, premultiplied, without background; fewer pixels than the scene's during motion
@@ -67,9 +84,10 @@ struct ShownPicture {
     std::optional<glm::vec3> background; // the scene's: linear; none: transparent
     Stage stage = Stage::moving;
     Camera camera;
-    std::uint64_t asked = 0; // the number of the request that it answers
-    double drawingMs = 0;    // from its begin to its end
-    std::string manifest;    // of a still, JSON; else empty
+    std::uint64_t asked = 0;            // the number of the request that it answers
+    double drawingMs = 0;               // from its begin to its end
+    std::string manifest;               // of a still, JSON; else empty
+    std::optional<SamplesSeen> samples; // of rounds and stills where light follows paths
 };
 
 /// What is drawn into a saved picture; its manifest says so.

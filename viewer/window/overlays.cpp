@@ -63,6 +63,18 @@ void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec
         }
 }
 
+} // namespace
+
+std::string samplesText(const ShownPicture& picture) {
+    if (!picture.samples)
+        return {};
+    const SamplesSeen& seen = *picture.samples;
+    return "paths: " + std::to_string(seen.taken) + " of " + std::to_string(seen.asked) + " samples a pixel" +
+           (seen.noise ? ", noise " + numberText(*seen.noise, 2) : "");
+}
+
+namespace {
+
 /// The picture's quality, unless it is final.
 std::string badge(const WindowState& desk) {
     const ShownPicture* const picture = desk.picture();
@@ -80,10 +92,16 @@ std::string badge(const WindowState& desk) {
         return s.movesLeft == 1  ? "coarse: 1 brick is loading"
                : s.movesLeft > 1 ? "coarse: " + std::to_string(s.movesLeft) + " bricks are loading"
                                  : (s.lightIsCoarse ? "coarse light" : "coarse: levels are being chosen");
-    case Stage::whole:
-        return s.drawingStill ? "one ray a pixel; the still is being drawn"
-               : s.noStills   ? "one ray a pixel: --ram is too small for a still of this volume"
-                              : "one ray a pixel";
+    case Stage::whole: {
+        const bool paths =
+            desk.scene().lighting.transport && reductionOf(desk.scene()) == Reduction::composite;
+        const std::string has = paths ? "light without paths" : "one ray a pixel";
+        return s.drawingStill ? has + "; the still is being drawn"
+               : s.noStills   ? has + ": --ram is too small for a still of this volume"
+                              : has;
+    }
+    case Stage::round:
+        return samplesText(*picture);
     case Stage::still:
         return {};
     }

@@ -7,6 +7,7 @@
 #include "viewer/window/window_state.h"
 
 #include <glm/vec3.hpp>
+#include <string>
 
 struct ImDrawList;
 
@@ -14,6 +15,9 @@ namespace tessera {
 
 /// Drawn in the current frame, over the picture.
 void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand);
+
+/// The samples and the noise of a picture of paths of light; empty for others.
+std::string samplesText(const ShownPicture& picture);
 
 /// The position of a point on the picture, pixels; false behind the eye.
 bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,

@@ -4,6 +4,7 @@
 #include "core/base/budget.h" // formatBytes
 #include "core/scene/scene_presets.h"
 #include "viewer/window/boxes.h"
+#include "viewer/window/overlays.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -12,7 +13,7 @@
 namespace tessera {
 namespace {
 
-const char* const kStages[] = {"moving", "loading", "whole", "still"};
+const char* const kStages[] = {"moving", "loading", "whole", "round", "still"};
 
 /// The lighting preset of a scene, "its own" for other lighting.
 std::string lookOf(Scene scene) {
@@ -156,6 +157,22 @@ void Panels::light(WindowState& desk) {
         desk.beginEdit();
         desk.setScene(lit, false);
     }
+    if (bool paths = desk.scene().lighting.transport.has_value();
+        ImGui::Checkbox("paths of light, at rest", &paths)) {
+        Scene other = desk.scene();
+        Lighting& light = other.lighting;
+        if (paths && !paths_.transport) {
+            Scene look = other;
+            applyLook("cinematic", look);
+            paths_ = look.lighting;
+        } else if (!paths) {
+            paths_ = light;
+        }
+        light.transport = paths ? paths_.transport : std::nullopt;
+        light.environment = paths ? paths_.environment : std::nullopt;
+        desk.beginEdit();
+        desk.setScene(other, false);
+    }
     Scene scene = desk.scene();
     bool changed = false;
     if (ImGui::Checkbox("shading", &scene.shading.on)) {
@@ -186,9 +203,12 @@ void Panels::state(WindowState& desk) {
             desk.latency().lastMs);
     wrapped("half within %.0f ms, 19 of 20 within %.0f ms", desk.latency().percentileMs(0.5),
             desk.latency().percentileMs(0.95));
-    if (const ShownPicture* picture = desk.picture())
+    if (const ShownPicture* picture = desk.picture()) {
         wrapped("%s: %d x %d, %.0f ms", kStages[static_cast<int>(picture->stage)], picture->image.size.x,
                 picture->image.size.y, picture->drawingMs);
+        if (picture->samples)
+            wrapped("%s", samplesText(*picture).c_str());
+    }
     wrapped("RAM %s of %s", formatBytes(s.ramUsed).c_str(), formatBytes(s.ramLimit).c_str());
     wrapped("bricks' memory %s of %s", formatBytes(s.gpuUsed).c_str(), formatBytes(s.gpuLimit).c_str());
     if (s.bricksShown > 0)

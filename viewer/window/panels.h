@@ -44,6 +44,7 @@ class Panels {
     int times_ = 1; // size of saved pictures, as a factor on the shown size
     std::string look_;
     std::uint64_t lookOf_ = 0; // the request of look_
+    Lighting paths_;           // that were switched off last
 };
 
 /// The list of keys and mouse actions.

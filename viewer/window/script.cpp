@@ -110,8 +110,12 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
     if (desk.isRefused() && !isTime && what != "volume")
         refuse(step, "a scene that can be drawn, but: " + desk.lastProblem());
     if (what == "whole")
-        return !settled || !desk.isAnswered() ||
-               (picture->stage != Stage::whole && picture->stage != Stage::still);
+        return !settled || !desk.isAnswered() || picture->stage < Stage::whole;
+    if (what == "samples" && step.words.size() < 3)
+        refuse(step, "a number of samples");
+    if (what == "samples")
+        return !settled || !desk.isAnswered() || !picture->samples ||
+               picture->samples->taken < number(step, 2);
     if (what == "still" || what == "rest") // the still comes last
         return !settled || !desk.isAnswered() || !s.atRest;
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
@@ -357,7 +361,7 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         larger.imageSize *= static_cast<int>(std::clamp(number(step, 2), 1.0, 64.0));
         desk.viewing().saveStill(larger, word(1), desk.marks());
     } else if (name == "scene") {
-        writeOutputFile(word(1), sceneJson(desk.scene()) + "\n");
+        writeOutputFile(word(1), sceneJson(asStill(desk.scene())) + "\n");
     } else if (name == "print") {
         const ViewingState& s = desk.state();
         if (word(1) == "latency") {
@@ -367,6 +371,11 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
             if (const ShownPicture* const p = desk.picture())
                 std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
                             p->drawingMs);
+        } else if (word(1) == "samples") {
+            const ShownPicture* const p = desk.picture();
+            const SamplesSeen seen = p ? p->samples.value_or(SamplesSeen()) : SamplesSeen();
+            std::printf("samples %d of %d, noise %.4g, %.0f ms\n", seen.taken, seen.asked,
+                        seen.noise.value_or(0), p ? p->drawingMs : 0);
         } else if (word(1) == "message") {
             std::printf("message: %s\n", desk.message() ? desk.message()->text.c_str() : "");
         } else if (word(1) == "memory") {

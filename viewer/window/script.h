@@ -2,6 +2,7 @@
 // step; empty lines and those that begin with # are ignored:
 //
 //   open PATH                 wait volume | choice | picture | whole | still | rest | line | MILLISECONDS
+//   wait samples N            of a pixel, where light follows paths
 //   choose N [PHASE]          of the volumes that a folder offers, from 1, once they are there (wait choice)
 //   click X Y, double-click X Y, drag X Y X2 Y2    the left button, in units of the window
 //   wheel X Y NOTCHES         key LETTER          a capital with Shift
@@ -23,7 +24,7 @@
 //   fly-to MM, fly PICTURES   along it: to a place, through all of it in so many pictures
 //   record                    a keyframe there          load-path, save-path FILE
 //   legend on|off             shown, and drawn into saved pictures
-//   print latency|state|memory  quit
+//   print latency|state|memory|samples  quit
 #pragma once
 
 #include "viewer/window/endoscopy.h"

@@ -412,7 +412,7 @@ void WindowState::savePicture(const std::string& name, int times) {
 
 void WindowState::saveScene(const std::string& name) {
     save(name, ".json", [&](const std::filesystem::path& file) {
-        writeOutputFile(file, sceneJson(scene_) + "\n");
+        writeOutputFile(file, sceneJson(asStill(scene_)) + "\n");
         return std::string("wrote the scene ");
     });
 }

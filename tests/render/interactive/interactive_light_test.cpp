@@ -258,5 +258,22 @@ TEST_P(InteractiveLight, WhatTakesAnotherRendererIsRefused) {
     EXPECT_TRUE(bitEqual(picturesUntilAtRest(session).last(), before));
 }
 
+// Interactive pictures have the scene's lights without their paths, whatever renderer or edit brought them.
+TEST(InteractiveLight, PathsAreLeftOut) {
+    Scene plain = litScene(), paths = plain;
+    paths.lighting.transport = Transport{};
+    paths.lighting.environment = Environment{};
+    Session without(plain, kAmpleForLight, {}, storePath("torso"), true);
+    const Image expected = picturesUntilAtRest(without).last();
+    const std::size_t gpu = without.gpu.usedBytes(), ram = without.ram.usedBytes();
+    EXPECT_FALSE(isBlank(expected));
+    EXPECT_TRUE(without.renderer.setLight(paths.lighting, paths.shading)) << "light planes made again";
+    EXPECT_TRUE(bitEqual(picturesUntilAtRest(without).last(), expected));
+    Session with(paths, kAmpleForLight, {}, storePath("torso"), true);
+    EXPECT_TRUE(bitEqual(picturesUntilAtRest(with).last(), expected));
+    EXPECT_EQ(with.gpu.usedBytes(), gpu) << "something was made for paths";
+    EXPECT_EQ(with.ram.usedBytes(), ram);
+}
+
 } // namespace
 } // namespace tessera

@@ -132,6 +132,12 @@ const Row kRows[] = {
          s.surfaces = {{-400, glm::dvec3(1), 1}};
          s.mode = Mode::isosurface;
      }},
+    {"nativePaths", EngineKind::native, 512 * kMiB, 2,
+     [](Scene& s) {
+         s.lighting.transport = Transport{};
+         s.quality.pixels.samples = 2;
+     },
+     3},
     {"nativeGreatest", EngineKind::native, 512 * kMiB, 3, [](Scene& s) { s.mode = Mode::maximum; }},
     {"mirror", EngineKind::mirror, 512 * kMiB, 0,
      [](Scene& s) {

@@ -88,5 +88,19 @@ TEST(VolumesSession, WhatNoPictureOfSeveralHasIsDrawnOfTheFirstAlone) {
     EXPECT_NE(moving.viewing->state().firstAlone.find("isosurfaces"), std::string::npos);
 }
 
+// Stills of several volumes have no paths of light, and say so; interactive pictures show all of the volumes.
+TEST(VolumesSession, PathsOfLightLeaveNoVolumeOut) {
+    const TwoMedia media(R"("lighting":{"transport":{}},)");
+    Looker looker;
+    const Scene scene = looker.opened(media.file);
+    looker.viewing->show(scene, false);
+    ASSERT_TRUE(looker.comesTo([&] { return !looker.viewing->state().problem.empty(); }));
+    EXPECT_NE(looker.viewing->state().problem.find("lighting.transport: expected none"), std::string::npos)
+        << looker.viewing->state().problem;
+    EXPECT_EQ(looker.viewing->state().firstAlone, "");
+    ASSERT_TRUE(looker.viewing->picture());
+    expectBoth(middleOf(*looker.viewing->picture()));
+}
+
 } // namespace
 } // namespace tessera::test

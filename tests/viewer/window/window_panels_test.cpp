@@ -91,6 +91,10 @@ TEST(WindowDrawn, PanelOfCutsLightAndSaving) {
     w.dragged("0.80", -50);
     w.dragged("0.25", 30);
     w.chosen("its own@0", lookNames().back());
+    w.clicked("paths of light, at rest");
+    EXPECT_TRUE(w.viewing.asked.lighting.transport && w.viewing.asked.lighting.environment);
+    w.clicked("paths of light, at rest");
+    EXPECT_FALSE(w.viewing.asked.lighting.transport || w.viewing.asked.lighting.environment);
     w.clicked("Isosurfaces");
     w.clicked("add isosurface");
     compareWithRecord(w, "panel-cuts-light");
@@ -108,6 +112,12 @@ TEST(WindowDrawn, PanelOfState) {
     w.step("more bricks", [&] {
         s.movesLeft = 7, s.lightIsCoarse = true, s.drawingStill = true, s.noStills = true;
         s.measured = "measured error 0.1", s.coarsestLevel = 0;
+    });
+    w.step("a round", [&] {
+        auto round = std::make_shared<ShownPicture>(*w.viewing.drawn);
+        round->stage = Stage::round;
+        round->samples = SamplesSeen{16, 64, 0.0123};
+        w.viewing.drawn = round;
     });
     w.clicked("colour bricks by level (L)");
     w.step("a failure", [&] { s.problem = "a part cannot be read"; });

@@ -1,5 +1,6 @@
 // tests/viewer/window/window_picture_test.cpp: what a hand does on the picture and the planes, and what is
 // drawn over them, is what is recorded (tests/support/window_record.h).
+#include "core/scene/scene_presets.h"
 #include "tests/support/window_record.h"
 #include "viewer/session/view_geometry.h"
 
@@ -48,6 +49,26 @@ TEST(WindowDrawn, HandOnThePicture) {
     ViewingState& s = w.viewing.now;
     w.step("a still is drawn", [&] { s.drawingStill = true; });
     w.step("no stills", [&] { s.drawingStill = false, s.noStills = true; });
+    Scene paths = w.desk.scene();
+    applyLook("cinematic", paths);
+    for (const bool still : {true, false}) // beside no stills
+        w.step("paths are drawn", [&] {
+            s.drawingStill = still;
+            w.desk.setScene(paths, false);
+            w.viewing.drawn->stage = Stage::whole;
+        });
+    w.step("a round", [&] {
+        w.viewing.drawn->stage = Stage::round;
+        w.viewing.drawn->samples = SamplesSeen{1, 64, {}};
+    });
+    w.step("another round", [&] { w.viewing.drawn->samples = SamplesSeen{8, 64, 0.0123}; });
+    w.step("paths are done", [&] { w.viewing.drawn->stage = Stage::still; });
+    w.step("paths are off", [&] {
+        Scene off = paths;
+        off.lighting = {};
+        w.desk.setScene(off, false);
+        w.viewing.drawn->samples.reset();
+    });
     w.step("loading", [&] { w.viewing.drawn->stage = Stage::loading, s.movesLeft = 1; });
     w.step("loading more", [&] { s.movesLeft = 3; });
     w.step("light", [&] { s.movesLeft = 0, s.lightIsCoarse = true; });

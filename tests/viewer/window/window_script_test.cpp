@@ -166,12 +166,20 @@ TEST(WindowScript, WaitsForWhatItNames) {
     const auto took = WindowClock::now() - start;
     EXPECT_GE(took, std::chrono::milliseconds(40));
     EXPECT_LT(took, std::chrono::seconds(20));
-    for (const Stage stage : {Stage::moving, Stage::loading, Stage::whole, Stage::still}) {
+    for (const Stage stage : {Stage::moving, Stage::loading, Stage::whole, Stage::round, Stage::still}) {
         auto picture = std::make_shared<ShownPicture>(*w.viewing.drawn);
         picture->stage = stage;
         w.viewing.drawn = picture;
         EXPECT_EQ(waits("whole"), stage == Stage::moving || stage == Stage::loading ? "waits" : "");
     }
+    EXPECT_EQ(waits("samples 1"), "waits");
+    auto round = std::make_shared<ShownPicture>(*w.viewing.drawn);
+    round->samples = SamplesSeen{8, 64, 0.01};
+    w.viewing.drawn = round;
+    EXPECT_EQ(waits("samples 8"), "");
+    EXPECT_EQ(waits("samples 9"), "waits");
+    EXPECT_NE(waits("samples few").find("a number"), std::string::npos);
+    EXPECT_NE(waits("samples").find("a number"), std::string::npos);
     w.endoscopy.find(w.desk, {{1, 2, 3}}, false);
     EXPECT_EQ(waits("line"), "waits");
     w.desk.setCamera(w.desk.camera(), false);
