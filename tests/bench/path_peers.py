@@ -192,7 +192,7 @@ def main():
     parser.add_argument("--converged", type=int, default=1024)
     parser.add_argument("--cycles", default="16,64", help="samples")
     parser.add_argument("--step-rates", default="1")
-    parser.add_argument("--povray", default="3:10:1,3:40:1,1:10:2", help="method:samples:rays across a pixel")
+    parser.add_argument("--povray", default="3:30:1,1:60:1", help="method:samples:rays across a pixel")
     parser.add_argument("--albedo", type=float, default=0.8)
     parser.add_argument("--threads", type=int, default=2)
     o = parser.parse_args()
