@@ -97,7 +97,8 @@ class Volume:
         out = self.base + f"-cycles-{bounces}-{step_rate}"
         matrix = np.array(self.matrix)
         matrix[:3, 3] -= matrix[:3, :3] @ np.full(3, 0.5)  # Cycles has the middle of voxel i at i + 0.5
-        scene = {"vdb": vdb, "patientFromIndex": matrix.tolist(), "albedo": o.albedo, "camera": view, "bounces": bounces,
+        scene = {"vdb": vdb, "patientFromIndex": matrix.tolist(), "albedo": o.albedo, "camera": view,
+                 "bounces": bounces,
                  "threads": o.threads, "size": o.size, "samples": [1] + samples, "seeds": [1, 2], "stepRate": step_rate,
                  "out": out}
         with open(out + "-scene.json", "w", encoding="utf-8") as file:
@@ -191,7 +192,7 @@ def main():
     parser.add_argument("--converged", type=int, default=1024)
     parser.add_argument("--cycles", default="16,64", help="samples")
     parser.add_argument("--step-rates", default="1")
-    parser.add_argument("--povray", default="3:10:1,3:40:1,1:10:2", help="method:samples:rays across a pixel")
+    parser.add_argument("--povray", default="3:30:1,1:60:1", help="method:samples:rays across a pixel")
     parser.add_argument("--albedo", type=float, default=0.8)
     parser.add_argument("--threads", type=int, default=2)
     o = parser.parse_args()
@@ -210,7 +211,8 @@ def main():
     if not any(there.values()):
         return
     print(f"{o.size}x{o.size}, {o.threads} threads, load {os.getloadavg()[0]:.1f}\n")
-    print("| volume, scatterings | way | CPU s | wall s | mean | error | noise | time to equal error | to equal noise |")
+    print("| volume, scatterings | way | CPU s | wall s | mean | error | noise | time to equal error | to equal noise "
+          "|")
     print("|---|---|---|---|---|---|---|---|---|")
     gains = {}
     for given in o.volumes:
