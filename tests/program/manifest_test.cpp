@@ -187,6 +187,28 @@ TEST_F(Manifest, TellsTheNoiseOfPaths) {
     ASSERT_EQ(run("render s.zarr -o a.png --preset auto --size 8x8 --light cinematic --samples 1").exitCode,
               0);
     EXPECT_THAT(run("info a.png").out, Not(HasSubstr("noise:")));
+    const Outcome set = run("render s.zarr -o a.png --preset auto --size 8x8 --set "
+                            "lighting.transport.bounces=2 --json -q"); // has no samples of its own
+    ASSERT_EQ(set.exitCode, 0) << set.problems;
+    EXPECT_EQ(json::parse(set.out)["pixels"]["samples"], 64);
+}
+
+// A filtered picture has an error of its own, which its pixels drawn again tell.
+TEST_F(Manifest, TellsTheErrorOfDenoisedPaths) {
+    const Outcome drawn =
+        run("render s.zarr -o a.png --preset auto --size 40x40 --light cinematic --samples 8 "
+            "--denoise --verify full --explain");
+    ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
+    EXPECT_THAT(drawn.out, HasSubstr("what levels and step err by is not in it"));
+    const json measured = json::parse(run("info a.png --json").out)["errors"]["measured"];
+    EXPECT_TRUE(measured.contains("rms")) << measured;
+    EXPECT_EQ(measured["notCounted"], json({"levelsStepFiltering"}));
+    EXPECT_FALSE(measured.contains("levelsStepFiltering"));
+    EXPECT_THAT(run("info a.png").out, HasSubstr("what levels and step err by"));
+    EXPECT_THAT(run("render s.zarr -o b.png --preset auto --size 8x8 --denoise --samples 4").problems,
+                HasSubstr("quality.denoise: expected paths of light"));
+    EXPECT_THAT(run("render s.zarr -o b.png --size 8x8 --light cinematic --denoise --samples 1").problems,
+                HasSubstr("\"samples\" from 2 on beside \"denoise\""));
 }
 
 TEST_F(Manifest, HoldsTheCameraThatDrew) {

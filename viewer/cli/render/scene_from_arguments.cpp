@@ -272,6 +272,16 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     if (!arguments.keys.textOf("--step").empty() && !arguments.keys.textOf("--max-error").empty() &&
         scene.quality.maxError > 0)
         throw badFile("--step", "--step or --max-error, which chooses a step", "both");
+    for (const std::string& text : arguments.surfaces)
+        scene.surfaces.push_back(parseSurface(text));
+    if (scene.surfaces.size() > Scene::kMaxSurfaces)
+        throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
+                      std::to_string(scene.surfaces.size()));
+    addMeshes(arguments, scene);
+    if (arguments.keys.takesAnyFrame()) // of the meshes, too
+        takeAnyFrame(scene);
+    arguments.keys.applySets(scene);
+    arguments.keys.checkFrames(scene);
     PixelSampling& pixels = scene.quality.pixels;
     if (!pixels.named) {
         const EngineKind engine = engineOf(arguments);
@@ -283,16 +293,6 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
             pixels.samples = PixelSampling::kAutomatic;
     }
     pixels.named = true; // so that the manifest's scene is the picture's
-    for (const std::string& text : arguments.surfaces)
-        scene.surfaces.push_back(parseSurface(text));
-    if (scene.surfaces.size() > Scene::kMaxSurfaces)
-        throw badFile("--isosurface", "at most " + std::to_string(Scene::kMaxSurfaces) + " isosurfaces",
-                      std::to_string(scene.surfaces.size()));
-    addMeshes(arguments, scene);
-    if (arguments.keys.takesAnyFrame()) // of the meshes, too
-        takeAnyFrame(scene);
-    arguments.keys.applySets(scene);
-    arguments.keys.checkFrames(scene);
 }
 
 namespace {
