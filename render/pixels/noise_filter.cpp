@@ -3,6 +3,7 @@
 
 #include "core/base/interrupt.h"
 #include "core/base/threads.h"
+#include "render/contract/ray_state.h" // rayCount
 
 #include <algorithm>
 #include <array>
