@@ -73,8 +73,10 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
     };
     if (plan.layer().reduces())
         throw refuse("mode composite", "one of single values");
-    if (!plan.layer().optics.surfaces.empty())
-        throw refuse("no isosurfaces", std::to_string(plan.layer().optics.surfaces.size()));
+    if (!plan.layer().optics.surfaces.empty() &&
+        scene.lighting.transport->response == TransportResponse::contract)
+        throw refuse("no isosurfaces beside response \"contract\"",
+                     std::to_string(plan.layer().optics.surfaces.size()));
     if (!plan.view.meshes.empty())
         throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
     if (const auto& sky = scene.lighting.environment; sky && !sky->file.path.empty() && !sky->file.map)

@@ -3,6 +3,7 @@
 // mirror's and the native engine's.
 #pragma once
 
+#include "render/transport/surface_crossings.h"
 #include "render/transport/traced_path.h"
 
 #include <algorithm>
@@ -68,7 +69,12 @@ template <typename Field> class PathTracer {
         ++work_.paths;
     }
     /// True if scatterings ask for gradients.
-    bool takesGradients() const { return scene_.transport.surface.has_value(); }
+    bool takesGradients() const { return scene_.transport.surface.has_value() || !scene_.isovalues.empty(); }
+    /// What an isosurface makes of light.
+    PathTissue tissueOf(int isosurface) const {
+        const SurfaceLook& surface = scene_.optics->surfaces[static_cast<std::size_t>(isosurface)];
+        return {surface.colour, emissionOf(surface.isovalue)};
+    }
     /// Scatters, and draws the way to one of the lights. False: no light comes from any.
     /// @param gradient  of the field at the path's place, where it is taken
     bool aim(TracedPath& path, const glm::vec3& gradient, Way& way) {
@@ -173,7 +179,9 @@ template <typename Field> class PathTracer {
                 shineBy(path, left(way, path.numbers));
             if (!turn(path, way))
                 break;
-        } while (reach(path, way, toCollision(way, path.numbers)) && settle(path, field_.value(path.p)));
+        } while (reach(path, way, toCollision(way, path)) &&
+                 settle(path, path.isosurface >= 0 ? tissueOf(path.isosurface)
+                                                   : tissueAt(path.p, field_.value(path.p))));
         return path.sum;
     }
 
@@ -217,9 +225,16 @@ template <typename Field> class PathTracer {
 
     float left(const Way& way, PathNumbers& numbers) {
         const auto of = [&](const Way& part) {
-            return transmittance(
-                *scene_.bounds, scene_.occupancy, part, [&](const glm::vec3& q) { return extinctionAt(q); },
-                numbers, work_);
+            float past = 1;
+            if (!scene_.isovalues.empty() &&
+                crossSurfaces(scene_, field_, part, [&](float, std::size_t surface) {
+                    past *= 1.0f - scene_.optics->surfaces[surface].opacity;
+                    return !(past > 0.0f);
+                }))
+                return 0.0f;
+            return past * transmittance(
+                              *scene_.bounds, scene_.occupancy, part,
+                              [&](const glm::vec3& q) { return extinctionAt(q); }, numbers, work_);
         };
         if (!scene_.cuts)
             return of(way);
@@ -229,12 +244,27 @@ template <typename Field> class PathTracer {
             left *= of(partOf(way, parts_[n]));
         return left;
     }
-    /// mm; below 0: there is none.
-    float toCollision(const Way& way, PathNumbers& numbers) {
+    /// mm; below 0: there is none. An isosurface before it is met with the chance of its opacity.
+    float toCollision(const Way& way, TracedPath& path) {
+        path.isosurface = -1;
         const auto of = [&](const Way& part) {
-            return freePath(
+            float mm = freePath(
                 *scene_.bounds, scene_.occupancy, part, [&](const glm::vec3& q) { return extinctionAt(q); },
-                numbers, work_);
+                path.numbers, work_);
+            if (scene_.isovalues.empty())
+                return mm;
+            Way before = part;
+            if (mm >= 0.0f)
+                before.mm = mm;
+            crossSurfaces(scene_, field_, before, [&](float at, std::size_t surface) {
+                const float opacity = scene_.optics->surfaces[surface].opacity;
+                if (opacity < 1.0f && !(path.numbers.next() < opacity))
+                    return false;
+                mm = at;
+                path.isosurface = static_cast<int>(surface);
+                return true;
+            });
+            return mm;
         };
         if (!scene_.cuts)
             return of(way);

@@ -93,16 +93,19 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
     scene.transport = lighting.transport.value();
     scene.environment = lighting.environment;
     scene.seed = seed;
+    for (const SurfaceLook& surface : optics.surfaces)
+        scene.isovalues.push_back(surface.isovalue);
     if (const auto& surface = scene.transport.surface) {
         const double perStored = 1 / std::abs(info.rescaleSlope);
         scene.steepFrom = static_cast<float>(surface->gradient.low * perStored);
         scene.perSteep =
             static_cast<float>(std::min(1 / ((surface->gradient.high - surface->gradient.low) * perStored),
                                         double{std::numeric_limits<float>::max()}));
-        scene.surface.mirrored = static_cast<float>(surface->mirrored);
-        scene.surface.width = static_cast<float>(surface->roughness * surface->roughness);
-        scene.laterSurface = {scene.surface.mirrored, std::max(scene.surface.width, kLaterWidth)};
     }
+    const SurfaceScattering coat = scene.transport.surface.value_or(SurfaceScattering());
+    scene.surface.mirrored = static_cast<float>(coat.mirrored);
+    scene.surface.width = static_cast<float>(coat.roughness * coat.roughness);
+    scene.laterSurface = {scene.surface.mirrored, std::max(scene.surface.width, kLaterWidth)};
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     scene.voxelFromPatient = glm::mat3(glm::dmat3(voxelFromPatient));
     scene.extent = glm::vec3(info.extentVoxels);

@@ -54,6 +54,7 @@ struct PathScene {
     std::shared_ptr<const DirectionTable> skyTable;
     float leavesFromMm = 0;             // where ways from surfaces begin, and the contract's to lights
     std::optional<Occlusion> occlusion; // of the contract's light
+    std::vector<float> isovalues;       // of optics->surfaces, ascending
 };
 
 /// @param lighting  the scene's own; has a transport

@@ -49,6 +49,7 @@ struct TracedPath {
     int bounce = 0;                  // scatterings
     /// Of a surface, unit, patient space, on the viewer's side; none: the place scatters as a medium.
     bool isSurface = false;
+    int isosurface = -1; // that its place is on, by number; -1: on none
     glm::vec3 normal{0};
     glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
     float density = 1;  // of turn()'s direction, per steradian; where the sky has a table
@@ -61,12 +62,16 @@ inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath
 /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
 inline void findNormal(const PathScene& scene, TracedPath& path, const glm::vec3& gradient) {
     path.isSurface = false;
-    if (!scene.transport.surface)
+    if (!scene.transport.surface && path.isosurface < 0)
         return;
     const glm::vec3 g = leaf::transformed(scene.optics->voxelFromPatientTransposed, gradient);
     const float length = std::sqrt(glm::dot(g, g));
-    const float t = std::clamp((length - scene.steepFrom) * scene.perSteep, 0.0f, 1.0f);
-    path.isSurface = path.numbers.next() < t * t * (3.0f - 2.0f * t) && length > 0.0f;
+    if (path.isosurface >= 0) {
+        path.isSurface = length > 0.0f;
+    } else {
+        const float t = std::clamp((length - scene.steepFrom) * scene.perSteep, 0.0f, 1.0f);
+        path.isSurface = path.numbers.next() < t * t * (3.0f - 2.0f * t) && length > 0.0f;
+    }
     if (path.isSurface) {
         path.normal = g / length;
         if (glm::dot(path.normal, path.travel) > 0.0f)
@@ -84,14 +89,16 @@ inline Way wayFrom(const PathScene& scene, const glm::vec3& p, const glm::vec3& 
 }
 
 /// The way that light takes from a scattering. A surface stands for all that its tissue becomes within some
-/// voxels: ways begin beyond it.
+/// voxels: ways begin beyond it. From an isosurface they begin so near that it is not crossed again at once.
 /// @param direction  unit, patient space
 /// @param most  mm: how long it is at most
 inline Way wayOn(const PathScene& scene, const TracedPath& path, const glm::vec3& direction, float most) {
+    constexpr float kOffIsosurface = 1.0f / 128; // of the way from others
     Way way = wayFrom(scene, path.p, direction);
-    if (path.isSurface && way.mm > scene.leavesFromMm && most > scene.leavesFromMm) {
-        way = wayFrom(scene, path.p + scene.leavesFromMm * way.perMm, direction);
-        most -= scene.leavesFromMm;
+    const float from = path.isosurface >= 0 ? kOffIsosurface * scene.leavesFromMm : scene.leavesFromMm;
+    if (path.isSurface && way.mm > from && most > from) {
+        way = wayFrom(scene, path.p + from * way.perMm, direction);
+        most -= from;
     }
     way.mm = std::min(way.mm, most);
     return way;

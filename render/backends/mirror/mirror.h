@@ -70,13 +70,6 @@ void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& i
     }
 }
 
-/// The place at which a ray has gathered an opacity; of rays that gather less, the last that shows something.
-template <typename Real> struct SeenPlace {
-    Real alpha = 0; // sought
-    bool shows = false, found = false;
-    glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
-};
-
 /// True where the place lies in the segment of so many lengths from i on.
 /// @param before  opacity in front of it
 template <typename Real>
@@ -99,14 +92,14 @@ bool takePlace(const SegmentedRay<Real>& ray, int i, Real length, Real before, c
 /// Composites a ray, or a part of it, behind what it has gathered before. Premultiplied colour and alpha.
 /// @param field  value(p) and gradient(p) at a point in voxels; pitch(p), distance of samples there
 /// @param hit  with isosurfaces: gets the first hit
-/// @param at  or null; the ray ends there. Not with isosurfaces
+/// @param at  or null; the ray ends there
 template <typename Real, typename Field>
 void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
                     SurfaceHit* hit, glm::vec<4, Real>& sum, SeenPlace<Real>* at = nullptr) {
     const Optics& optics = *input.optics;
     if (!optics.surfaces.empty()) {
         SurfaceRayState<Real> state{0, sum};
-        surfaceRay(ray, field, input, work, hit, state);
+        surfaceRay(ray, field, input, work, hit, state, at);
         sum = state.sum;
         return;
     }
@@ -238,7 +231,11 @@ glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, c
         return {0, 0, 0, alpha};
     PathTracer<Field> tracer(scene, field, work.paths);
     const glm::vec3& direction = parts.front().direction;
-    tracer.start(path, at.place, at.colour, direction, field.value(at.place));
+    path.isosurface = at.isosurface;
+    if (at.isosurface >= 0)
+        tracer.start(path, at.place, tracer.tissueOf(at.isosurface), direction);
+    else
+        tracer.start(path, at.place, at.colour, direction, field.value(at.place));
     if (beginning)
         *beginning = beginningOf(scene, path, field.gradient(at.place));
     if (scene.transport.response == TransportResponse::contract)

@@ -10,6 +10,7 @@
 #include "render/contract/ray_state.h"
 #include "render/contract/sampler.h" // gradientValues
 #include "render/light/surface_light.h"
+#include "render/transport/path_numbers.h" // exponentialOf
 
 #include <limits>
 #include <vector>
@@ -28,6 +29,14 @@ Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Re
     return next;
 }
 
+/// The place at which a ray has gathered an opacity; of rays that gather less, the last that shows something.
+template <typename Real> struct SeenPlace {
+    Real alpha = 0; // sought
+    bool shows = false, found = false;
+    int isosurface = -1;                   // that it is on, by number
+    glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
+};
+
 /// The progress of a ray: its next segment, and what it has gathered.
 template <typename Real> struct SurfaceRayState {
     int next = 0;
@@ -37,9 +46,10 @@ template <typename Real> struct SurfaceRayState {
 /// Continues a ray from its state to its end, or to a stride where field.lacks(): there it stops with the
 /// state before that stride.
 /// @param field  as mirrorRay()'s; lacks() besides
+/// @param sought  or null; the ray ends there
 template <typename Real, typename Field>
 void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& input, Work& work,
-                SurfaceHit* hit, SurfaceRayState<Real>& state) {
+                SurfaceHit* hit, SurfaceRayState<Real>& state, SeenPlace<Real>* sought = nullptr) {
     using Vec = glm::vec<3, Real>;
     const Optics& optics = *input.optics;
     const bool ends = needsEnds(optics.integrator);
@@ -48,6 +58,18 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
     for (const SurfaceLook& s : optics.surfaces)
         isovalues.push_back(static_cast<Real>(s.isovalue));
     glm::vec<4, Real>& sum = state.sum;
+    // What is seen last, and whether the place that is sought is in it.
+    const auto reaches = [&](const Vec& colour, Real alpha, int isosurface, const auto& placeOf) {
+        if (!sought || !(alpha > Real(0)))
+            return false;
+        const Real share = std::max(Real(0), (sought->alpha - sum.a) / (Real(1) - sum.a));
+        sought->shows = true;
+        sought->colour = colour;
+        sought->isosurface = isosurface;
+        sought->found = share < alpha;
+        sought->place = placeOf(share);
+        return sought->found;
+    };
     const auto over = [&](const Vec& colour, Real alpha) {
         composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
@@ -101,8 +123,20 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 extinction *= gradientFactor(optics, gradient);
             const Real depth = extinction * (part * ray.segmentMm);
             const Real alpha = opacityOf(depth);
-            const Vec colour = seen(segmentColour(optics, a, b, depth, alpha, n), gradient, middle,
-                                    [&] { return materialOf(optics, a, b); });
+            const Vec unlit = segmentColour(optics, a, b, depth, alpha, n);
+            if (reaches(unlit, alpha, -1, [&](Real share) {
+                    const Real along =
+                        share < alpha
+                            ? std::min(Real(1),
+                                       static_cast<Real>(exponentialOf(static_cast<float>(share))) / depth)
+                            : Real(1);
+                    return start + (from + along * part) * ray.step;
+                })) {
+                done = true;
+                return;
+            }
+            const Vec colour =
+                sought ? unlit : seen(unlit, gradient, middle, [&] { return materialOf(optics, a, b); });
             done = over(colour, alpha);
         };
         Real from = 0, valueFrom = front; // start of the part of the volume that is not added yet
@@ -130,6 +164,11 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             if (input.showsDistances) {
                 done = over(Vec((static_cast<Real>(i) + at) * ray.segmentMm, Real(0), Real(0)),
                             static_cast<Real>(surface.opacity));
+                return;
+            }
+            if (reaches(Vec(surface.colour), static_cast<Real>(surface.opacity), static_cast<int>(number),
+                        [&](Real) { return p; })) {
+                done = true;
                 return;
             }
             const auto material = [&] { return materialAt(optics, placeOf(optics, isovalues[number])); };

@@ -8,11 +8,11 @@
 namespace tessera {
 namespace {
 
-/// What packets know: the midpoint rule, gradients by differences.
+/// What packets know: the midpoint rule, gradients by differences, no isosurfaces.
 bool goInPackets(const PathScene& scene) {
     const Optics& o = *scene.optics;
     return scene.transport.response == TransportResponse::physical && o.integrator == Integrator::midpoint &&
-           o.gradient != Gradient::analytic && o.gradient != Gradient::cubic;
+           o.gradient != Gradient::analytic && o.gradient != Gradient::cubic && o.surfaces.empty();
 }
 
 } // namespace

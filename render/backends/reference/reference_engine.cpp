@@ -95,6 +95,8 @@ class ReferenceCaster : public RayCaster {
             return {};
         }
         PathScene paths = pathSceneOf(scene_, nullptr);
+        if (!paths.isovalues.empty())
+            throw badFile("--engine", "native or mirror for paths of light among isosurfaces", "reference");
         paths.seed += kOwnNumbers;
         return paths;
     }
