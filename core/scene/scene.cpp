@@ -64,6 +64,7 @@ Scene asDrawn(const Scene& scene) {
         return drawn;
     drawn.shading.on = false;
     drawn.lighting = {};
+    drawn.quality.pixels.denoise = false;
     drawn.surfaces.clear();
     drawn.meshes.clear();
     drawn.quality.integrator = Integrator::midpoint;

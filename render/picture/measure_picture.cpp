@@ -61,7 +61,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
     input.costOfTruthRay = kCostOfTruth;
     input.mode = picture.mode;
     input.seed = picture.scene.quality.pixels.seed;
-    if (large && (!about.finest || about.passes))
+    if (large && !lighting.transport && (!about.finest || about.passes))
         input.brickPixels = about.brickPixels;
     std::vector<VerifyPlan> designs{verifyPlan(input)};
     if (picture.rounds > 1)

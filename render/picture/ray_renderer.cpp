@@ -161,7 +161,8 @@ void RayRenderer::takeKept(const FrameTask& task, const RaysDrawn& these, AreaPi
         {{"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(these.levels)))},
          {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
          {"step in voxels", digitsOf(these.stepVoxels, 17)},
-         {"integrator", integratorNames()[static_cast<std::size_t>(these.integrator)]}});
+         {"integrator", integratorNames()[static_cast<std::size_t>(these.integrator)]},
+         {"random numbers", exact_ ? "of the reference" : "of native and mirror"}});
     task.context.progress.startAt(picture.share(0));
 }
 

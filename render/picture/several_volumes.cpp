@@ -123,10 +123,12 @@ RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& r
     RenderResult result;
     Image picture = shownAlone(scene, 0, *stores[0], ram, gpu, options, result);
     result.secondsPreparing += resolving;
+    result.pixelErrors.reset(); // they would be of one volume
     const Charge charge = ram.charge(picture.pixels.size() * sizeof(glm::vec4), "the picture of all volumes");
     RenderOptions others = options; // a first picture and errors are told of one volume
     others.onFirstPicture = {};
     others.verify = Verify::none;
+    others.layers = {};
     for (std::size_t n = 1; n < stores.size(); ++n) {
         RenderResult mine;
         layOver(picture, shownAlone(scene, n, *stores[n], ram, gpu, others, mine), scene.fusion);

@@ -322,7 +322,8 @@ double AreaPicture::share(double ofArray) const {
         double all = sampling_.samples * pixels;
         if (sampling_.noise > 0 && noise_) {
             const double more = *noise_ / sampling_.noise;
-            all = std::clamp(std::exp2(round_) * pixels * more * more, std::exp2(round_ + 1) * pixels, all);
+            all = std::clamp(samplesAfter(round_ - 1) * pixels * more * more, samplesAfter(round_) * pixels,
+                             all);
         }
         const double drawn =
             static_cast<double>(taken_) + (drawing_ ? ofArray * static_cast<double>(ofArray_) : 0);

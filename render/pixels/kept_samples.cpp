@@ -224,7 +224,8 @@ void KeptSamples::requireParts(const Header& header) const {
 
 int KeptSamples::restore(AreaPicture& picture, int most, Parts ofPlan) {
     samples_ = 0;
-    parts_.merge(ofPlan);
+    for (auto& [name, value] : ofPlan)
+        parts_.insert_or_assign(name, value);
     if (!exists())
         return 0;
     const Header header = read();

@@ -89,6 +89,8 @@ TEST_F(Layers, KeptSamplesGoOn) {
 TEST_F(Layers, KeptSamplesAreRefusedWhereThereAreNone) {
     refused("-o a.exr --samples 4 --keep-state k", {"--keep-state", "--light cinematic"});
     refused("-o a.exr " + kPaths + " --samples 1 --keep-state k", {"--keep-state", "from 2 on", "found 1"});
+    refused("-o a.exr " + kPaths + " --mode maximum --samples 4 --keep-state k",
+            {"--keep-state", "paths of light"});
     refused("-o k " + kPaths + " --keep-state k", {"k"});
     refused("-o k.png " + kPaths + " --keep-state k.png", {"--keep-state", "another file"});
     refused("-o film/ " + kPaths + " --turn 360 --keep-state k", {"--keep-state", "one picture"});

@@ -70,6 +70,7 @@ struct SamplesSeen {
 /// number of their samples.
 inline Scene asStill(Scene scene) {
     PixelSampling& pixels = scene.quality.pixels;
+    pixels.denoise = pixels.denoise && scene.lighting.transport;
     if (scene.lighting.transport && reductionOf(scene) == Reduction::composite &&
         pixels.samples == PixelSampling::kAutomatic)
         pixels.samples = pixels.noise > 0 ? PixelSampling::kMostForNoise : Transport::kSamples;

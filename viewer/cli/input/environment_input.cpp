@@ -14,6 +14,7 @@ Charge readEnvironmentOf(Scene& scene, MemoryBudget& ram, std::vector<std::strin
     if (!scene.lighting.environment || scene.lighting.environment->file.path.empty())
         return {};
     EnvironmentFile& file = scene.lighting.environment->file;
+    file.path = std::filesystem::absolute(file.path); // scenes are saved elsewhere
 #if TESSERA_WITH_ENVIRONMENTS
     Charge charge = ram.charge(EnvironmentMap::bytes(EnvironmentPixels::kKept), "an environment's light");
     if (!file.map) {

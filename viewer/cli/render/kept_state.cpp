@@ -45,7 +45,7 @@ KeptSamples::Parts partsOf(const RenderTask& task) {
     for (SceneVolume& volume : scene.volumes) {
         if (volume.labels.path.empty())
             continue;
-        labels += volume.labels.store.filename().string() + " ";
+        labels += StoreReader(volume.labels.store, task.ram).contentHash() + " ";
         volume.labels.path = "labels"; // names of files may be those of patients
         if (std::filesystem::path& names = volume.labels.names;
             !names.empty() && names != Labels::kTotalSegmentator) {
@@ -68,7 +68,7 @@ void checkKeptState(const RenderArguments& arguments, const Scene& scene) {
         return;
     if (arguments.isFilm() || arguments.unfold)
         throw badFile(kStateOption, "one picture", arguments.unfold ? "--unfold" : "a film");
-    if (!scene.lighting.transport)
+    if (!scene.lighting.transport || reductionOf(scene) != Reduction::composite)
         throw badFile(kStateOption, "paths of light (--light cinematic, or lighting.transport)",
                       "a scene without");
     if (const int samples = scene.quality.pixels.samples; samples < 2)
