@@ -9,7 +9,7 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. Whole suites, then tests of
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
-    AreaPicture AutomaticIntegrator ExtinctionBoundsOfScenes PathPicture AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
+    AreaPicture AutomaticIntegrator ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
     DistanceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
