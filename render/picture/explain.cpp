@@ -53,7 +53,7 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              each(w.nullCollisions), each(w.cells));
         if (w.alone > 0)
             line("paths of light: %llu one by one, which is slow: lanes know the physical response, the "
-                 "midpoint rule, and gradients by differences alone",
+                 "midpoint rule, and gradients by differences, and no isosurfaces",
                  static_cast<unsigned long long>(w.alone));
         if (w.exceeded > 0)
             line("paths of light: %llu extinctions above their bound, counted as that",
