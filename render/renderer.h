@@ -57,8 +57,8 @@ struct RenderOptions {
     /// seconds.
     std::function<void(const Image&, double)> onFirstPicture;
     /// Where light follows paths: called with the picture so far when pixels have 1, 2, 4, ... samples,
-    /// before the last, and with what is known of its noise.
-    std::function<void(Image, const PixelReport&)> onRound;
+    /// before the last, and with their number and the standard error (rms; one sample tells none).
+    std::function<void(Image, int samples, std::optional<double> noise)> onRound;
     Progress* progress = nullptr; // none: silent
     LayersAsked layers;           // besides the colour
     /// Where sums of samples are kept for a later run, and where they are taken from; null: nowhere. Of

@@ -18,7 +18,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kRowsAtATime = 32; // as many as OpenEXR packs together at most, but for its lossy kinds
+constexpr int kRowsAtATime = 32, kRowsOfDwab = 256; // as many as OpenEXR packs together: at most, and then
 constexpr int kMostTileRows = 256, kMostChannels = 16;
 constexpr double kTurn = 3.14159265358979323846; // half a turn, from the first row to the last
 
@@ -62,7 +62,9 @@ class Picture {
     int channels() const { return isGrey_ ? 1 : 3; }
     std::size_t bandBytes() const {
         // What is unpacked, of all channels, and what comes out.
-        return static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(band()) * sizeof(float) *
+        const bool isDwab = std::string(spec_.get_string_attribute("compression")).starts_with("dwab");
+        return static_cast<std::size_t>(std::max(spec_.width, spec_.tile_width)) *
+               static_cast<std::size_t>(std::max(band(), isDwab ? kRowsOfDwab : 0)) * sizeof(float) *
                static_cast<std::size_t>(2 * spec_.nchannels + channels());
     }
     void read(int row, int count, float* values) {
@@ -104,9 +106,10 @@ class Picture {
         const std::vector<std::string>& names = spec_.channelnames;
         if (!isGrey_ && (names.size() < 3 || names[0] != "R" || names[1] != "G" || names[2] != "B"))
             refuse("channels R, G and B, or Y", "\"" + printable(names.empty() ? "" : names[0]) + "\"");
-        if (spec_.tile_width > 0 && spec_.tile_height > kMostTileRows)
-            refuse("tiles of at most " + std::to_string(kMostTileRows) + " rows",
-                   std::to_string(spec_.tile_height));
+        if (spec_.tile_width > EnvironmentPixels::kMostColumns || spec_.tile_height > kMostTileRows)
+            refuse("tiles of at most " + std::to_string(EnvironmentPixels::kMostColumns) + "x" +
+                       std::to_string(kMostTileRows) + " pixels",
+                   std::to_string(spec_.tile_width) + "x" + std::to_string(spec_.tile_height));
     }
 
     const std::filesystem::path path_;

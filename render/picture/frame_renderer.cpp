@@ -122,6 +122,9 @@ RenderResult FrameRenderer::draw(const Scene& given) {
     }
     if (scene.lighting.transport && !traitsOf(s.made->kind).followsPaths) { // another engine, or none
         forget();
+        s.p = Planner(); // its memory is that of the other engine
+        s.known.reset();
+        s.last.reset();
         ++kept_.frames;
         return renderScene(given, s.stores, s.ram, s.gpu, s.options);
     }

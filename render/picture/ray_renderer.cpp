@@ -213,10 +213,10 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
                 picture.add(colours);
             if (task.options.kept)
                 task.options.kept->keep(picture);
-            if (task.options.onRound && rays.paths &&
-                picture.samplesOfAll().value_or(p.view.quality.pixels.samples) <
-                    p.view.quality.pixels.samples)
-                task.options.onRound(picture.image(), picture.report());
+            const int samples = picture.samplesOfAll().value_or(p.view.quality.pixels.samples);
+            if (task.options.onRound && rays.paths && samples < p.view.quality.pixels.samples)
+                task.options.onRound(picture.image(), samples,
+                                     samples > 1 ? std::optional(rmsError(picture.sums())) : std::nullopt);
             continue;
         }
         if (!looks->hasLooked())

@@ -114,7 +114,7 @@ bool AreaPicture::isQuiet() {
     const bool asked = sampling_.noise > 0 && samples >= kSamplesBefore;
     if (samples < 2 || !(asked || picture_.paths))
         return false;
-    noise_ = standardError(sums_).rms;
+    noise_ = rmsError(sums_);
     return asked && *noise_ <= sampling_.noise;
 }
 

@@ -72,24 +72,38 @@ Image PixelSums::errors() const {
     return errors;
 }
 
+namespace {
+/// Pixels that show something: f(mean, offset).
+template <typename Visit> void forEachShown(const PixelSums& sums, const Visit& visit) {
+    for (std::size_t i = 0; i < sums.count(); ++i)
+        if (const glm::vec4 mean = sums.mean(i); mean.a > 1.0f / 255)
+            visit(mean, sums.hasBothSets(i) ? sums.offset(i) : glm::vec4(0));
+}
+} // namespace
+
+double rmsError(const PixelSums& sums) {
+    double squares = 0;
+    std::size_t shown = 0;
+    forEachShown(sums, [&](const glm::vec4&, const glm::vec4& off) {
+        squares += static_cast<double>(glm::dot(off, off));
+        ++shown;
+    });
+    return shown > 0 ? std::sqrt(squares / (4 * static_cast<double>(shown))) : 0;
+}
+
 StandardError standardError(const PixelSums& sums) {
     const auto seen = [](const glm::vec4& v) {
         return luvFromLinear(glm::dvec3(glm::clamp(glm::vec3(v), 0.0f, 1.0f)));
     };
     StandardError e;
     std::vector<double> luv;
-    for (std::size_t i = 0; i < sums.count(); ++i) {
-        const glm::vec4 mean = sums.mean(i);
-        if (!(mean.a > 1.0f / 255))
-            continue;
-        const glm::vec4 off = sums.hasBothSets(i) ? sums.offset(i) : glm::vec4(0);
-        e.rms += static_cast<double>(glm::dot(off, off));
+    forEachShown(sums, [&](const glm::vec4& mean, const glm::vec4& off) {
         luv.push_back(glm::length(seen(mean + off) - seen(mean)));
         e.luvMean += luv.back();
-    }
+    });
     if (luv.empty())
         return {};
-    e.rms = std::sqrt(e.rms / (4 * static_cast<double>(luv.size())));
+    e.rms = rmsError(sums);
     e.luvMean /= static_cast<double>(luv.size());
     const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(luv.size() - 1));
     std::nth_element(luv.begin(), luv.begin() + rank, luv.end());

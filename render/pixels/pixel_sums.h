@@ -74,6 +74,8 @@ class PixelSums {
 
 /// Over pixels with two sets; the others count as exact.
 StandardError standardError(const PixelSums& sums);
+/// Its rms alone, which takes no memory.
+double rmsError(const PixelSums& sums);
 
 // Each pixel's need for more samples: the possible error of its mean, from its own sets and its neighbours',
 // against the allowed error.

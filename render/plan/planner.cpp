@@ -97,12 +97,12 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
 }
 
 /// Why a kept light has no counterpart by single ways; empty: it has.
-std::string whyNotByWays(const Scene& scene, const FramePlan& plan) {
+std::string whyNotByWays(const FramePlan& plan) {
     if (plan.fused)
         return "it is that of several volumes";
     if (!plan.layer().optics.surfaces.empty() || !plan.view.meshes.empty())
         return "isosurfaces or meshes are in its way";
-    if (const auto& occlusion = scene.lighting.occlusion;
+    if (const auto& occlusion = plan.view.lighting.occlusion;
         occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
         return "occlusion is not of method local, or emits";
     return {};
@@ -511,7 +511,7 @@ void Planner::boundExtinction() {
 }
 
 std::string Planner::boundLight(const Scene& scene) {
-    if (std::string why = whyNotByWays(scene, *this); !why.empty())
+    if (std::string why = whyNotByWays(*this); !why.empty())
         return why;
     try {
         layer().extinction =

@@ -89,18 +89,20 @@ inline Way wayFrom(const PathScene& scene, const glm::vec3& p, const glm::vec3& 
 }
 
 /// The way that light takes from a scattering. A surface stands for all that its tissue becomes within some
-/// voxels: ways begin beyond it. From an isosurface they begin so near that it is not crossed again at once.
+/// voxels: ways begin above it, so that slanted ones are not in the shadow of its unevenness. From an
+/// isosurface they begin so near that it is not crossed again at once.
 /// @param direction  unit, patient space
 /// @param most  mm: how long it is at most
 inline Way wayOn(const PathScene& scene, const TracedPath& path, const glm::vec3& direction, float most) {
     constexpr float kOffIsosurface = 1.0f / 128; // of the way from others
-    Way way = wayFrom(scene, path.p, direction);
-    const float from = path.isosurface >= 0 ? kOffIsosurface * scene.leavesFromMm : scene.leavesFromMm;
-    if (path.isSurface && way.mm > from && most > from) {
-        way = wayFrom(scene, path.p + from * way.perMm, direction);
-        most -= from;
+    if (!path.isSurface) {
+        Way way = wayFrom(scene, path.p, direction);
+        way.mm = std::min(way.mm, most);
+        return way;
     }
-    way.mm = std::min(way.mm, most);
+    const float above = path.isosurface >= 0 ? kOffIsosurface * scene.leavesFromMm : scene.leavesFromMm;
+    Way way = wayFrom(scene, path.p + above * (scene.voxelFromPatient * path.normal), direction);
+    way.mm = std::min(way.mm, std::max(0.0f, most - above * glm::dot(path.normal, direction)));
     return way;
 }
 

@@ -2,6 +2,9 @@
 // asked for is there.
 #pragma once
 
+#include "bricking/store/store_reader.h"
+#include "core/scene/scene.h"
+#include "render/picture/render_scene.h"
 #include "viewer/session/view_session.h"
 
 #include <algorithm>
@@ -18,7 +21,19 @@
 namespace tessera::test {
 
 inline constexpr std::size_t kRamBytes = std::size_t{512} << 20, kGpuBytes = std::size_t{256} << 20;
+
 inline const glm::ivec2 kPicture(96, 72);
+
+/// The picture of `tessera render` of the scene as it is saved, with half of the budgets.
+inline Image rendered(const Scene& scene) {
+    MemoryBudget ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
+    const StoreReader store(scene.volumes.front().path, ram);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.searching = options.checking = true;
+    options.verify = Verify::quick;
+    return renderScene(parseScene(sceneJson(asStill(scene)), "/", "scene"), store, ram, gpu, options).image;
+}
 
 /// A session and what a window does with it.
 class Looker {

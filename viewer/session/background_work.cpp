@@ -29,22 +29,15 @@ std::string measuredText(const RenderResult& result) {
            " to " + formatNumber(e.high, 2) + ", L*u*v*)";
 }
 
-/// Of a picture of paths of light.
-SamplesSeen samplesSeen(const Scene& scene, const PixelReport& report) {
-    SamplesSeen seen{report.most, scene.quality.pixels.samples, {}};
-    if (report.error)
-        seen.noise = report.error->rms;
-    return seen;
-}
-
 /// @param scene  with the camera of the picture
-std::shared_ptr<ShownPicture> roundOf(const Scene& scene, Image image, const PixelReport& report, double ms) {
+std::shared_ptr<ShownPicture> roundOf(const Scene& scene, Image image, const SamplesSeen& samples,
+                                      double ms) {
     auto picture = std::make_shared<ShownPicture>();
     picture->stage = Stage::round;
     picture->camera = std::get<Camera>(scene.camera);
     picture->drawingMs = ms;
     picture->background = scene.background;
-    picture->samples = samplesSeen(scene, report);
+    picture->samples = samples;
     picture->image = std::move(image);
     return picture;
 }
@@ -54,8 +47,9 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, Memor
     FinishedStill finished;
     const auto began = std::chrono::steady_clock::now();
     if (round)
-        options.onRound = [&](Image image, const PixelReport& report) {
-            round(roundOf(scene, std::move(image), report, 1e3 * secondsSince(began)));
+        options.onRound = [&](Image image, int samples, std::optional<double> noise) {
+            round(roundOf(scene, std::move(image), {samples, scene.quality.pixels.samples, noise},
+                          1e3 * secondsSince(began)));
         };
     RenderResult result = renderScene(scene, stores, ram, gpu, options);
     auto picture = std::make_shared<ShownPicture>();
@@ -67,7 +61,9 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, Memor
                             .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     picture->background = scene.background;
     if (scene.lighting.transport && reductionOf(scene) == Reduction::composite)
-        picture->samples = samplesSeen(scene, result.pixels);
+        picture->samples =
+            SamplesSeen{result.pixels.most, scene.quality.pixels.samples,
+                        result.pixels.error ? std::optional(result.pixels.error->rms) : std::nullopt};
     finished.measured = measuredText(result);
     picture->image = std::move(result.image);
     finished.picture = std::move(picture);

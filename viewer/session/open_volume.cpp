@@ -26,21 +26,23 @@ constexpr std::size_t kSliceParts = 8; // of the RAM; the three planes get one o
 /// Parts of the RAM where interactive pictures would not fit beside stills. Planes and lines get one each,
 /// and stills are left out.
 constexpr std::size_t kTightParts = 16;
-/// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads.
-constexpr std::size_t kKeptPictures = 3;
+/// Pictures that are kept at once: the one that is shown, the next, and the one that a window still reads;
+/// with rounds of paths another that is being made.
+constexpr std::size_t kKeptPictures = 3, kKeptRounds = 1;
 
 std::size_t ramForPictures(const ViewSessionOptions& options, bool withStills) {
     return withStills ? options.ramBytes / 2 - options.ramBytes / kSliceParts
                       : options.ramBytes - 2 * (options.ramBytes / kTightParts);
 }
 
-std::size_t shownBytes(const glm::ivec2& size) {
-    return kKeptPictures * (sizeof(glm::vec4) + sizeof(std::uint32_t)) * rayCount(size);
+std::size_t shownBytes(const Scene& scene) {
+    return (kKeptPictures + (scene.lighting.transport ? kKeptRounds : 0)) *
+           (sizeof(glm::vec4) + sizeof(std::uint32_t)) * rayCount(scene.imageSize);
 }
 
 /// The minimum memory for successive pictures of a scene.
 std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
-    return shownBytes(scene.imageSize) +
+    return shownBytes(scene) +
            renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);
 }
 
@@ -136,7 +138,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
         sky->file.map = scene.lighting.environment->file.map;
     std::vector<std::string> notes;
     environment = readEnvironmentOf(drawn, ram, notes);
-    pictures = ram.charge(shownBytes(wanted.imageSize), "the pictures that a window shows");
+    pictures = ram.charge(shownBytes(wanted), "the pictures that a window shows");
     RenderOptions render;
     render.engine = options.engine;
     render.device = options.device;

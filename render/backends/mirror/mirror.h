@@ -70,25 +70,6 @@ void keepAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& i
     }
 }
 
-/// True where the place lies in the segment of so many lengths from i on.
-/// @param before  opacity in front of it
-template <typename Real>
-bool takePlace(const SegmentedRay<Real>& ray, int i, Real length, Real before, const SeenSegment<Real>& seen,
-               SeenPlace<Real>& at) {
-    // Not below 0 by rounding.
-    const Real share = std::max(Real(0), (at.alpha - before) / (Real(1) - before)); // of opacity, up to it
-    const bool here = share < seen.opacity;
-    at.shows = true;
-    at.found = here;
-    at.colour = seen.colour;
-    const Real depth = seen.extinction * (length * ray.segmentMm);
-    const Real part =
-        here ? std::min(Real(1), static_cast<Real>(exponentialOf(static_cast<float>(share))) / depth)
-             : Real(1);
-    at.place = leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i) + part * length);
-    return here;
-}
-
 /// Composites a ray, or a part of it, behind what it has gathered before. Premultiplied colour and alpha.
 /// @param field  value(p) and gradient(p) at a point in voxels; pitch(p), distance of samples there
 /// @param hit  with isosurfaces: gets the first hit
@@ -131,7 +112,12 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
         SeenSegment<Real> seen;
         if (seeSegment(optics, field, front, back, stridePosition(ray, i, length), ray.direction,
                        length * ray.segmentMm, n, work, seen, !at)) {
-            if (at && seen.opacity > Real(0) && takePlace(ray, i, length, sum.a, seen, *at))
+            const auto placeOf = [&](Real share) {
+                return leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i) + share * length);
+            };
+            if (at && seen.opacity > Real(0) &&
+                takePlace(sum.a, seen.opacity, seen.extinction * (length * ray.segmentMm), seen.colour, -1,
+                          placeOf, *at))
                 return;
             composite(sum, seen.colour, seen.opacity);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))

@@ -37,6 +37,25 @@ template <typename Real> struct SeenPlace {
     glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
 };
 
+/// A part of a ray that shows something. True where it holds the place that is sought.
+/// @param before  opacity in front of it
+/// @param depth  optical, of its opacity; of an isosurface any
+/// @param placeOf  of a share of the part, from 0 to 1: f(share)
+template <typename Real, typename PlaceOf>
+bool takePlace(Real before, Real opacity, Real depth, const glm::vec<3, Real>& colour, int isosurface,
+               const PlaceOf& placeOf, SeenPlace<Real>& at) {
+    // Not below 0 by rounding.
+    const Real share = std::max(Real(0), (at.alpha - before) / (Real(1) - before)); // of opacity, up to it
+    at.shows = true;
+    at.found = share < opacity;
+    at.colour = colour;
+    at.isosurface = isosurface;
+    at.place = placeOf(
+        at.found ? std::min(Real(1), static_cast<Real>(exponentialOf(static_cast<float>(share))) / depth)
+                 : Real(1));
+    return at.found;
+}
+
 /// The progress of a ray: its next segment, and what it has gathered.
 template <typename Real> struct SurfaceRayState {
     int next = 0;
@@ -58,18 +77,6 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
     for (const SurfaceLook& s : optics.surfaces)
         isovalues.push_back(static_cast<Real>(s.isovalue));
     glm::vec<4, Real>& sum = state.sum;
-    // What is seen last, and whether the place that is sought is in it.
-    const auto reaches = [&](const Vec& colour, Real alpha, int isosurface, const auto& placeOf) {
-        if (!sought || !(alpha > Real(0)))
-            return false;
-        const Real share = std::max(Real(0), (sought->alpha - sum.a) / (Real(1) - sum.a));
-        sought->shows = true;
-        sought->colour = colour;
-        sought->isosurface = isosurface;
-        sought->found = share < alpha;
-        sought->place = placeOf(share);
-        return sought->found;
-    };
     const auto over = [&](const Vec& colour, Real alpha) {
         composite(sum, colour, alpha);
         return Real(1) - sum.a < static_cast<Real>(optics.termination) || !(Real(1) - sum.a > Real(0));
@@ -124,14 +131,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             const Real depth = extinction * (part * ray.segmentMm);
             const Real alpha = opacityOf(depth);
             const Vec unlit = segmentColour(optics, a, b, depth, alpha, n);
-            if (reaches(unlit, alpha, -1, [&](Real share) {
-                    const Real along =
-                        share < alpha
-                            ? std::min(Real(1),
-                                       static_cast<Real>(exponentialOf(static_cast<float>(share))) / depth)
-                            : Real(1);
-                    return start + (from + along * part) * ray.step;
-                })) {
+            const auto placeOf = [&](Real share) { return start + (from + share * part) * ray.step; };
+            if (sought && alpha > Real(0) && takePlace(sum.a, alpha, depth, unlit, -1, placeOf, *sought)) {
                 done = true;
                 return;
             }
@@ -166,8 +167,9 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                             static_cast<Real>(surface.opacity));
                 return;
             }
-            if (reaches(Vec(surface.colour), static_cast<Real>(surface.opacity), static_cast<int>(number),
-                        [&](Real) { return p; })) {
+            if (sought && takePlace(
+                              sum.a, static_cast<Real>(surface.opacity), Real(1), Vec(surface.colour),
+                              static_cast<int>(number), [&](Real) { return p; }, *sought)) {
                 done = true;
                 return;
             }

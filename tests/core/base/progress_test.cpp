@@ -17,21 +17,16 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
-    using namespace std::chrono_literals;
+using namespace std::chrono_literals;
+
+/// What a terminal gets to see of a job in another process: f(progress).
+template <typename Job> std::string seenOnTerminal(const Job& job) {
     int terminal = -1;
     const winsize size{24, 100, 0, 0};
     const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
     if (child == 0) {
         Progress progress(Verbosity::normal);
-        progress.stage("counting");
-        std::this_thread::sleep_for(550ms); // half a second passes before the rest is judged
-        progress.update(0.5);
-        std::this_thread::sleep_for(110ms); // a line is drawn ten times a second at most
-        progress.update(0.25);              // of a thread that comes late
-        progress.stage("reading");
-        std::this_thread::sleep_for(550ms);
-        progress.update(0.0045);
+        job(progress);
         progress.end();
         ::_exit(0);
     }
@@ -43,6 +38,20 @@ TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
     }
     ::waitpid(child, nullptr, 0);
     ::close(terminal);
+    return seen;
+}
+
+TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
+    const std::string seen = seenOnTerminal([](Progress& progress) {
+        progress.stage("counting");
+        std::this_thread::sleep_for(550ms); // half a second passes before the rest is judged
+        progress.update(0.5);
+        std::this_thread::sleep_for(110ms); // a line is drawn ten times a second at most
+        progress.update(0.25);              // of a thread that comes late
+        progress.stage("reading");
+        std::this_thread::sleep_for(550ms);
+        progress.update(0.0045);
+    });
     EXPECT_THAT(seen, HasSubstr("counting ..."));
     EXPECT_THAT(seen, HasSubstr("counting: 50 %, 1 s left")); // as long again as the half that is done
     EXPECT_THAT(seen, Not(HasSubstr("25 %")));
@@ -53,29 +62,14 @@ TEST(Progress, TellsTheTimeOfTheRestAndNeverGoesBack) {
 
 /// What an earlier run did is done at once, and says nothing about the rest; a stage can say more of itself.
 TEST(Progress, TellsMoreOfAStageThatGoesOn) {
-    using namespace std::chrono_literals;
-    int terminal = -1;
-    const winsize size{24, 100, 0, 0};
-    const pid_t child = ::forkpty(&terminal, nullptr, nullptr, &size);
-    if (child == 0) {
-        Progress progress(Verbosity::normal);
+    const std::string seen = seenOnTerminal([](Progress& progress) {
         progress.stage("drawing");
         progress.startAt(0.8);
         progress.detail(", 4 rounds, noise 0.031");
         std::this_thread::sleep_for(1100ms);
         progress.update(0.9); // half of what was left
         progress.stage("reading");
-        progress.end();
-        ::_exit(0);
-    }
-    std::string seen;
-    char bytes[256];
-    for (ssize_t got = 1; got > 0;) {
-        got = ::read(terminal, bytes, sizeof bytes);
-        seen.append(bytes, got > 0 ? static_cast<std::size_t>(got) : 0);
-    }
-    ::waitpid(child, nullptr, 0);
-    ::close(terminal);
+    });
     EXPECT_THAT(seen, HasSubstr("drawing, 4 rounds, noise 0.031: 80 %\r"));
     EXPECT_THAT(seen, ContainsRegex("drawing, 4 rounds, noise 0.031: 90 %, [23] s left"));
     EXPECT_THAT(seen, HasSubstr("reading ..."));

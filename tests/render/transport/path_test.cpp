@@ -270,7 +270,7 @@ TEST_F(Scattering, SoftLightIsEvenOverItsDisk) {
     EXPECT_NEAR(farthest, edge, 1e-3);
 }
 
-/// Ways end at a lamp, and begin two voxels beyond a surface that they leave.
+/// Ways end at a lamp, and begin two voxels above a surface that they leave.
 TEST_F(Scattering, WaysAreBetweenAPlaceAndTheLamp) {
     Light lamp;
     lamp.kind = LightKind::point;
@@ -285,11 +285,13 @@ TEST_F(Scattering, WaysAreBetweenAPlaceAndTheLamp) {
         ASSERT_TRUE(tracer.aim(path, gradientAlong({0, 0, 1}, surface ? 500 : 0), found));
         ASSERT_EQ(path.isSurface, surface);
         const double from = surface ? static_cast<double>(s.leavesFromMm) : 0;
-        EXPECT_NEAR(found.mm, 7 - from, 1e-4);
+        const glm::dvec3 above(0, 0, -from); // on the viewer's side
+        EXPECT_NEAR(found.mm, 7 - from * 6 / 7, 1e-4);
         const glm::dvec3 begins = kAxes * glm::dvec3(found.from),
                          ends = begins + kAxes * glm::dvec3(found.perMm) * static_cast<double>(found.mm);
-        EXPECT_LT(glm::length(begins - place - from * way / 7.0), 1e-4);
-        EXPECT_LT(glm::length(ends - lamp.position), 1e-4);
+        EXPECT_LT(glm::length(begins - place - above), 1e-4);
+        EXPECT_NEAR(glm::dot(ends - place, way / 7.0), 7, 1e-4); // beside the lamp, as far as it is
+        EXPECT_LT(glm::length(glm::cross(ends - begins, way / 7.0)), 1e-4);
         ASSERT_TRUE(tracer.turn(path, found));
         EXPECT_NEAR(glm::length(kAxes * glm::dvec3(found.from) - place), from, 1e-4);
     }

@@ -32,17 +32,6 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// The picture of `tessera render` of the scene with half of the budgets.
-Image rendered(const Scene& scene) {
-    MemoryBudget ram("RAM", "--ram", kRamBytes / 2), gpu("GPU memory", "--gpu-memory", kGpuBytes / 2);
-    const StoreReader store(scene.volumes.front().path, ram);
-    RenderOptions options;
-    options.engine = EngineKind::native;
-    options.searching = options.checking = true;
-    options.verify = Verify::quick;
-    return renderScene(parseScene(sceneJson(scene), "/", "scene"), store, ram, gpu, options).image;
-}
-
 bool sameBits(const Image& a, const Image& b) {
     return a.size == b.size &&
            std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;

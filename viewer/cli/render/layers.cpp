@@ -27,7 +27,7 @@ std::string withoutErrors(const Scene& scene) {
 }
 
 void requireLayers(const LayerChoice& layers, const Scene& scene) {
-    if (layers.ofPaths() && !scene.lighting.transport)
+    if (layers.ofPaths() && (!scene.lighting.transport || reductionOf(scene) != Reduction::composite))
         throw badFile(
             kLayersOption,
             "paths of light (--light cinematic, or lighting.transport) for albedo, normal and depth",

@@ -58,7 +58,7 @@ void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& r
                                 0, scene.quality.integrator);
     };
     PixelSampling& pixels = scene.quality.pixels;
-    if (ram.limitBytes() >= floor())
+    if (pixels.denoise || ram.limitBytes() >= floor()) // a filter needs samples
         return;
     const PixelSampling asked = pixels;
     pixels.samples = 1;
