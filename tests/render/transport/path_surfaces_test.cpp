@@ -18,7 +18,9 @@ using ::testing::HasSubstr;
 /// The value is the place along z: isosurfaces are planes at right angles to it. They are seen along z, from
 /// below.
 struct Planes {
-    Planes() : reader(stored.scene({}).volumes[0].path, ram), scene(stored.scene({})) {
+    explicit Planes(const Formula& value = [](const glm::dvec3& p) { return p.z; })
+        : stored(value, {44, 40, 48}, true), reader(stored.scene({}).volumes[0].path, ram),
+          scene(stored.scene({})) {
         scene.imageSize = {12, 12};
         Camera camera;
         camera.projection = Projection::parallel;
@@ -59,7 +61,7 @@ struct Planes {
             sum += glm::dvec4(pixel) / static_cast<double>(image.pixels.size());
         return sum;
     }
-    Stored stored{[](const glm::dvec3& p) { return p.z; }, {44, 40, 48}, true};
+    Stored stored;
     MemoryBudget ram{"RAM", "--ram", std::size_t{128} << 20};
     StoreReader reader;
     Scene scene;
@@ -83,8 +85,8 @@ TEST(PathSurfaces, ShowTheLightThatFallsOnThem) {
 /// A translucent one before an opaque one: light passes it on its way there and back.
 TEST(PathSurfaces, LetLightThroughByTheirOpacity) {
     Planes planes;
-    planes.scene.surfaces = {{12, {1, 0, 0}, 0.3}, {30, {0, 1, 0}, 1}};
     planes.scene.quality.pixels.samples = 256;
+    planes.scene.surfaces = {{12, {1, 0, 0}, 0.3}, {30, {0, 1, 0}, 1}};
     const glm::dvec4 once = planes.mean();
     EXPECT_NEAR(once.a, 1, 1e-6);
     EXPECT_NEAR(once.r, 0.3, 0.01);
@@ -120,6 +122,27 @@ TEST(PathSurfaces, LieInTheMedium) {
     EXPECT_NEAR(mean.a, 1, 1e-5);
     EXPECT_NEAR(mean.g, std::exp(-2 * 0.03 * 20), 0.01); // from place 10.5 to 30.5 along z, half a voxel each
     EXPECT_NEAR(mean.r, 0, 1e-9);
+}
+
+/// Thin plates with nothing between them: ways leap to the next one, and not over it.
+TEST(PathSurfaces, AreNotLeaptOver) {
+    Planes plates([](const glm::dvec3& p) {
+        double value = 0;
+        for (const double at : {6.7, 41.9}) // near to what is empty: 8 to 40
+            value = std::max(value, 1 - std::abs(p.z - at + 0.02 * p.x) / 1.5);
+        return value;
+    });
+    plates.scene.surfaces = {{0.5, {0.9, 0.6, 0.3}, 0.3}};
+    plates.scene.lighting.lights = {Planes::from({0.3, 0.2, -1}), Planes::from({-0.3, 0.4, 1})};
+    plates.scene.lighting.transport->bounces = 4;
+    const Image leaping = plates.draw();
+    plates.scene.quality.skipping = false;
+    const Image whole = plates.draw();
+    std::size_t far = 0;
+    for (std::size_t n = 0; n < whole.pixels.size(); ++n)
+        far += glm::length(whole.pixels[n] - leaping.pixels[n]) > 1e-3f; // a root's last bits turn few paths
+    EXPECT_LE(far, whole.pixels.size() / 100);
+    EXPECT_GT(whole.pixels[0].g, 0.1f);
 }
 
 TEST(PathSurfaces, NativeHasTheMirrorsBits) {
