@@ -36,6 +36,11 @@ template <> const NameTable<TransportResponse>& namesOf() {
         {{TransportResponse::physical, "physical"}, {TransportResponse::contract, "contract"}}};
     return names;
 }
+template <> const NameTable<TransportColours>& namesOf() {
+    static const NameTable<TransportColours> names{
+        {{TransportColours::albedo, "albedo"}, {TransportColours::reflectance, "reflectance"}}};
+    return names;
+}
 template <> const NameTable<Sky>& namesOf() {
     static const NameTable<Sky> names{{{Sky::uniform, "uniform"},
                                        {Sky::overcast, "overcast"},
@@ -204,7 +209,7 @@ const Fields<SurfaceScattering>& surfaceScatteringFields() {
 const Fields<Transport>& transportFields() {
     static const Fields<Transport> fields = [] {
         Fields<Transport> f(
-            "transport", "Light follows paths through the volume, which scatters it. Colours are the share "
+            "transport", "Light follows paths through the volume, which scatters it. Colours are shares "
                          "of light that is scattered; all lights cast shadows, and shading, occlusion and "
                          "finestLevel have no effect (response physical).");
         f.add(
@@ -216,6 +221,11 @@ const Fields<Transport>& transportFields() {
               "Scatterings of a path, at most.");
         f.add("phase", &Transport::phase, objectOf(phaseFields())).unlessDefault();
         f.add("surface", &Transport::surface, objectOf(surfaceScatteringFields()));
+        f.add("colours", &Transport::colours, named<TransportColours>(),
+              "What colours are where tissue scatters as a medium. albedo: the share of light that one "
+              "scattering leaves. reflectance: what a thick layer of it shows under a white sky, so that tissue "
+              "is as bright as its colour.")
+            .unlessDefault();
         return f;
     }();
     return fields;

@@ -68,6 +68,11 @@ struct SurfaceScattering {
     bool operator==(const SurfaceScattering&) const = default;
 };
 
+/// What a transfer function's colours are where tissue scatters as a medium. Albedo: the share of light that
+/// one scattering leaves. Reflectance: the share that a thick layer of it sends back to who faces it, under
+/// light from all sides.
+enum class TransportColours { albedo, reflectance };
+
 /// Physical: everything that a scene lights is lit by paths. Contract: the light that docs/sampling.md
 /// defines under "Shading", with its shadows and local occlusion, without planes, maps and a number of rays:
 /// one way to each light, and one to a side, in place of the shares that voxels have.
@@ -82,6 +87,7 @@ struct Transport {
     int bounces = 8; // scatterings of a path, [1,kMostBounces]
     Phase phase = {};
     std::optional<SurfaceScattering> surface = {}; // none: a medium everywhere
+    TransportColours colours = TransportColours::albedo;
     bool operator==(const Transport&) const = default;
 };
 

@@ -80,7 +80,7 @@ template <typename Field> class PathTracer {
     bool aim(TracedPath& path, const glm::vec3& gradient, Way& way) {
         ++path.bounce;
         ++work_.bounces;
-        findNormal(scene_, path, gradient);
+        findScattering(scene_, path, gradient);
         if (scene_.lights.empty() && !scene_.skyTable)
             return false;
         const float u = path.numbers.next();
@@ -127,13 +127,13 @@ template <typename Field> class PathTracer {
         glm::vec3 towards, share;
         if (path.isSurface) {
             if (!surfaceOf(scene_, path)
-                     .sample(path.tissue.albedo, path.normal, -path.travel, numbers.next(), two.x, two.y,
+                     .sample(path.albedo, path.normal, -path.travel, numbers.next(), two.x, two.y,
                              towards, share))
                 return false;
         } else {
             const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers.next(); });
             towards = directionAround(path.travel, cosine, two.y);
-            share = path.tissue.albedo;
+            share = path.albedo;
         }
         if (scene_.skyTable)
             path.density = densityOf(scene_, path, towards);
@@ -162,7 +162,7 @@ template <typename Field> class PathTracer {
             return false;
         if (path.bounce >= kSureBounces) { // by roulette, which changes no mean
             const float most = std::max({path.throughput.r, path.throughput.g, path.throughput.b});
-            const float stays = std::clamp(most, 0.05f, 0.95f);
+            const float stays = std::clamp(most, 0.05f, 1.0f);
             if (!(path.numbers.next() < stays))
                 return false;
             path.throughput /= stays;

@@ -2,6 +2,7 @@
 #include "render/transport/path_scene.h"
 
 #include "core/base/volume.h"
+#include "render/transport/phase.h"
 
 #include <algorithm>
 #include <cmath>
@@ -91,6 +92,7 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
     scene.bounds = &bounds;
     scene.occupancy = occupancy;
     scene.transport = lighting.transport.value();
+    scene.meanCosine = static_cast<float>(meanCosine(scene.transport.phase));
     scene.environment = lighting.environment;
     scene.seed = seed;
     for (const SurfaceLook& surface : optics.surfaces)

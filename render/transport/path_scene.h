@@ -40,6 +40,7 @@ struct PathScene {
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
     SurfaceResponse surface, laterSurface; // of a path's first scattering, and of later ones
+    float meanCosine = 0;                  // of the phase function
     float steepFrom = 0, perSteep = 0;     // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};         // linear part
     glm::vec3 extent{0};                   // voxels

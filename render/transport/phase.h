@@ -60,6 +60,27 @@ inline float lobeOf(double g) {
     return std::abs(g) < 1e-3 ? 0.0f : static_cast<float>(g);
 }
 
+inline double meanCosine(const Phase& phase) {
+    switch (phase.kind) {
+    case PhaseKind::schlick:
+        return phase.g;
+    case PhaseKind::rayleigh:
+        return 0;
+    case PhaseKind::henyeyGreenstein:
+        break;
+    }
+    return (1 - phase.backShare) * phase.g + phase.backShare * phase.backG;
+}
+
+/// The albedo of a medium of which a thick layer reflects such a share of light from all sides to who faces
+/// it (docs/sampling.md, "Paths").
+/// @param reflectance, meanCosine  [0,1], (-1,1)
+inline float albedoOf(float reflectance, float meanCosine) {
+    const float r = std::clamp(reflectance, 0.0f, 1.0f), root = (1.0f - r) / (1.0f + 2.0f * r);
+    const float lost = root * root;
+    return (1.0f - lost) / (1.0f - meanCosine * lost);
+}
+
 /// Per steradian.
 /// @param cosine  between the ways of travel in and out
 inline float phaseOf(const Phase& phase, float cosine) {

@@ -51,6 +51,7 @@ struct TracedPath {
     bool isSurface = false;
     int isosurface = -1; // that its place is on, by number; -1: on none
     glm::vec3 normal{0};
+    glm::vec3 albedo{0}; // of its scattering
     glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
     float density = 1;  // of turn()'s direction, per steradian; where the sky has a table
 };
@@ -60,7 +61,7 @@ inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath
 }
 
 /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
-inline void findNormal(const PathScene& scene, TracedPath& path, const glm::vec3& gradient) {
+inline void findSurface(const PathScene& scene, TracedPath& path, const glm::vec3& gradient) {
     path.isSurface = false;
     if (!scene.transport.surface && path.isosurface < 0)
         return;
@@ -77,6 +78,15 @@ inline void findNormal(const PathScene& scene, TracedPath& path, const glm::vec3
         if (glm::dot(path.normal, path.travel) > 0.0f)
             path.normal = -path.normal;
     }
+}
+
+/// What a path's place scatters as.
+inline void findScattering(const PathScene& scene, TracedPath& path, const glm::vec3& gradient) {
+    findSurface(scene, path, gradient);
+    path.albedo = path.tissue.albedo;
+    if (scene.transport.colours == TransportColours::reflectance && !path.isSurface)
+        for (int channel = 0; channel < 3; ++channel)
+            path.albedo[channel] = albedoOf(path.albedo[channel], scene.meanCosine);
 }
 
 /// From a place in a direction, unit, patient space, to where no tissue follows.
@@ -130,11 +140,11 @@ inline ToLight wayTo(const PathScene& scene, const PathLight& light, const glm::
 /// What a path's place makes of light from a direction, per steradian of radiance.
 inline glm::vec3 scatteredFrom(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {
     if (!path.isSurface)
-        return path.tissue.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
+        return path.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
     const float slant = glm::dot(path.normal, towards);
     if (!(slant > 0.0f))
         return glm::vec3(0.0f);
-    return surfaceOf(scene, path).of(path.tissue.albedo, path.normal, -path.travel, towards) * slant;
+    return surfaceOf(scene, path).of(path.albedo, path.normal, -path.travel, towards) * slant;
 }
 /// Density of the directions in which such a path goes on, per steradian.
 inline float densityOf(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {

@@ -63,6 +63,27 @@ TEST(Paths, ScatterInAHalfSpaceAsChandrasekharHasIt) {
     }
 }
 
+/// A thick layer of a medium shows its colour under a white sky, whatever its phase function.
+TEST(Paths, ShowAColourThatIsAReflectance) {
+    struct Case {
+        Phase phase;
+        double within;
+    };
+    for (const auto& [phase, within] :
+         {Case{{}, 0.01}, Case{{PhaseKind::henyeyGreenstein, 0.5}, 0.03},
+          Case{{PhaseKind::henyeyGreenstein, 0.4, -0.2, 0.5}, 0.01}, Case{{PhaseKind::schlick, -0.3}, 0.02}})
+        for (const double colour : {0.1, 0.4, 0.75}) {
+            const PathVolume space(
+                {400, 400, 40}, [](const glm::ivec3&) { return 1.5f; }, 1.5, glm::dvec3(colour));
+            Transport transport = transportOf(256, phase);
+            transport.colours = TransportColours::reflectance;
+            const Mean light = lightAgainst(space, space.scene(transport, {}, Environment{}), {200, 200, 0},
+                                            {0, 0, 1}, 20000);
+            EXPECT_NEAR(light.mean, colour, within + 4 * light.error) << phase.g;
+            EXPECT_LT(light.error, 0.004);
+        }
+}
+
 /// A point light fades as the scene says, and its place is where it is.
 TEST(Paths, ScatterThePointLightOnce) {
     const PathVolume thin(
