@@ -43,7 +43,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
     "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
-      "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5}},
+      "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5},"colours":"reflectance"},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
     "finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
@@ -128,7 +128,8 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.transport, (Transport{TransportResponse::physical,
                                                    12,
                                                    {PhaseKind::henyeyGreenstein, 0.5, -0.25, 0.125},
-                                                   SurfaceScattering{{20, 90.5}, 0.25, 0.5}}));
+                                                   SurfaceScattering{{20, 90.5}, 0.25, 0.5},
+                                                   TransportColours::reflectance}));
     EXPECT_EQ(scene.lighting.environment, (Environment{Sky::twoTone,
                                                        0.75,
                                                        {1, 0.5, 0.25},
