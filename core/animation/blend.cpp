@@ -262,8 +262,9 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
         SurfaceScattering& surface = *out.transport->surface;
         surface.gradient.low = mixed(surface.gradient.low, to.gradient.low, share);
         surface.gradient.high = mixed(surface.gradient.high, to.gradient.high, share);
-        surface.mirrored = mixed(surface.mirrored, to.mirrored, share);
-        surface.roughness = mixed(surface.roughness, to.roughness, share);
+        for (double SurfaceFinish::*number : {&SurfaceFinish::mirrored, &SurfaceFinish::roughness,
+                                              &SurfaceFinish::translucent, &SurfaceFinish::translucentPower})
+            surface.finish.*number = mixed(surface.finish.*number, to.finish.*number, share);
     }
     if (a.environment && b.environment && a.environment->sky == b.environment->sky &&
         a.environment->file == b.environment->file && a.environment->frame == b.environment->frame) {

@@ -188,6 +188,26 @@ const Fields<Phase>& phaseFields() {
     return fields;
 }
 
+/// @param finish  from an object to its finish
+template <typename T, typename Finish> void addFinish(Fields<T>& f, Finish finish) {
+    const auto add = [&](const char* key, double SurfaceFinish::*number, double lowest, double highest,
+                         const char* about) -> Field<T>& {
+        return f.add(
+            key, [=](auto& object) -> auto& { return finish(object).*number; }, numberIn(lowest, highest),
+            about);
+    };
+    add("mirrored", &SurfaceFinish::mirrored, 0, 1,
+        "Share of light that the coat mirrors at right angles; 0: no coat.");
+    add("roughness", &SurfaceFinish::roughness, 0.05, 1, "Roughness of the coat.");
+    add("translucent", &SurfaceFinish::translucent, 0, 1,
+        "Share of the light below the coat that goes through the surface, in a lobe around the straight way; "
+        "the rest is scattered evenly.")
+        .unlessDefault();
+    add("translucentPower", &SurfaceFinish::translucentPower, 0, SurfaceFinish::kMostPower,
+        "Exponent of that lobe: the higher, the clearer what is behind; 0: evenly to the other side.")
+        .unlessDefault();
+}
+
 const Fields<SurfaceScattering>& surfaceScatteringFields() {
     static const Fields<SurfaceScattering> fields = [] {
         Fields<SurfaceScattering> f("surface",
@@ -198,9 +218,8 @@ const Fields<SurfaceScattering>& surfaceScatteringFields() {
              "[low, high], physical units per mm: gradients up to low scatter as a medium, from high on as a "
              "surface.")
             .required();
-        f.add("mirrored", &SurfaceScattering::mirrored, numberIn(0, 1),
-              "Share of light that the coat mirrors at right angles.");
-        f.add("roughness", &SurfaceScattering::roughness, numberIn(0.05, 1), "Roughness of the coat.");
+        addFinish(
+            f, [](auto& surface) -> auto& { return surface.finish; });
         return f;
     }();
     return fields;
@@ -272,6 +291,17 @@ const Fields<Environment>& environmentFields() {
 }
 
 } // namespace
+
+const Fields<SurfaceFinish>& finishFields() {
+    static const Fields<SurfaceFinish> fields = [] {
+        Fields<SurfaceFinish> f("finish", "How the surface answers light along paths, in place of "
+                                          "lighting.transport.surface.");
+        addFinish(
+            f, [](auto& finish) -> auto& { return finish; });
+        return f;
+    }();
+    return fields;
+}
 
 const Fields<Shading>& shadingFields() {
     static const Fields<Shading> fields = [] {

@@ -62,6 +62,8 @@ struct Isosurface {
     double value = 0;       // physical units
     glm::dvec3 colour{1.0}; // linear light, [0,1], not premultiplied
     double opacity = 1;     // [0,1], of the surface itself, at any angle and step
+    /// To light along paths; none: as lighting.transport.surface has it.
+    std::optional<SurfaceFinish> finish = {};
     bool operator==(const Isosurface&) const = default;
 };
 

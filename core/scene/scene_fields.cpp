@@ -126,6 +126,7 @@ const Fields<Isosurface>& surfaceFields() {
             .required();
         f.add("opacity", &Isosurface::opacity, numberIn(0, 1), "Opacity of the surface.");
         f.add("rgb", &Isosurface::colour, colourKind(), "Colour, linear light.");
+        f.add("finish", &Isosurface::finish, objectOf(finishFields()));
         return f;
     }();
     return fields;

@@ -62,5 +62,6 @@ nlohmann::json transferJson(const TransferFunction& function);
 /// A preset's name, or the keys.
 Kind<TransferChoice> transferKind();
 const Fields<MaterialResponse>& responseFields();
+const Fields<SurfaceFinish>& finishFields();
 
 } // namespace tessera

@@ -60,11 +60,21 @@ struct GradientWeight {
     bool operator==(const GradientWeight&) const = default;
 };
 
-/// Where the field is steep, light is scattered as by a surface: evenly, below a coat that mirrors.
+/// How a surface answers light along paths: evenly to its own side and by a lobe to the other, below a coat
+/// that mirrors.
+struct SurfaceFinish {
+    static constexpr double kMostPower = 1024;
+    double mirrored = 0.028;      // share of light that the coat mirrors at right angles, [0,1]; 0: no coat
+    double roughness = 0.35;      // of the coat, [0.05,1]
+    double translucent = 0;       // share of light below the coat that goes through the surface, [0,1]
+    double translucentPower = 10; // exponent of its lobe around the straight way, [0,kMostPower]; 0: even
+    bool operator==(const SurfaceFinish&) const = default;
+};
+
+/// Where the field is steep, light is scattered as by a surface.
 struct SurfaceScattering {
     GradientWeight gradient;
-    double mirrored = 0.028; // share of light that the coat mirrors at right angles, [0,1]
-    double roughness = 0.35; // of the coat, [0.05,1]
+    SurfaceFinish finish = {};
     bool operator==(const SurfaceScattering&) const = default;
 };
 

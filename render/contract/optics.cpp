@@ -151,7 +151,8 @@ std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, c
         if (s.opacity > 0)
             looks.push_back({static_cast<float>((s.value - info.rescaleIntercept) / info.rescaleSlope),
                              glm::vec3(s.colour), static_cast<float>(s.opacity),
-                             static_cast<float>(-std::log1p(-std::min(s.opacity, 1 - 0x1p-24)) / voxelMm)});
+                             static_cast<float>(-std::log1p(-std::min(s.opacity, 1 - 0x1p-24)) / voxelMm),
+                             s.finish});
     std::stable_sort(looks.begin(), looks.end(),
                      [](const SurfaceLook& a, const SurfaceLook& b) { return a.isovalue < b.isovalue; });
     return looks;

@@ -27,6 +27,7 @@ struct SurfaceLook {
     glm::vec3 colour{1};
     float opacity = 1;
     float occlusion = 0; // extinction per mm of the medium behind it, for occlusion and shadows
+    std::optional<SurfaceFinish> finish = {}; // its own
 };
 
 /// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the

@@ -127,8 +127,8 @@ template <typename Field> class PathTracer {
         glm::vec3 towards, share;
         if (path.isSurface) {
             if (!surfaceOf(scene_, path)
-                     .sample(path.albedo, path.normal, -path.travel, numbers.next(), two.x, two.y,
-                             towards, share))
+                     .sample(path.albedo, path.normal, -path.travel, numbers.next(), two.x, two.y, towards,
+                             share))
                 return false;
         } else {
             const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers.next(); });

@@ -18,7 +18,18 @@ namespace {
 /// As the reference's rays of shadow.
 constexpr double kLeavesFromVoxels = 2;
 /// A narrow highlight that few of a pixel's paths meet at their second place is a bright speck.
-constexpr float kLaterWidth = 0.36f;
+constexpr float kLaterWidth = 0.36f, kLaterPower = 8; // at least, at most
+
+SurfaceResponses responsesOf(const SurfaceFinish& finish) {
+    const auto roughness = static_cast<float>(finish.roughness * finish.roughness);
+    const SurfaceResponse first{static_cast<float>(finish.mirrored), roughness,
+                                static_cast<float>(finish.translucent),
+                                static_cast<float>(finish.translucentPower)};
+    SurfaceResponse later = first;
+    later.width = std::max(first.width, kLaterWidth);
+    later.power = std::min(first.power, kLaterPower);
+    return {first, later};
+}
 
 /// Of the sky's own frame, where x is the front, y right of who looks there, z up.
 glm::vec3 inSky(const PathScene& scene, const glm::vec3& d) {
@@ -95,8 +106,12 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
     scene.meanCosine = static_cast<float>(meanCosine(scene.transport.phase));
     scene.environment = lighting.environment;
     scene.seed = seed;
-    for (const SurfaceLook& surface : optics.surfaces)
+    const SurfaceFinish finish = scene.transport.surface ? scene.transport.surface->finish : SurfaceFinish();
+    scene.surface = responsesOf(finish);
+    for (const SurfaceLook& surface : optics.surfaces) {
         scene.isovalues.push_back(surface.isovalue);
+        scene.isosurfaces.push_back(responsesOf(surface.finish.value_or(finish)));
+    }
     if (const auto& surface = scene.transport.surface) {
         const double perStored = 1 / std::abs(info.rescaleSlope);
         scene.steepFrom = static_cast<float>(surface->gradient.low * perStored);
@@ -104,10 +119,6 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
             static_cast<float>(std::min(1 / ((surface->gradient.high - surface->gradient.low) * perStored),
                                         double{std::numeric_limits<float>::max()}));
     }
-    const SurfaceScattering coat = scene.transport.surface.value_or(SurfaceScattering());
-    scene.surface.mirrored = static_cast<float>(coat.mirrored);
-    scene.surface.width = static_cast<float>(coat.roughness * coat.roughness);
-    scene.laterSurface = {scene.surface.mirrored, std::max(scene.surface.width, kLaterWidth)};
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     scene.voxelFromPatient = glm::mat3(glm::dmat3(voxelFromPatient));
     scene.extent = glm::vec3(info.extentVoxels);

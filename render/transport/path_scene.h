@@ -32,6 +32,11 @@ struct PathLight {
     float cosine = 1;  // of half its apparent diameter
 };
 
+/// Of a path's first scattering, and of later ones.
+struct SurfaceResponses {
+    SurfaceResponse first, later;
+};
+
 struct PathScene {
     const Optics* optics = nullptr;
     const ExtinctionBounds* bounds = nullptr;
@@ -39,11 +44,12 @@ struct PathScene {
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
-    SurfaceResponse surface, laterSurface; // of a path's first scattering, and of later ones
-    float meanCosine = 0;                  // of the phase function
-    float steepFrom = 0, perSteep = 0;     // gradient lengths, stored units per mm; 1 over their difference
-    glm::mat3 voxelFromPatient{1};         // linear part
-    glm::vec3 extent{0};                   // voxels
+    SurfaceResponses surface;
+    std::vector<SurfaceResponses> isosurfaces; // of optics->surfaces
+    float meanCosine = 0;                      // of the phase function
+    float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
+    glm::mat3 voxelFromPatient{1};     // linear part
+    glm::vec3 extent{0};               // voxels
     /// Tissue is within all slabs, and where the cuts keep it; null: there are no others.
     std::vector<RaySlab<float>> slabs;
     const RayCuts* cuts = nullptr;

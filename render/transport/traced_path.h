@@ -52,12 +52,14 @@ struct TracedPath {
     int isosurface = -1; // that its place is on, by number; -1: on none
     glm::vec3 normal{0};
     glm::vec3 albedo{0}; // of its scattering
-    glm::vec3 shine{0}; // the light that comes by aim()'s way, where nothing is in it
-    float density = 1;  // of turn()'s direction, per steradian; where the sky has a table
+    glm::vec3 shine{0};  // the light that comes by aim()'s way, where nothing is in it
+    float density = 1;   // of turn()'s direction, per steradian; where the sky has a table
 };
 
 inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath& path) {
-    return path.bounce > 1 ? scene.laterSurface : scene.surface;
+    const SurfaceResponses& of =
+        path.isosurface >= 0 ? scene.isosurfaces[static_cast<std::size_t>(path.isosurface)] : scene.surface;
+    return path.bounce > 1 ? of.later : of.first;
 }
 
 /// Steep places are surfaces, others with the chance that the length of their gradient gives them.
@@ -99,8 +101,8 @@ inline Way wayFrom(const PathScene& scene, const glm::vec3& p, const glm::vec3& 
 }
 
 /// The way that light takes from a scattering. A surface stands for all that its tissue becomes within some
-/// voxels: ways begin above it, so that slanted ones are not in the shadow of its unevenness. From an
-/// isosurface they begin so near that it is not crossed again at once.
+/// voxels: ways begin above it, so that slanted ones are not in the shadow of its unevenness, and those that
+/// go through it as far below. From an isosurface they begin so near that it is not crossed again at once.
 /// @param direction  unit, patient space
 /// @param most  mm: how long it is at most
 inline Way wayOn(const PathScene& scene, const TracedPath& path, const glm::vec3& direction, float most) {
@@ -110,9 +112,12 @@ inline Way wayOn(const PathScene& scene, const TracedPath& path, const glm::vec3
         way.mm = std::min(way.mm, most);
         return way;
     }
-    const float above = path.isosurface >= 0 ? kOffIsosurface * scene.leavesFromMm : scene.leavesFromMm;
+    const float slant = glm::dot(path.normal, direction);
+    float above = path.isosurface >= 0 ? kOffIsosurface * scene.leavesFromMm : scene.leavesFromMm;
+    if (slant < 0.0f)
+        above = -above;
     Way way = wayFrom(scene, path.p + above * (scene.voxelFromPatient * path.normal), direction);
-    way.mm = std::min(way.mm, std::max(0.0f, most - above * glm::dot(path.normal, direction)));
+    way.mm = std::min(way.mm, std::max(0.0f, most - above * slant));
     return way;
 }
 
@@ -142,9 +147,7 @@ inline glm::vec3 scatteredFrom(const PathScene& scene, const TracedPath& path, c
     if (!path.isSurface)
         return path.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
     const float slant = glm::dot(path.normal, towards);
-    if (!(slant > 0.0f))
-        return glm::vec3(0.0f);
-    return surfaceOf(scene, path).of(path.albedo, path.normal, -path.travel, towards) * slant;
+    return surfaceOf(scene, path).of(path.albedo, path.normal, -path.travel, towards) * std::abs(slant);
 }
 /// Density of the directions in which such a path goes on, per steradian.
 inline float densityOf(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {

@@ -33,10 +33,11 @@ Lighting lit(double n) {
     lighting.lights = {Light{}, light};
     lighting.occlusion = Occlusion{OcclusionMethod::local, 32, 10 + n, n, 0.1 * n, 0.5 + 0.1 * n, 0.2 * n};
     lighting.surfaceOcclusion = SurfaceOcclusion{16, 12 + n, true};
-    lighting.transport = Transport{TransportResponse::physical,
-                                   8,
-                                   {PhaseKind::henyeyGreenstein, 0.1 * n, -0.1 * n, 0.2 * n},
-                                   SurfaceScattering{{10 * n, 20 + 10 * n}, 0.1 * n, 0.2 + 0.1 * n}};
+    lighting.transport =
+        Transport{TransportResponse::physical,
+                  8,
+                  {PhaseKind::henyeyGreenstein, 0.1 * n, -0.1 * n, 0.2 * n},
+                  SurfaceScattering{{10 * n, 20 + 10 * n}, {0.1 * n, 0.2 + 0.1 * n, 0.2 * n, 3 * n}}};
     lighting.environment = Environment{Sky::twoTone,    1 + n,         {0.1 * n, 0.2, 0},
                                        {0, 0.2 * n, 1}, {n, 1, 2 * n}, {"/a/sky.hdr", nullptr},
                                        10 * n};

@@ -43,10 +43,11 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
     "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
-      "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5},"colours":"reflectance"},
+      "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5,"translucent":0.375,"translucentPower":20},"colours":"reflectance"},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
     "finestLevel":2},
-  "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1}],
+  "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1,
+    "finish":{"mirrored":0.125,"roughness":0.25,"translucent":0.75,"translucentPower":3}}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
   "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1],"thickness":5,"reduction":"maximum"},
   "cuts":{"boxes":[{"low":[1,2,3],"high":[10,20,30.5],"space":"voxels","keep":"outside"}],
@@ -128,7 +129,7 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.transport, (Transport{TransportResponse::physical,
                                                    12,
                                                    {PhaseKind::henyeyGreenstein, 0.5, -0.25, 0.125},
-                                                   SurfaceScattering{{20, 90.5}, 0.25, 0.5},
+                                                   SurfaceScattering{{20, 90.5}, {0.25, 0.5, 0.375, 20}},
                                                    TransportColours::reflectance}));
     EXPECT_EQ(scene.lighting.environment, (Environment{Sky::twoTone,
                                                        0.75,
@@ -160,7 +161,7 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(parse(kFree).shading.model, ShadingModel::phong);
     ASSERT_EQ(scene.surfaces.size(), 2u);
     EXPECT_EQ(scene.surfaces[0], (Isosurface{-300, glm::dvec3(0.9, 0.5, 0.25), 0.5}));
-    EXPECT_EQ(scene.surfaces[1], (Isosurface{200, glm::dvec3(1), 1}));
+    EXPECT_EQ(scene.surfaces[1], (Isosurface{200, glm::dvec3(1), 1, SurfaceFinish{0.125, 0.25, 0.75, 3}}));
     EXPECT_EQ(scene.quality.integrator, Integrator::preintegrated);
     EXPECT_EQ(scene.quality.fetch, Fetch::exact);
     EXPECT_EQ(scene.quality.terminationTransmittance, 0);
@@ -291,6 +292,10 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/transport/surface/gradient", 1},
              {"/lighting/transport/surface/roughness", 0.01},
              {"/lighting/transport/surface/mirrored", 1.5},
+             {"/lighting/transport/surface/translucent", 1.5},
+             {"/lighting/transport/surface/translucentPower", -1},
+             {"/isosurfaces/1/finish/translucent", -0.5},
+             {"/isosurfaces/1/finish/gradient", {1, 2}},
              {"/lighting/transport", nullptr},
              {"/lighting/environment/up", {0, 0, 0}},
              {"/lighting/environment/intensity", -1},

@@ -142,6 +142,8 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     scenes.back().quality.skipping = false;
     scenes.push_back(lit(torso.scene("soft-tissue")));
     scenes.back().lighting.transport->surface = SurfaceScattering{{20, 150}, 0.1, 0.3};
+    scenes.push_back(lit(torso.scene("soft-tissue", 1)));
+    scenes.back().lighting.transport->surface = SurfaceScattering{{10, 60}, {0.1, 0.3, 0.6, 12}};
     scenes.push_back(lit(torso.scene("skin")));
     Light lamp;
     lamp.kind = LightKind::point;
@@ -629,7 +631,7 @@ TEST(PathPicture, ComesToTheReferencesPaths) {
     std::vector<Scene> scenes = {lit(torso.scene("soft-tissue"), 8),
                                  labelledScene(torso, labels, LabelLook::tint, true),
                                  cutScene(torso, labels, true), lampsInTissue(torso)};
-    scenes[0].lighting.transport->surface = SurfaceScattering{{20, 150}, 0.1, 0.3};
+    scenes[0].lighting.transport->surface = SurfaceScattering{{20, 150}, {0.1, 0.3, 0.5, 6}};
     for (std::size_t n = 0; n < scenes.size(); ++n) {
         SCOPED_TRACE(n);
         Scene& scene = scenes[n];

@@ -56,11 +56,14 @@ struct Planes {
     }
     glm::dvec4 mean(EngineKind engine = EngineKind::native) {
         const Image image = draw(engine);
-        glm::dvec4 sum(0);
+        glm::dvec4 sum(0), squares(0);
+        const auto count = static_cast<double>(image.pixels.size());
         for (const glm::vec4& pixel : image.pixels)
-            sum += glm::dvec4(pixel) / static_cast<double>(image.pixels.size());
+            sum += glm::dvec4(pixel) / count, squares += glm::dvec4(pixel) * glm::dvec4(pixel) / count;
+        error = std::sqrt(std::max(squares.r - sum.r * sum.r, 0.0) / count);
         return sum;
     }
+    double error = 0; // standard error of the last mean's red
     Stored stored;
     MemoryBudget ram{"RAM", "--ram", std::size_t{128} << 20};
     StoreReader reader;
@@ -110,6 +113,62 @@ TEST(PathSurfaces, MakeNoLight) {
     EXPECT_GT(mean.r, 0.9); // a coat that mirrors little at right angles loses little (roughness 1)
 }
 
+/// The same where surfaces let light through; all of it, where they take none.
+TEST(PathSurfaces, MakeNoLightWhereTheyAreTranslucent) {
+    Planes planes;
+    planes.scene.surfaces = {{12, glm::dvec3(1), 0.7}, {20, glm::dvec3(1), 1}, {30, glm::dvec3(1), 1}};
+    planes.scene.lighting.lights[0].intensity = 0;
+    planes.scene.lighting.environment = Environment{Sky::uniform};
+    planes.scene.lighting.transport->bounces = 256;
+    planes.scene.quality.pixels.samples = 256;
+    SurfaceFinish& finish = planes.scene.lighting.transport->surface->finish;
+    finish = {0, 1, 0.6, 0};
+    const double even = planes.mean().r;
+    EXPECT_NEAR(even, 1, 4 * planes.error + 1e-3);
+    EXPECT_LT(planes.error, 0.01);
+    finish = {0.1, 0.4, 0.6, 30};
+    const double lobe = planes.mean().r;
+    EXPECT_LT(lobe, 1 + 4 * planes.error);
+    EXPECT_GT(lobe, 0.6);
+}
+
+/// Of light from behind a plane shows its share, by the lobe around the straight way; nothing of what an
+/// opaque one has behind it.
+TEST(PathSurfaces, LetLightThroughInALobe) {
+    Planes planes;
+    planes.scene.surfaces = {{20, {0.8, 0.5, 0.2}, 1}};
+    planes.scene.lighting.transport->surface->finish = {0, 1, 0.5, 12};
+    const double cosine = std::cos(0.3);
+    planes.scene.lighting.lights = {Planes::from({0, std::sin(0.3), cosine})};
+    const double expected = 0.8 * 0.5 * 14 / 2 * std::pow(cosine, 12) * cosine;
+    const glm::dvec4 through = planes.mean();
+    EXPECT_NEAR(through.r, expected, 2e-3 * expected);
+    EXPECT_NEAR(through.g, expected * 0.5 / 0.8, 2e-3 * expected);
+    planes.scene.lighting.lights = {Planes::from({0, 0, -1})};
+    EXPECT_NEAR(planes.mean().r, 0.8 * 0.5, 1e-3); // the other half
+    // A finish of its own stands for the transport's.
+    planes.scene.surfaces[0].finish = SurfaceFinish{0, 1, 1, 0};
+    EXPECT_NEAR(planes.mean().r, 0, 1e-6);
+    planes.scene.lighting.lights = {Planes::from({0, 0, 1})};
+    EXPECT_NEAR(planes.mean().r, 0.8, 1e-3);
+}
+
+/// A white even plane in the light, seen through one that spreads light evenly, and through one that lets it
+/// on as it comes.
+TEST(PathSurfaces, ShowWhatIsBehindThem) {
+    Planes planes;
+    planes.scene.surfaces = {{20, glm::dvec3(1), 1}, {20.5, glm::dvec3(0.6), 1}};
+    planes.scene.surfaces[0].finish = SurfaceFinish{0, 1, 1, 0};
+    planes.scene.surfaces[1].finish = SurfaceFinish{0, 1, 1, 0};
+    planes.scene.lighting.lights = {Planes::from({0, 0, 1})};
+    planes.scene.lighting.transport->bounces = 2;
+    planes.scene.quality.pixels.samples = 256;
+    EXPECT_NEAR(planes.mean().r, 0.6, 4 * planes.error + 3e-3); // few ways pass between them to the sides
+    planes.scene.surfaces[0].finish->translucentPower = 1000;
+    EXPECT_NEAR(planes.mean().r, 0.6, 4 * planes.error + 3e-3);
+    EXPECT_LT(planes.error, 3e-3);
+}
+
 /// A medium before a surface takes light twice, and scatters none.
 TEST(PathSurfaces, LieInTheMedium) {
     Planes planes;
@@ -156,7 +215,8 @@ TEST(PathSurfaces, NativeHasTheMirrorsBits) {
             scene.lighting.lights[0].softness = 8;
             scene.lighting.environment = Environment{Sky::twoTone, 0.5};
             scene.lighting.transport = Transport{TransportResponse::physical, 6, {}, {}};
-            scene.lighting.transport->surface = SurfaceScattering{{20, 150}, 0.1, 0.3};
+            scene.lighting.transport->surface = SurfaceScattering{{20, 150}, {0.1, 0.3, 0.3, 4}};
+            scene.surfaces[0].finish = SurfaceFinish{0.05, 0.4, 0.8, 20};
             scene.quality.pixels = {4, PixelFilter::box, 3};
             const glm::dvec3 extent(reader.info().extentVoxels);
             if (camera == 1)

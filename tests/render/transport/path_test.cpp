@@ -202,9 +202,9 @@ TEST(PathScenes, HaveTheScenesNumbersInTheirFrames) {
     near(scene.up, glm::normalize(glm::dvec3(0, 1, 1)));
     EXPECT_FLOAT_EQ(scene.steepFrom, 20);
     EXPECT_FLOAT_EQ(scene.perSteep, 1.0f / 60);
-    EXPECT_FLOAT_EQ(scene.surface.width, 0.25f);
-    EXPECT_FLOAT_EQ(scene.laterSurface.width, 0.36f);
-    EXPECT_FLOAT_EQ(scene.laterSurface.mirrored, 0.1f);
+    EXPECT_FLOAT_EQ(scene.surface.first.width, 0.25f);
+    EXPECT_FLOAT_EQ(scene.surface.later.width, 0.36f);
+    EXPECT_FLOAT_EQ(scene.surface.later.mirrored, 0.1f);
     EXPECT_NEAR(scene.leavesFromMm, 2 * std::cbrt(1.5 * 0.8 * 2 + 0.2 * 0.3 * 0.1), 1e-5);
     EXPECT_FLOAT_EQ(mostExtinctionPerMm(info),
                     static_cast<float>(256 / std::sqrt(0.8 * 0.8 + 0.3 * 0.3))); // by the shortest edge
