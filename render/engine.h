@@ -63,8 +63,9 @@ struct Rays {
 /// What paths of light go through in a plan that has a transport.
 inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) {
     const Layer& layer = plan.layer();
-    PathScene scene = pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics,
-                                layer.extinction, occupancy, plan.view.quality.pixels.seed);
+    PathScene scene =
+        pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
+                  occupancy, plan.view.quality.pixels.seed, layer.function.tissues());
     if (scene.transport.response == TransportResponse::contract)
         return scene; // its light is that of the uncut volume
     for (const RaySlab<double>& slab : plan.view.part.slabs)

@@ -214,6 +214,7 @@ TransferFunction blend(const TransferFunction& a, const TransferFunction& b, dou
         for (std::size_t i = 0; i < materials.size(); ++i)
             materials[i] = blend(materials[i], b.materials()[i], share);
     out.setMaterials(std::move(materials), "keyframes");
+    out.setTissues(share < 0.5 ? a.tissues() : b.tissues(), "keyframes");
     out.setGradientOpacity(blend(a.gradientOpacity(), b.gradientOpacity(), share));
     return out;
 }

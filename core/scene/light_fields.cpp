@@ -173,6 +173,8 @@ const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
     return fields;
 }
 
+} // namespace
+
 const Fields<Phase>& phaseFields() {
     static const Fields<Phase> fields = [] {
         Fields<Phase> f("phase", "How a medium scatters light to all sides, by the angle of its way.");
@@ -187,6 +189,8 @@ const Fields<Phase>& phaseFields() {
     }();
     return fields;
 }
+
+namespace {
 
 /// @param finish  from an object to its finish
 template <typename T, typename Finish> void addFinish(Fields<T>& f, Finish finish) {
@@ -227,10 +231,10 @@ const Fields<SurfaceScattering>& surfaceScatteringFields() {
 
 const Fields<Transport>& transportFields() {
     static const Fields<Transport> fields = [] {
-        Fields<Transport> f(
-            "transport", "Light follows paths through the volume, which scatters it. Colours are shares "
-                         "of light that is scattered; all lights cast shadows, and shading, occlusion and "
-                         "finestLevel have no effect (response physical).");
+        Fields<Transport> f("transport",
+                            "Light follows paths through the volume, which scatters it. Colours are shares "
+                            "of light that is scattered; all lights cast shadows, and shading, occlusion and "
+                            "finestLevel have no effect (response physical).");
         f.add(
             "response", &Transport::response, named<TransportResponse>(),
             "physical: light is scattered as in nature. contract: light, shadows and local occlusion as "
@@ -242,7 +246,8 @@ const Fields<Transport>& transportFields() {
         f.add("surface", &Transport::surface, objectOf(surfaceScatteringFields()));
         f.add("colours", &Transport::colours, named<TransportColours>(),
               "What colours are where tissue scatters as a medium. albedo: the share of light that one "
-              "scattering leaves. reflectance: what a thick layer of it shows under a white sky, so that tissue "
+              "scattering leaves. reflectance: what a thick layer of it shows under a white sky, so that "
+              "tissue "
               "is as bright as its colour.")
             .unlessDefault();
         return f;

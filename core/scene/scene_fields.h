@@ -52,6 +52,7 @@ struct TransferKeys {
     std::vector<Material> materials;
     std::vector<GradientPoint> gradient;
     GradientOpacity::Per gradientPer = GradientOpacity::Per::mm;
+    std::vector<Tissue> tissues;
 };
 const Fields<TransferKeys>& transferFields();
 /// From the keys of an object; others are left to the caller. A missing unit distance is 1 mm, a missing
@@ -63,5 +64,6 @@ nlohmann::json transferJson(const TransferFunction& function);
 Kind<TransferChoice> transferKind();
 const Fields<MaterialResponse>& responseFields();
 const Fields<SurfaceFinish>& finishFields();
+const Fields<Phase>& phaseFields();
 
 } // namespace tessera

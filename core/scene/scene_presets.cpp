@@ -177,6 +177,10 @@ Preset overRange(Preset preset, double lowest, double highest) {
     std::vector<GradientPoint> lengths = preset.function.gradientOpacity().points();
     for (GradientPoint& point : lengths)
         point.length *= highest - lowest;
+    std::vector<Tissue> tissues = preset.function.tissues();
+    for (Tissue& tissue : tissues)
+        tissue.from = valueAt(tissue.from), tissue.to = valueAt(tissue.to);
+    ranged.setTissues(std::move(tissues));
     ranged.setGradientOpacity(
         GradientOpacity::fromPoints(std::move(lengths), preset.function.gradientOpacity().per()));
     preset.function = std::move(ranged);

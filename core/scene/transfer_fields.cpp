@@ -35,6 +35,18 @@ const Fields<Material>& materialFields() {
     return fields;
 }
 
+const Fields<Tissue>& tissueFields() {
+    static const Fields<Tissue> fields = [] {
+        Fields<Tissue> f("tissue");
+        f.add("from", &Tissue::from, anyNumber(), "First value, in physical units.").required();
+        f.add("to", &Tissue::to, anyNumber(), "End of the range, itself excluded.").required();
+        f.add("phase", &Tissue::phase, objectOf(phaseFields()));
+        f.add("finish", &Tissue::finish, objectOf(finishFields()));
+        return f;
+    }();
+    return fields;
+}
+
 Kind<ColourPoint> colourPointKind() {
     return numbersAt<ColourPoint>(
         &ColourPoint::value, [](auto& p) -> auto& { return p.colour.r; },
@@ -54,6 +66,8 @@ TransferFunction functionOf(TransferKeys keys, const JsonValue& whole) {
                                                               keys.unitMm, whole.place());
     if (whole.has("materials"))
         function.setMaterials(std::move(keys.materials), whole.at("materials").place());
+    if (whole.has("tissues"))
+        function.setTissues(std::move(keys.tissues), whole.at("tissues").place());
     if (whole.has("gradientOpacity"))
         function.setGradientOpacity(GradientOpacity::fromPoints(std::move(keys.gradient), keys.gradientPer,
                                                                 whole.at("gradientOpacity").place()));
@@ -81,6 +95,11 @@ const Fields<TransferKeys>& transferFields() {
               "Material response of ranges of values; other values take that of shading. Ranges do not "
               "overlap.")
             .unlessDefault();
+        f.add("tissues", &TransferKeys::tissues,
+              listOf(objectOf(tissueFields()), TransferFunction::kMaxTissues, "tissues"),
+              "How tissue of ranges of values answers light along paths, in place of "
+              "lighting.transport.phase and .surface. Ranges do not overlap.")
+            .unlessDefault();
         f.add("gradientOpacity", &TransferKeys::gradient,
               listOf(gradientPointKind(), GradientOpacity::kMostPoints, "points"),
               "[length, factor]: factor on the extinction, clamped to 0..1, by the length of the field's "
@@ -105,7 +124,8 @@ TransferFunction parseTransfer(const JsonValue& whole) {
 nlohmann::json transferJson(const TransferFunction& function) {
     return transferFields().write({function.referenceLengthMm(), function.opacityPoints(),
                                    function.colourPoints(), function.materials(),
-                                   function.gradientOpacity().points(), function.gradientOpacity().per()});
+                                   function.gradientOpacity().points(), function.gradientOpacity().per(),
+                                   function.tissues()});
 }
 
 const Fields<MaterialResponse>& responseFields() {

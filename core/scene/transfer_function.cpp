@@ -85,6 +85,25 @@ void checkFinite(double number, const char* what, const std::string& where) {
         throw InputError(where + ": expected finite numbers, found " + what + " " + std::to_string(number));
 }
 
+/// Sorts them. Throws InputError for ranges that are empty or share values, and for too many.
+template <typename Range>
+void checkRanges(std::vector<Range>& ranges, std::size_t most, const std::string& what,
+                 const std::string& where) {
+    std::stable_sort(ranges.begin(), ranges.end(),
+                     [](const Range& a, const Range& b) { return a.from < b.from; });
+    if (ranges.size() > most)
+        throw InputError(where + ": expected at most " + std::to_string(most) + " " + what + "s, found " +
+                         std::to_string(ranges.size()));
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+        checkValue(ranges[i].from, "a " + what + "'s \"from\"", where);
+        checkValue(ranges[i].to, "a " + what + "'s \"to\"", where);
+        if (!(ranges[i].from < ranges[i].to))
+            throw InputError(where + ": expected a " + what + "'s \"from\" below its \"to\"");
+        if (i > 0 && ranges[i].from < ranges[i - 1].to)
+            throw InputError(where + ": expected " + what + "s that share no value");
+    }
+}
+
 } // namespace
 
 TransferFunction TransferFunction::fromOpacity(std::vector<OpacityPoint> opacity,
@@ -131,20 +150,13 @@ TransferFunction TransferFunction::fromExtinction(std::vector<OpacityPoint> exti
 }
 
 void TransferFunction::setMaterials(std::vector<Material> materials, const std::string& where) {
-    std::stable_sort(materials.begin(), materials.end(),
-                     [](const Material& a, const Material& b) { return a.from < b.from; });
-    if (materials.size() > kMaxMaterials)
-        throw InputError(where + ": expected at most " + std::to_string(kMaxMaterials) +
-                         " materials, found " + std::to_string(materials.size()));
-    for (std::size_t i = 0; i < materials.size(); ++i) {
-        checkValue(materials[i].from, "a material's \"from\"", where);
-        checkValue(materials[i].to, "a material's \"to\"", where);
-        if (!(materials[i].from < materials[i].to))
-            throw InputError(where + ": expected a material's \"from\" below its \"to\"");
-        if (i > 0 && materials[i].from < materials[i - 1].to)
-            throw InputError(where + ": expected materials that share no value");
-    }
+    checkRanges(materials, kMaxMaterials, "material", where);
     materials_ = std::move(materials);
+}
+
+void TransferFunction::setTissues(std::vector<Tissue> tissues, const std::string& where) {
+    checkRanges(tissues, kMaxTissues, "tissue", where);
+    tissues_ = std::move(tissues);
 }
 
 bool TransferFunction::emits() const {

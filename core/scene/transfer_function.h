@@ -4,6 +4,8 @@
 // "Gradient opacity").
 #pragma once
 
+#include "core/scene/transport.h"
+
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <string>
@@ -113,6 +115,10 @@ class TransferFunction {
     /// voxel can hold, and for more than kMaxMaterials.
     void setMaterials(std::vector<Material> materials, const std::string& where = "transfer function");
     const std::vector<Material>& materials() const { return materials_; }
+    static constexpr std::size_t kMaxTissues = 16;
+    /// For light along paths alone. As setMaterials().
+    void setTissues(std::vector<Tissue> tissues, const std::string& where = "transfer function");
+    const std::vector<Tissue>& tissues() const { return tissues_; }
     /// True if a material emits light.
     bool emits() const;
     /// Factor on the extinction by the gradient's length; extinction() is without it.
@@ -125,6 +131,7 @@ class TransferFunction {
     std::vector<ColourPoint> colour_;
     std::vector<double> kinks_;
     std::vector<Material> materials_;
+    std::vector<Tissue> tissues_;
     GradientOpacity gradientOpacity_;
     double referenceLengthMm_ = 1, share_ = 1;
     bool pointsAreExtinction_ = false;

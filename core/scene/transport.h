@@ -78,6 +78,15 @@ struct SurfaceScattering {
     bool operator==(const SurfaceScattering&) const = default;
 };
 
+/// How tissue of a range of values answers light along paths, in place of the transport's own phase function
+/// and of its surface's finish.
+struct Tissue {
+    double from = 0, to = 0; // physical units, `to` excluded
+    std::optional<Phase> phase = {};
+    std::optional<SurfaceFinish> finish = {};
+    bool operator==(const Tissue&) const = default;
+};
+
 /// What a transfer function's colours are where tissue scatters as a medium. Albedo: the share of light that
 /// one scattering leaves. Reflectance: the share that a thick layer of it sends back to who faces it, under
 /// light from all sides.

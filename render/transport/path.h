@@ -35,7 +35,7 @@ template <typename Field> class PathTracer {
     PathTissue tissueAt(const glm::vec3& p, float value) {
         const Optics& optics = *scene_.optics;
         const glm::vec4 entry = lookUp(optics, value);
-        PathTissue tissue{glm::vec3(entry), emissionOf(value)};
+        PathTissue tissue{glm::vec3(entry), emissionOf(value), tissueNumber(scene_, value)};
         if (optics.labels.count > 0 && optics.labels.colour >= 0) {
             float extinction = entry.a;
             if (extinction > 0 && optics.grades())
@@ -53,7 +53,7 @@ template <typename Field> class PathTracer {
     /// @param value  of the field there
     void start(TracedPath& path, const glm::vec3& p, const glm::vec3& colour, const glm::vec3& direction,
                float value) {
-        start(path, p, PathTissue{colour, emissionOf(value)}, direction);
+        start(path, p, PathTissue{colour, emissionOf(value), tissueNumber(scene_, value)}, direction);
     }
     /// @param direction  voxels
     void start(TracedPath& path, const glm::vec3& p, const PathTissue& tissue,
@@ -131,7 +131,8 @@ template <typename Field> class PathTracer {
                              share))
                 return false;
         } else {
-            const float cosine = phaseCosine(scene_.transport.phase, two.x, [&] { return numbers.next(); });
+            const float cosine =
+                phaseCosine(responseOf(scene_, path).phase, two.x, [&] { return numbers.next(); });
             towards = directionAround(path.travel, cosine, two.y);
             share = path.albedo;
         }

@@ -97,17 +97,26 @@ void setSky(const Environment& sky, const glm::dmat3& axes, PathScene& scene) {
 
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
-                    std::uint32_t seed) {
+                    std::uint32_t seed, const std::vector<Tissue>& tissues) {
     PathScene scene;
     scene.optics = &optics;
     scene.bounds = &bounds;
     scene.occupancy = occupancy;
     scene.transport = lighting.transport.value();
-    scene.meanCosine = static_cast<float>(meanCosine(scene.transport.phase));
     scene.environment = lighting.environment;
     scene.seed = seed;
     const SurfaceFinish finish = scene.transport.surface ? scene.transport.surface->finish : SurfaceFinish();
-    scene.surface = responsesOf(finish);
+    const Phase& phase = scene.transport.phase;
+    scene.tissues = {{0, 0, responsesOf(finish), phase, static_cast<float>(meanCosine(phase))}};
+    const auto placeAt = [&](double value) {
+        return placeOf(optics, static_cast<float>((value - info.rescaleIntercept) / info.rescaleSlope));
+    };
+    for (const Tissue& tissue : tissues) {
+        const Phase own = tissue.phase.value_or(phase);
+        scene.tissues.push_back({placeAt(tissue.from), placeAt(tissue.to),
+                                 responsesOf(tissue.finish.value_or(finish)), own,
+                                 static_cast<float>(meanCosine(own))});
+    }
     for (const SurfaceLook& surface : optics.surfaces) {
         scene.isovalues.push_back(surface.isovalue);
         scene.isosurfaces.push_back(responsesOf(surface.finish.value_or(finish)));

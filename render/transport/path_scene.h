@@ -37,6 +37,14 @@ struct SurfaceResponses {
     SurfaceResponse first, later;
 };
 
+/// What tissue of a range of values scatters by.
+struct TissueResponse {
+    float from = 0, to = 0; // places in the function's table, `to` excluded
+    SurfaceResponses surface;
+    Phase phase;
+    float meanCosine = 0; // of the phase function
+};
+
 struct PathScene {
     const Optics* optics = nullptr;
     const ExtinctionBounds* bounds = nullptr;
@@ -44,9 +52,9 @@ struct PathScene {
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;
-    SurfaceResponses surface;
+    /// By values: the first is that of all which no other one holds.
+    std::vector<TissueResponse> tissues;
     std::vector<SurfaceResponses> isosurfaces; // of optics->surfaces
-    float meanCosine = 0;                      // of the phase function
     float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};     // linear part
     glm::vec3 extent{0};               // voxels
@@ -66,9 +74,10 @@ struct PathScene {
 
 /// @param lighting  the scene's own; has a transport
 /// @param optics, bounds, occupancy  of the volume; outlive it
+/// @param tissues  of the transfer function
 PathScene pathScene(const Lighting& lighting, const Camera& camera, const VolumeInfo& info,
                     const Optics& optics, const ExtinctionBounds& bounds, const Occupancy* occupancy,
-                    std::uint32_t seed);
+                    std::uint32_t seed, const std::vector<Tissue>& tissues = {});
 
 /// Radiance of the sky from a direction, unit, patient space.
 glm::vec3 skyFrom(const PathScene& scene, const glm::vec3& direction);

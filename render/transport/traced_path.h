@@ -22,7 +22,19 @@ namespace tessera {
 /// What a place makes of light.
 struct PathTissue {
     glm::vec3 albedo{0}, emission{0};
+    std::size_t number = 0; // of PathScene::tissues
 };
+
+/// Of the tissue that a value is.
+inline std::size_t tissueNumber(const PathScene& scene, float value) {
+    if (scene.tissues.size() > 1) {
+        const float place = placeOf(*scene.optics, value);
+        for (std::size_t n = 1; n < scene.tissues.size(); ++n)
+            if (place >= scene.tissues[n].from && place < scene.tissues[n].to)
+                return n;
+    }
+    return 0;
+}
 
 /// What a path's random numbers follow from: the place of its ray on the picture, pixels, and the number of
 /// its sample (Rays::numbers).
@@ -56,9 +68,13 @@ struct TracedPath {
     float density = 1;   // of turn()'s direction, per steradian; where the sky has a table
 };
 
+inline const TissueResponse& responseOf(const PathScene& scene, const TracedPath& path) {
+    return scene.tissues[path.tissue.number];
+}
 inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath& path) {
-    const SurfaceResponses& of =
-        path.isosurface >= 0 ? scene.isosurfaces[static_cast<std::size_t>(path.isosurface)] : scene.surface;
+    const SurfaceResponses& of = path.isosurface >= 0
+                                     ? scene.isosurfaces[static_cast<std::size_t>(path.isosurface)]
+                                     : responseOf(scene, path).surface;
     return path.bounce > 1 ? of.later : of.first;
 }
 
@@ -88,7 +104,7 @@ inline void findScattering(const PathScene& scene, TracedPath& path, const glm::
     path.albedo = path.tissue.albedo;
     if (scene.transport.colours == TransportColours::reflectance && !path.isSurface)
         for (int channel = 0; channel < 3; ++channel)
-            path.albedo[channel] = albedoOf(path.albedo[channel], scene.meanCosine);
+            path.albedo[channel] = albedoOf(path.albedo[channel], responseOf(scene, path).meanCosine);
 }
 
 /// From a place in a direction, unit, patient space, to where no tissue follows.
@@ -145,14 +161,14 @@ inline ToLight wayTo(const PathScene& scene, const PathLight& light, const glm::
 /// What a path's place makes of light from a direction, per steradian of radiance.
 inline glm::vec3 scatteredFrom(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {
     if (!path.isSurface)
-        return path.albedo * phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
+        return path.albedo * phaseOf(responseOf(scene, path).phase, glm::dot(path.travel, towards));
     const float slant = glm::dot(path.normal, towards);
     return surfaceOf(scene, path).of(path.albedo, path.normal, -path.travel, towards) * std::abs(slant);
 }
 /// Density of the directions in which such a path goes on, per steradian.
 inline float densityOf(const PathScene& scene, const TracedPath& path, const glm::vec3& towards) {
     return path.isSurface ? surfaceOf(scene, path).density(path.normal, -path.travel, towards)
-                          : phaseOf(scene.transport.phase, glm::dot(path.travel, towards));
+                          : phaseOf(responseOf(scene, path).phase, glm::dot(path.travel, towards));
 }
 /// The light that comes by such a way, if nothing is in it.
 inline glm::vec3 lightOf(const PathScene& scene, const PathLight& light, const ToLight& to,

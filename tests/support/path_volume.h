@@ -49,12 +49,13 @@ class PathVolume {
     leaf::LabelShares<float> labels(const glm::vec3&) const { return {}; }
 
     PathScene scene(const Transport& transport, const std::vector<Light>& lights,
-                    const std::optional<Environment>& environment = {}, const Camera& camera = {}) const {
+                    const std::optional<Environment>& environment = {}, const Camera& camera = {},
+                    const std::vector<Tissue>& tissues = {}) const {
         Lighting lighting;
         lighting.lights = lights;
         lighting.transport = transport;
         lighting.environment = environment;
-        PathScene scene = pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(), 1);
+        PathScene scene = pathScene(lighting, camera, info_, optics_, bounds_, occupancy_.get(), 1, tissues);
         if (lights.empty())
             scene.lights.clear(); // the sky alone
         return scene;

@@ -121,6 +121,8 @@ ForeignText writeParaView(const Preset& preset) {
         out.leftOut.push_back("gradient opacity");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
+    if (!f.tissues().empty())
+        out.leftOut.push_back("tissues");
     for (const std::string& key : lookSaysOf(preset))
         out.leftOut.push_back("\"" + key + "\"");
     return out;

@@ -346,6 +346,8 @@ ForeignText writeSlicerJson(const Preset& preset) {
         out.leftOut.push_back("that the gradient opacity is per mm (there it is per voxel)");
     if (!f.materials().empty())
         out.leftOut.push_back("materials");
+    if (!f.tissues().empty())
+        out.leftOut.push_back("tissues");
     for (const std::string& key : lookSaysOf(preset))
         if (key != "shading")
             out.leftOut.push_back("\"" + key + "\"");

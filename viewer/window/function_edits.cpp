@@ -13,6 +13,7 @@ TransferFunction made(std::vector<OpacityPoint> opacity, std::vector<ColourPoint
     TransferFunction function =
         TransferFunction::fromOpacity(std::move(opacity), std::move(colour), like.referenceLengthMm());
     function.setMaterials(std::move(materials));
+    function.setTissues(like.tissues());
     function.setGradientOpacity(like.gradientOpacity());
     return function;
 }
@@ -33,7 +34,12 @@ TransferFunction shiftedAndStretched(const TransferFunction& f, double shift, do
         p.value = moved(p.value);
     for (Material& m : materials)
         m.from = moved(m.from), m.to = moved(m.to);
-    return made(std::move(opacity), std::move(colour), f, std::move(materials));
+    std::vector<Tissue> tissues = f.tissues();
+    for (Tissue& t : tissues)
+        t.from = moved(t.from), t.to = moved(t.to);
+    TransferFunction function = made(std::move(opacity), std::move(colour), f, std::move(materials));
+    function.setTissues(std::move(tissues));
+    return function;
 }
 
 double halfOpaqueValue(const TransferFunction& f, double lowest, double highest) {

@@ -50,7 +50,8 @@ PathTissue ReferencePaths::tissueAt(const glm::dvec3& p) {
         labelled.take(extinction);
         colour = labelled.colour(colour);
     }
-    return {glm::vec3(colour), optics_.lighting.emits ? glm::vec3(function_.emission(stored)) : glm::vec3(0)};
+    return {glm::vec3(colour), optics_.lighting.emits ? glm::vec3(function_.emission(stored)) : glm::vec3(0),
+            tissueNumber(scene_, static_cast<float>(stored))};
 }
 
 std::span<const RayPart> ReferencePaths::partsOf(const Way& way) {

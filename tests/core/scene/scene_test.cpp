@@ -27,6 +27,7 @@ using ::testing::HasSubstr;
 constexpr const char* kFitted = R"({"tesseraScene":1,
   "volumes":[{"path":"a/x.zarr","unit":"HU","transferFunction":{"scalarOpacityUnitDistance":2.5,
     "scalarOpacity":[[-100,0],[50,0.125],[50,0.5]],"rgbTransferFunction":[[0,0.1,0.2,0.3],[10,1,1,1]],
+    "tissues":[{"from":-200,"to":0,"phase":{"g":0.25}},{"from":0,"to":90,"finish":{"roughness":0.75}}],
     "materials":[{"from":-100,"to":0,"ambient":0.3,"diffuse":0.5,"specular":0,"specularPower":1},
       {"from":0,"to":40.5,"ambient":0.125,"diffuse":0.25,"specular":0.5,"specularPower":64,
        "emission":[1,0.5,0.25]}],
@@ -108,6 +109,9 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.shading.specularPower, 40);
     EXPECT_EQ(scene.quality.stepVoxels, 0.25);
     EXPECT_EQ(scene.shading.gradient, Gradient::sobel);
+    EXPECT_EQ(function.tissues(),
+              (std::vector<Tissue>{{-200, 0, Phase{PhaseKind::henyeyGreenstein, 0.25}, {}},
+                                   {0, 90, {}, SurfaceFinish{0.028, 0.75}}}));
     ASSERT_EQ(function.materials().size(), 2u);
     EXPECT_EQ(function.materials()[1], (Material{0, 40.5, 0.125, 0.25, 0.5, 64, {1, 0.5, 0.25}}));
     EXPECT_EQ(function.gradientOpacity(),
@@ -303,6 +307,8 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/environment/rotation", 361},
              {"/lighting/environment/frame", "voxels"},
              {"/lighting/environment/file", 1},
+             {"/volumes/0/transferFunction/tissues/1/from", -1},
+             {"/volumes/0/transferFunction/tissues/0/phase/g", 1},
              {"/volumes/0/transferFunction/materials/1/from", -1},
              {"/volumes/0/transferFunction/materials/1/to", 0},
              {"/volumes/0/transferFunction/materials/0", {{"from", 1}, {"to", 2}}},

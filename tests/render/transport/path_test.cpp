@@ -49,6 +49,41 @@ TEST(Paths, ScatterOnceInASlabAsTheClosedForm) {
     }
 }
 
+/// Tissue of a range of values has a phase function and a finish of its own.
+TEST(Paths, ScatterAsTheirTissue) {
+    PathVolume slab(
+        {40, 40, 16}, [](const glm::ivec3&) { return 0.1f; }, 0.2, glm::dvec3(0.7));
+    const Phase forward{PhaseKind::henyeyGreenstein, 0.6};
+    const SurfaceFinish rough{0.1, 0.8};
+    const auto responseAt = [&](const std::vector<Tissue>& tissues) {
+        const PathScene scene = slab.scene(transportOf(1), {lightFrom({0, 0, -1})}, {}, {}, tissues);
+        PathWork work;
+        PathTracer<PathVolume> tracer(scene, slab, work);
+        TracedPath path(scene, {3, 4});
+        path.tissue = tracer.tissueAt({20, 20, 8}, slab.value({20, 20, 8}));
+        return responseOf(scene, path);
+    };
+    const TissueResponse own = responseAt({{0.3, 0.5, {}, {}}, {0.05, 0.15, forward, rough}});
+    EXPECT_EQ(own.phase, forward);
+    EXPECT_FLOAT_EQ(own.meanCosine, 0.6f);
+    EXPECT_FLOAT_EQ(own.surface.first.width, 0.64f);
+    for (const Tissue& other : {Tissue{0.11, 0.2, forward, rough}, Tissue{0.05, 0.099, forward, rough}}) {
+        const TissueResponse common = responseAt({other});
+        EXPECT_EQ(common.phase, Phase{});
+        EXPECT_FLOAT_EQ(common.surface.first.width, 0.1225f);
+    }
+    // Light sees it: the closed form of one scattering, by the tissue's phase function.
+    const glm::dvec3 towards = glm::normalize(glm::dvec3(0.5, 0.3, -1)), travel(0, 0, 1);
+    const PathVolume wide(
+        {160, 160, 16}, [](const glm::ivec3&) { return 0.1f; }, 0.2, glm::dvec3(0.7));
+    const Mean light = lightAgainst(
+        wide, wide.scene(transportOf(1), {lightFrom(towards, 2)}, {}, {}, {{0.05, 0.15, forward, {}}}),
+        {80, 80, 0}, glm::vec3(travel), 60000);
+    const double mu0 = -towards.z, p = phaseOf(forward, static_cast<float>(glm::dot(towards, travel)));
+    const double expected = 0.7 * p * M_PI * 2 * mu0 / (1 + mu0) * -std::expm1(-1.6 * (1 + 1 / mu0));
+    EXPECT_NEAR(light.mean, expected, 4 * light.error + 1e-3 * expected);
+}
+
 /// A half space that scatters evenly, lit and seen at right angles: L/F = a/(8 pi) H(1)^2, Chandrasekhar's H
 /// (H(1) computed by its integral equation).
 TEST(Paths, ScatterInAHalfSpaceAsChandrasekharHasIt) {
@@ -202,9 +237,9 @@ TEST(PathScenes, HaveTheScenesNumbersInTheirFrames) {
     near(scene.up, glm::normalize(glm::dvec3(0, 1, 1)));
     EXPECT_FLOAT_EQ(scene.steepFrom, 20);
     EXPECT_FLOAT_EQ(scene.perSteep, 1.0f / 60);
-    EXPECT_FLOAT_EQ(scene.surface.first.width, 0.25f);
-    EXPECT_FLOAT_EQ(scene.surface.later.width, 0.36f);
-    EXPECT_FLOAT_EQ(scene.surface.later.mirrored, 0.1f);
+    EXPECT_FLOAT_EQ(scene.tissues[0].surface.first.width, 0.25f);
+    EXPECT_FLOAT_EQ(scene.tissues[0].surface.later.width, 0.36f);
+    EXPECT_FLOAT_EQ(scene.tissues[0].surface.later.mirrored, 0.1f);
     EXPECT_NEAR(scene.leavesFromMm, 2 * std::cbrt(1.5 * 0.8 * 2 + 0.2 * 0.3 * 0.1), 1e-5);
     EXPECT_FLOAT_EQ(mostExtinctionPerMm(info),
                     static_cast<float>(256 / std::sqrt(0.8 * 0.8 + 0.3 * 0.3))); // by the shortest edge
