@@ -111,6 +111,7 @@ Scene lampsInTissue(const Torso& torso) {
     auto function = TransferFunction::fromExtinction({{-300, 0}, {200, 0.03}, {1500, 0.3}},
                                                      {{-300, {0.9, 0.3, 0.2}}, {800, {0.9, 0.9, 0.7}}});
     function.setMaterials({{250, 900, 0.3, 0.7, 0.2, 20, {0.2, 0.05, 0}}});
+    function.setTissues({{200, 600, Phase{PhaseKind::schlick, 0.5}, SurfaceFinish{0.2, 0.2}}});
     scene.volumes[0].transferFunction = function;
     Light lamp;
     lamp.kind = LightKind::point;
@@ -122,6 +123,8 @@ Scene lampsInTissue(const Torso& torso) {
     scene.lighting.lights = {Light{}, lamp};
     scene.lighting.environment.reset();
     scene.lighting.transport->phase = {PhaseKind::rayleigh};
+    scene.lighting.transport->surface = SurfaceScattering{{20, 150}, {}};
+    scene.lighting.transport->colours = TransportColours::reflectance;
     return scene;
 }
 
