@@ -36,6 +36,11 @@ template <> const NameTable<TransportResponse>& namesOf() {
         {{TransportResponse::physical, "physical"}, {TransportResponse::contract, "contract"}}};
     return names;
 }
+template <> const NameTable<PathPreview>& namesOf() {
+    static const NameTable<PathPreview> names{
+        {{PathPreview::none, "none"}, {PathPreview::few, "few"}, {PathPreview::squared, "squared"}}};
+    return names;
+}
 template <> const NameTable<Sky>& namesOf() {
     static const NameTable<Sky> names{{{Sky::uniform, "uniform"},
                                        {Sky::overcast, "overcast"},
@@ -235,6 +240,11 @@ const Fields<Transport>& transportFields() {
               "Scatterings of a path, at most.");
         f.add("phase", &Transport::phase, objectOf(phaseFields())).unlessDefault();
         f.add("surface", &Transport::surface, objectOf(surfaceScatteringFields()));
+        f.add("preview", &Transport::preview, named<PathPreview>(),
+              "Light with a bias, in less time. few: from the third scattering on tissue takes light and "
+              "scatters none. squared: light of the second scattering comes as if by a way like that between "
+              "the first and it, from all around, and there is no third.")
+            .unlessDefault();
         return f;
     }();
     return fields;
