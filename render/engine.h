@@ -66,6 +66,8 @@ inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) 
     PathScene scene =
         pathScene(plan.view.pathLighting, plan.view.camera, plan.info(), layer.optics, layer.extinction,
                   occupancy, plan.view.quality.pixels.seed, layer.function.tissues());
+    if (occupancy && layer.mapsSurfaces)
+        scene.surfaceOccupancy = &layer.surfaceOccupancy;
     if (scene.transport.response == TransportResponse::contract)
         return scene; // its light is that of the uncut volume
     for (const RaySlab<double>& slab : plan.view.part.slabs)

@@ -41,6 +41,11 @@ template <> const NameTable<TransportColours>& namesOf() {
         {{TransportColours::albedo, "albedo"}, {TransportColours::reflectance, "reflectance"}}};
     return names;
 }
+template <> const NameTable<PathPreview>& namesOf() {
+    static const NameTable<PathPreview> names{
+        {{PathPreview::none, "none"}, {PathPreview::few, "few"}, {PathPreview::squared, "squared"}}};
+    return names;
+}
 template <> const NameTable<Sky>& namesOf() {
     static const NameTable<Sky> names{{{Sky::uniform, "uniform"},
                                        {Sky::overcast, "overcast"},
@@ -247,8 +252,12 @@ const Fields<Transport>& transportFields() {
         f.add("colours", &Transport::colours, named<TransportColours>(),
               "What colours are where tissue scatters as a medium. albedo: the share of light that one "
               "scattering leaves. reflectance: what a thick layer of it shows under a white sky, so that "
-              "tissue "
-              "is as bright as its colour.")
+              "tissue is as bright as its colour.")
+            .unlessDefault();
+        f.add("preview", &Transport::preview, named<PathPreview>(),
+              "Light with a bias, in less time. few: from the third scattering on tissue takes light and "
+              "scatters none. squared: light of the second scattering comes as if by a way like that between "
+              "the first and it, from all around, and there is no third.")
             .unlessDefault();
         return f;
     }();

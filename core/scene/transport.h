@@ -97,6 +97,11 @@ enum class TransportColours { albedo, reflectance };
 /// one way to each light, and one to a side, in place of the shares that voxels have.
 enum class TransportResponse { physical, contract };
 
+/// A coarser light that takes less time (course notes 9.3.1). Few: after some scatterings what is in the way
+/// takes light and scatters none. Squared: from the second scattering on all light comes as if by a way like
+/// that from the first to it.
+enum class PathPreview { none, few, squared };
+
 /// How light gets through a scene: along paths, which tissue scatters.
 struct Transport {
     static constexpr int kMostBounces = 256;
@@ -107,6 +112,7 @@ struct Transport {
     Phase phase = {};
     std::optional<SurfaceScattering> surface = {}; // none: a medium everywhere
     TransportColours colours = TransportColours::albedo;
+    PathPreview preview = PathPreview::none;
     bool operator==(const Transport&) const = default;
 };
 

@@ -153,6 +153,11 @@ template <typename Field> class PathTracer {
         path.p = way.from + mm * way.perMm;
         return true;
     }
+    /// Takes the sky's light by a way that only takes some.
+    /// @param left  of it
+    void leave(TracedPath& path, float left) const {
+        path.sum += path.throughput * skyBeyond(scene_, path) * left;
+    }
     /// Takes what is at the path's place. False: the path ends.
     /// @param value  of the field there
     bool settle(TracedPath& path, float value) { return settle(path, tissueAt(path.p, value)); }
@@ -177,11 +182,19 @@ template <typename Field> class PathTracer {
         Way way;
         do {
             if (aim(path, takesGradients() ? field_.gradient(path.p) : glm::vec3(0), way))
-                shineBy(path, left(way, path.numbers));
+                shineBy(path, isSquared(scene_, path) ? path.passed : left(way, path.numbers));
             if (!turn(path, way))
                 break;
-        } while (reach(path, way, toCollision(way, path)) &&
-                 settle(path, path.isosurface >= 0 ? tissueOf(path.isosurface)
+            if (isLast(scene_, path)) {
+                leave(path, isSquared(scene_, path) ? path.passed : left(way, path.numbers, false));
+                break;
+            }
+            const float mm = toCollision(way, path);
+            if (!reach(path, way, mm))
+                break;
+            if (asksWhatPassed(scene_, path))
+                path.passed = left({way.from, way.perMm, mm}, path.numbers, false);
+        } while (settle(path, path.isosurface >= 0 ? tissueOf(path.isosurface)
                                                    : tissueAt(path.p, field_.value(path.p))));
         return path.sum;
     }
@@ -224,10 +237,11 @@ template <typename Field> class PathTracer {
         return {material.emission[0], material.emission[1], material.emission[2]};
     }
 
-    float left(const Way& way, PathNumbers& numbers) {
+    /// @param surfaces  take light as well
+    float left(const Way& way, PathNumbers& numbers, bool surfaces = true) {
         const auto of = [&](const Way& part) {
             float past = 1;
-            if (!scene_.isovalues.empty() &&
+            if (surfaces && !scene_.isovalues.empty() &&
                 crossSurfaces(scene_, field_, part, [&](float, std::size_t surface) {
                     past *= 1.0f - scene_.optics->surfaces[surface].opacity;
                     return !(past > 0.0f);

@@ -48,7 +48,8 @@ struct TissueResponse {
 struct PathScene {
     const Optics* optics = nullptr;
     const ExtinctionBounds* bounds = nullptr;
-    const Occupancy* occupancy = nullptr; // null: nothing is leapt over
+    const Occupancy* occupancy = nullptr;        // null: nothing is leapt over
+    const Occupancy* surfaceOccupancy = nullptr; // of isosurfaces alone; null: there is none
     Transport transport;
     std::optional<Environment> environment; // none: all is dark beyond the volume
     std::uint32_t seed = 0;

@@ -26,6 +26,7 @@ bool crossSurfaces(const PathScene& scene, Field& field, const Way& way, const V
         fastest = std::max(fastest, std::abs(way.perMm[axis]));
     if (!(fastest > 0.0f))
         return false;
+    const Occupancy* const near = scene.surfaceOccupancy ? scene.surfaceOccupancy : scene.occupancy;
     const float margin = leaf::kPlaneMargin / fastest;
     const auto place = [&](float mm) { return way.from + mm * way.perMm; };
     float front = 0;
@@ -33,8 +34,8 @@ bool crossSurfaces(const PathScene& scene, Field& field, const Way& way, const V
     for (float w = 0; w < way.mm && !ends;) {
         const glm::vec3 p = place(w);
         float next = std::numeric_limits<float>::max();
-        if (scene.occupancy)
-            if (const std::optional<EmptyBox> empty = emptyBoxAt(*scene.occupancy, way.perMm, p)) {
+        if (near)
+            if (const std::optional<EmptyBox> empty = emptyBoxAt(*near, way.perMm, p)) {
                 for (int axis = 0; axis < 3; ++axis)
                     if (way.perMm[axis] != 0.0f) {
                         const int side = way.perMm[axis] > 0.0f ? empty->high[axis] : empty->low[axis];
@@ -54,7 +55,7 @@ bool crossSurfaces(const PathScene& scene, Field& field, const Way& way, const V
                 next =
                     std::min(next, leaf::planeBehind(way.from[axis], way.perMm[axis], w, pitch, w + margin));
         next = std::min(std::max(next, std::nextafter(w, way.mm)), way.mm);
-        if (scene.occupancy && isClear(*scene.occupancy, p, place(next))) {
+        if (near && isClear(*near, p, place(next))) {
             w = next;
             known = false;
             continue;

@@ -66,11 +66,27 @@ struct TracedPath {
     glm::vec3 albedo{0}; // of its scattering
     glm::vec3 shine{0};  // the light that comes by aim()'s way, where nothing is in it
     float density = 1;   // of turn()'s direction, per steradian; where the sky has a table
+    float passed = 1;    // share of light between its first place and its second; where a preview asks
 };
 
 inline const TissueResponse& responseOf(const PathScene& scene, const TracedPath& path) {
     return scene.tissues[path.tissue.number];
 }
+
+/// What a preview makes of a path (docs/sampling.md, "Paths").
+inline bool isSquared(const PathScene& scene, const TracedPath& path) {
+    return scene.transport.preview == PathPreview::squared && path.bounce >= 2;
+}
+/// The way on only takes light.
+inline bool isLast(const PathScene& scene, const TracedPath& path) {
+    constexpr int kFew = 3;
+    return isSquared(scene, path) || (scene.transport.preview == PathPreview::few && path.bounce >= kFew);
+}
+/// TracedPath::passed is to be found.
+inline bool asksWhatPassed(const PathScene& scene, const TracedPath& path) {
+    return scene.transport.preview == PathPreview::squared && path.bounce == 1;
+}
+
 inline const SurfaceResponse& surfaceOf(const PathScene& scene, const TracedPath& path) {
     const SurfaceResponses& of = path.isosurface >= 0
                                      ? scene.isosurfaces[static_cast<std::size_t>(path.isosurface)]

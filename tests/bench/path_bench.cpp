@@ -4,6 +4,7 @@
 //   path_bench --store ct.zarr --preset bone --size 256 --samples 4,16,64,256 --light 1
 //
 //   path_bench --store huge.zarr --gpu-memory 256MiB --ram 512MiB --samples 0 --levels 16
+//   path_bench --store head.zarr --scene skin-over-bone.json --samples 0 --previews 16
 //
 // The made error needs no truth: pictures of two seeds are independent, so half of the mean square of their
 // difference is the variance of one. The error of kept light needs none either. Its picture less one by
@@ -15,7 +16,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <string>
+#include <utility>
 
 namespace tessera::bench {
 namespace {
@@ -59,6 +62,9 @@ double meanDifference(const Image& a, const Image& b) {
                 sum += static_cast<double>(a.pixels[n][i] - b.pixels[n][i]) / 3;
         }
     return shown > 0 ? sum / static_cast<double>(shown) : 0;
+}
+double meanLight(const Image& image) {
+    return meanDifference(image, Image(image.size));
 }
 double rootOf(double square) {
     return std::copysign(std::sqrt(std::abs(square)), square);
@@ -152,14 +158,36 @@ void errorOfLevels(const Bench& small, Scene scene, int samples) {
         rootOf(meanProduct(a[0], a[1], a[0], a[1]) / 2));
 }
 
+/// Of previews, apart from noise, against paths with four times the samples: seeds are others, so the noise
+/// of all pictures is independent.
+void errorOfPreviews(const Bench& bench, Scene scene, int samples) {
+    std::printf("\n| preview | CPU s | rms of bias | in the mean | rms of noise |\n|---|---|---|---|---|\n");
+    const Image truth[2] = {bench.draw(scene, 4 * samples, 3).image, bench.draw(scene, 4 * samples, 4).image};
+    const double light = (meanLight(truth[0]) + meanLight(truth[1])) / 2;
+    for (const auto& [preview, name] : {std::pair{PathPreview::none, "none"},
+                                        {PathPreview::few, "few"},
+                                        {PathPreview::squared, "squared"}}) {
+        scene.lighting.transport->preview = preview;
+        const std::clock_t before = std::clock();
+        const Image of[2] = {bench.draw(scene, samples, 1).image, bench.draw(scene, samples, 2).image};
+        const double seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC / 2;
+        std::printf("| %s | %.2f | %.4f | %+.1f %% | %.4f |\n", name, seconds,
+                    rootOf(meanProduct(of[0], truth[0], of[1], truth[1])),
+                    100 * (meanDifference(of[0], truth[0]) + meanDifference(of[1], truth[1])) / 2 / light,
+                    rootOf(meanProduct(of[0], of[1], of[0], of[1]) / 2));
+    }
+}
+
 void run(int argc, char** argv) {
     auto options = parseOptions(argc, argv,
                                 {{"--store", ""},
+                                 {"--scene", ""}, // of previews; "": the preset by the look cinematic
                                  {"--preset", "bone"},
                                  {"--size", "256"},
                                  {"--samples", "4,16,64"}, // 0: no first table
                                  {"--light", "0"},         // samples of the second table; 0: none
                                  {"--levels", "0"},        // samples of the third; 0: none
+                                 {"--previews", "0"},      // samples of the fourth; 0: none
                                  {"--zoom", "1"},          // into the middle
                                  {"--gpu-memory", "4GiB"},
                                  {"--ram", "2GiB"},
@@ -182,6 +210,15 @@ void run(int argc, char** argv) {
         errorAgainstTime(bench, scene, parseNumbers(options["--samples"], "--samples"));
     if (const int samples = std::stoi(options["--levels"]); samples > 0)
         errorOfLevels(bench, scene, samples);
+    if (const int samples = std::stoi(options["--previews"]); samples > 0) {
+        Scene paths = scene;
+        applyLook("cinematic", paths);
+        if (const std::string file = options["--scene"]; !file.empty()) {
+            paths = loadScene(file);
+            paths.imageSize = scene.imageSize;
+        }
+        errorOfPreviews(bench, paths, samples);
+    }
     if (const int samples = std::stoi(options["--light"]); samples > 0) {
         std::printf(
             "\n| light | finestLevel | rms of light | mean | s | s by paths |\n|---|---|---|---|---|---|\n");

@@ -209,18 +209,33 @@ void NativePaths::run(Work& work) {
             if (tracer.aim(going[n]->path, gradient, going[n]->way))
                 ways.push_back(going[n]);
         }
-        const std::vector<float>& left = follow(false, ways, work);
-        for (std::size_t n = 0; n < ways.size(); ++n)
-            Tracer::shineBy(ways[n]->path, left[n]);
+        const bool squared = isSquared(scene_, going.front()->path); // all have scattered as often
+        const auto bring = [&](auto&& take) {
+            const std::vector<float>* left = squared ? nullptr : &follow(false, ways, work);
+            for (std::size_t n = 0; n < ways.size(); ++n)
+                take(ways[n]->path, left ? (*left)[n] : ways[n]->path.passed);
+        };
+        bring(Tracer::shineBy);
         ways.clear();
         for (Going* g : going)
             if (tracer.turn(g->path, g->way))
                 ways.push_back(g);
+        if (isLast(scene_, going.front()->path)) {
+            bring([&](TracedPath& path, float left) { tracer.leave(path, left); });
+            break;
+        }
         const std::vector<float>& collisions = follow(true, ways, work);
         List reached;
         for (std::size_t n = 0; n < ways.size(); ++n)
-            if (tracer.reach(ways[n]->path, ways[n]->way, collisions[n]))
+            if (tracer.reach(ways[n]->path, ways[n]->way, collisions[n])) {
+                ways[n]->way.mm = collisions[n];
                 reached.push_back(ways[n]);
+            }
+        if (asksWhatPassed(scene_, going.front()->path)) {
+            const std::vector<float>& passed = follow(false, reached, work);
+            for (std::size_t n = 0; n < reached.size(); ++n)
+                reached[n]->path.passed = passed[n];
+        }
         sample(reached, false);
         going.clear();
         for (std::size_t n = 0; n < reached.size(); ++n)

@@ -105,14 +105,21 @@ glm::dvec4 ReferencePaths::operator()(const ReferenceRay& ray, std::span<const R
     do {
         const glm::vec3 gradient =
             tracer_.takesGradients() ? glm::vec3(gradientAt(glm::dvec3(path.p))) : glm::vec3(0);
-        if (tracer_.aim(path, gradient, way))
-            Tracer::shineBy(path, static_cast<float>(left(way)));
+        const bool isLit = tracer_.aim(path, gradient, way), squared = isSquared(scene_, path);
+        if (isLit)
+            Tracer::shineBy(path, squared ? path.passed : static_cast<float>(left(way)));
         if (!tracer_.turn(path, way))
             break;
+        if (isLast(scene_, path)) {
+            tracer_.leave(path, squared ? path.passed : static_cast<float>(left(way)));
+            break;
+        }
         // 1 - u, u from 0 to below 1, is the share of light that a free path leaves.
         const double collision = toCollision(way, 1 - double{path.numbers.next()});
         if (!tracer_.reach(path, way, static_cast<float>(collision)))
             break;
+        if (asksWhatPassed(scene_, path))
+            path.passed = static_cast<float>(left({way.from, way.perMm, static_cast<float>(collision)}));
     } while (tracer_.settle(path, tissueAt(glm::dvec3(path.p))));
     return {alpha * glm::dvec3(path.sum), alpha};
 }

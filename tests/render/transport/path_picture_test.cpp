@@ -159,6 +159,10 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     scenes.push_back(underFile(cutScene(torso, labels, true)));
     scenes.push_back(lit(torso.scene("bone-1")));
     scenes.back().lighting.environment->sky = Sky::softboxes;
+    for (const PathPreview preview : {PathPreview::few, PathPreview::squared}) {
+        scenes.push_back(cutScene(torso, labels, true));
+        scenes.back().lighting.transport->preview = preview;
+    }
     return scenes;
 }
 
@@ -631,9 +635,12 @@ struct Seeds {
 TEST(PathPicture, ComesToTheReferencesPaths) {
     Torso torso;
     BallsOfLabels labels(torso.reader.info());
-    std::vector<Scene> scenes = {lit(torso.scene("soft-tissue"), 8),
-                                 labelledScene(torso, labels, LabelLook::tint, true),
-                                 cutScene(torso, labels, true), lampsInTissue(torso)};
+    std::vector<Scene> scenes = {
+        lit(torso.scene("soft-tissue"), 8), labelledScene(torso, labels, LabelLook::tint, true),
+        cutScene(torso, labels, true),      lampsInTissue(torso),
+        lit(torso.scene("soft-tissue"), 8), lit(torso.scene("soft-tissue"), 8)};
+    scenes[4].lighting.transport->preview = PathPreview::few;
+    scenes[5].lighting.transport->preview = PathPreview::squared;
     scenes[0].lighting.transport->surface = SurfaceScattering{{20, 150}, {0.1, 0.3, 0.5, 6}};
     for (std::size_t n = 0; n < scenes.size(); ++n) {
         SCOPED_TRACE(n);
