@@ -16,6 +16,17 @@
 
 namespace tessera {
 
+/// False if no cubic through these values, at ends and thirds of a piece, comes to an isovalue: between them
+/// it is at most 0.316 of their range beyond it.
+inline bool mayCross(const std::vector<float>& isovalues, float v0, float v1, float v2, float v3) {
+    const float low = std::min(std::min(v0, v1), std::min(v2, v3)),
+                high = std::max(std::max(v0, v1), std::max(v2, v3)), beyond = 0.33f * (high - low);
+    for (const float isovalue : isovalues)
+        if (isovalue >= low - beyond && isovalue <= high + beyond)
+            return true;
+    return false;
+}
+
 /// Calls visit(mm, surface) for every crossing, in order along the way, until it returns true; returns
 /// whether it did.
 /// @param field  value(p) and pitch(p) at a place in voxels
@@ -65,9 +76,10 @@ bool crossSurfaces(const PathScene& scene, Field& field, const Way& way, const V
         const float v1 = field.value(place(w + piece * (1.0f / 3.0f)));
         const float v2 = field.value(place(w + piece * (2.0f / 3.0f)));
         const float v3 = field.value(place(next));
-        forEachCrossing<float>(v0, v1, v2, v3, scene.isovalues, [&](float u, std::size_t number) {
-            ends = ends || visit(begin + u * piece, number);
-        });
+        if (mayCross(scene.isovalues, v0, v1, v2, v3))
+            forEachCrossing<float>(v0, v1, v2, v3, scene.isovalues, [&](float u, std::size_t number) {
+                ends = ends || visit(begin + u * piece, number);
+            });
         front = v3;
         known = true;
         w = next;
