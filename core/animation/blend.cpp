@@ -87,6 +87,30 @@ std::vector<Knot<3>> colourKnots(const TransferFunction& f) {
     return knots;
 }
 
+/// Of another kind: as it is.
+Phase blend(Phase phase, const Phase& to, double share) {
+    if (phase.kind == to.kind)
+        for (double Phase::*number : {&Phase::g, &Phase::backG, &Phase::backShare})
+            phase.*number = mixed(phase.*number, to.*number, share);
+    return phase;
+}
+
+SurfaceFinish blend(SurfaceFinish finish, const SurfaceFinish& to, double share) {
+    for (double SurfaceFinish::*number : {&SurfaceFinish::mirrored, &SurfaceFinish::roughness,
+                                          &SurfaceFinish::translucent, &SurfaceFinish::translucentPower})
+        finish.*number = mixed(finish.*number, to.*number, share);
+    return finish;
+}
+
+/// What one of both lacks stays.
+Tissue blend(Tissue tissue, const Tissue& to, double share) {
+    if (tissue.phase && to.phase)
+        tissue.phase = blend(*tissue.phase, *to.phase, share);
+    if (tissue.finish && to.finish)
+        tissue.finish = blend(*tissue.finish, *to.finish, share);
+    return tissue;
+}
+
 Material blend(const Material& a, const Material& b, double share) {
     Material m = a;
     m.ambient = mixed(a.ambient, b.ambient, share);
@@ -214,7 +238,12 @@ TransferFunction blend(const TransferFunction& a, const TransferFunction& b, dou
         for (std::size_t i = 0; i < materials.size(); ++i)
             materials[i] = blend(materials[i], b.materials()[i], share);
     out.setMaterials(std::move(materials), "keyframes");
-    out.setTissues(share < 0.5 ? a.tissues() : b.tissues(), "keyframes");
+    std::vector<Tissue> tissues = a.tissues();
+    if (alike(tissues, b.tissues(),
+              [](const Tissue& x, const Tissue& y) { return x.from == y.from && x.to == y.to; }))
+        for (std::size_t i = 0; i < tissues.size(); ++i)
+            tissues[i] = blend(tissues[i], b.tissues()[i], share);
+    out.setTissues(std::move(tissues), "keyframes");
     out.setGradientOpacity(blend(a.gradientOpacity(), b.gradientOpacity(), share));
     return out;
 }
@@ -251,21 +280,14 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
     if (a.surfaceOcclusion && b.surfaceOcclusion && a.surfaceOcclusion->rays == b.surfaceOcclusion->rays)
         out.surfaceOcclusion->radiusMm =
             mixed(a.surfaceOcclusion->radiusMm, b.surfaceOcclusion->radiusMm, share);
-    if (a.transport && b.transport && a.transport->phase.kind == b.transport->phase.kind) {
-        const Phase& to = b.transport->phase;
-        Phase& phase = out.transport->phase;
-        phase.g = mixed(phase.g, to.g, share);
-        phase.backG = mixed(phase.backG, to.backG, share);
-        phase.backShare = mixed(phase.backShare, to.backShare, share);
-    }
+    if (a.transport && b.transport)
+        out.transport->phase = blend(a.transport->phase, b.transport->phase, share);
     if (a.transport && b.transport && a.transport->surface && b.transport->surface) {
         const SurfaceScattering& to = *b.transport->surface;
         SurfaceScattering& surface = *out.transport->surface;
         surface.gradient.low = mixed(surface.gradient.low, to.gradient.low, share);
         surface.gradient.high = mixed(surface.gradient.high, to.gradient.high, share);
-        for (double SurfaceFinish::*number : {&SurfaceFinish::mirrored, &SurfaceFinish::roughness,
-                                              &SurfaceFinish::translucent, &SurfaceFinish::translucentPower})
-            surface.finish.*number = mixed(surface.finish.*number, to.finish.*number, share);
+        surface.finish = blend(surface.finish, to.finish, share);
     }
     if (a.environment && b.environment && a.environment->sky == b.environment->sky &&
         a.environment->file == b.environment->file && a.environment->frame == b.environment->frame) {

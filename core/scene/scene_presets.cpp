@@ -181,6 +181,10 @@ Preset overRange(Preset preset, double lowest, double highest) {
     for (Tissue& tissue : tissues)
         tissue.from = valueAt(tissue.from), tissue.to = valueAt(tissue.to);
     ranged.setTissues(std::move(tissues));
+    std::vector<Material> materials = preset.function.materials();
+    for (Material& material : materials)
+        material.from = valueAt(material.from), material.to = valueAt(material.to);
+    ranged.setMaterials(std::move(materials));
     ranged.setGradientOpacity(
         GradientOpacity::fromPoints(std::move(lengths), preset.function.gradientOpacity().per()));
     preset.function = std::move(ranged);

@@ -150,7 +150,6 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     if (scene.mode == Mode::isosurface) { // the material response stays the function's
         layer().function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
         layer().function.setMaterials(f.materials());
-        layer().function.setTissues(f.tissues());
     }
     std::vector<SurfaceValue> surfaces;
     for (const Isosurface& surface : scene.surfaces)

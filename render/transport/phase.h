@@ -62,8 +62,10 @@ inline float lobeOf(double g) {
 
 inline double meanCosine(const Phase& phase) {
     switch (phase.kind) {
-    case PhaseKind::schlick:
-        return phase.g;
+    case PhaseKind::schlick: {
+        const double k = schlickNumber(lobeOf(phase.g)), k2 = k * k;
+        return std::abs(k) < 1e-2 ? 2 * k / 3 : 1 / k - (1 - k2) / (2 * k2) * std::log((1 + k) / (1 - k));
+    }
     case PhaseKind::rayleigh:
         return 0;
     case PhaseKind::henyeyGreenstein:

@@ -108,6 +108,22 @@ TEST(BlendOfFunctions, MaterialsGoOverWhereTheirRangesAreTheSame) {
     EXPECT_EQ(blend(withMaterial({x}), withMaterial({}), 0.5).materials().size(), 1u);
 }
 
+TEST(BlendOfFunctions, TissuesGoOverWhereTheirRangesAreTheSame) {
+    const auto with = [](std::vector<Tissue> tissues) {
+        TransferFunction f = withMaterial({});
+        f.setTissues(std::move(tissues));
+        return f;
+    };
+    const Tissue x{0, 50, Phase{PhaseKind::schlick, 0.5}, SurfaceFinish{0, 0.25, 0.5, 10}},
+        y{0, 50, Phase{PhaseKind::schlick, -0.5}, SurfaceFinish{1, 0.75, 0, 30}}, bare{0, 50, {}, {}},
+        other{0, 60, {}, {}};
+    EXPECT_EQ(blend(with({x}), with({y}), 0.25).tissues(),
+              (std::vector<Tissue>{
+                  {0, 50, Phase{PhaseKind::schlick, 0.25}, SurfaceFinish{0.25, 0.375, 0.375, 15}}}));
+    for (const Tissue& to : {bare, other})
+        EXPECT_EQ(blend(with({x}), with({to}), 0.75).tissues(), std::vector<Tissue>{x});
+}
+
 /// A step of one function, between, before and after the other's points.
 TEST(BlendOfFunctions, StepsStayStepsWithBothLimits) {
     const auto of = [](std::vector<OpacityPoint> points, std::vector<ColourPoint> colours) {

@@ -89,7 +89,11 @@ TEST(PresetsOverRanges, EveryPlaceIsAShareOfTheRange) {
     const std::vector<OpacityPoint> shares = preset.function.opacityPoints();
     const std::vector<ColourPoint> colours = preset.function.colourPoints();
     preset.function.setGradientOpacity(GradientOpacity::fromPoints({{0.1, 0}, {0.5, 1}}));
+    preset.function.setTissues({{0.25, 0.5, Phase{PhaseKind::rayleigh}, {}}});
+    preset.function.setMaterials({{0.25, 0.5}});
     const Preset ranged = overRange(preset, 100, 300);
+    EXPECT_EQ(ranged.function.tissues(), (std::vector<Tissue>{{150, 200, Phase{PhaseKind::rayleigh}, {}}}));
+    EXPECT_EQ(ranged.function.materials(), (std::vector<Material>{{150, 200}}));
     EXPECT_EQ(ranged.unit, PresetUnit::any);
     ASSERT_EQ(ranged.function.opacityPoints().size(), shares.size());
     for (std::size_t i = 0; i < shares.size(); ++i) {

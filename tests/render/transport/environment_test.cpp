@@ -289,39 +289,42 @@ TEST(Environments, SurfacesTakeTheirLightOnce) {
     texels[4 * 24 + 14] = glm::vec3(20);
     Transport transport = transportOf(4);
     transport.surface = SurfaceScattering{{40, 160}, 0.2, 0.4};
-    for (const Environment& environment : {environmentOf(mapOf(size, texels)), Environment{Sky::softboxes}}) {
-        const PathScene scene = volume.scene(transport, {}, environment);
-        PathWork work;
-        PathTracer tracer(scene, volume, work);
-        double sum = 0, squares = 0, expected = 0;
-        constexpr int kMany = 200000, kFine = 600;
-        TracedPath last(scene, {0, 0});
-        for (int number = 0; number < kMany; ++number) {
-            TracedPath path(scene, {static_cast<float>(number % 512), static_cast<float>(number / 512)});
-            path.p = {20, 20, 20};
-            path.travel = glm::normalize(glm::vec3(0.3f, 1, -0.2f));
-            path.tissue.albedo = glm::vec3(0.6f);
-            Way way;
-            float light = 0;
-            if (tracer.aim(path, {100, 480, -150}, way))
-                light += path.shine.r;
-            last = path;
-            if (tracer.turn(path, way))
-                light += (path.throughput * skyBeyond(scene, path)).r;
-            ASSERT_TRUE(path.isSurface);
-            sum += static_cast<double>(light), squares += std::pow(static_cast<double>(light), 2);
+    for (const double translucent : {0.0, 0.6})
+        for (const Environment& environment :
+             {environmentOf(mapOf(size, texels)), Environment{Sky::softboxes}}) {
+            transport.surface->finish.translucent = translucent;
+            const PathScene scene = volume.scene(transport, {}, environment);
+            PathWork work;
+            PathTracer tracer(scene, volume, work);
+            double sum = 0, squares = 0, expected = 0;
+            constexpr int kMany = 200000, kFine = 600;
+            TracedPath last(scene, {0, 0});
+            for (int number = 0; number < kMany; ++number) {
+                TracedPath path(scene, {static_cast<float>(number % 512), static_cast<float>(number / 512)});
+                path.p = {20, 20, 20};
+                path.travel = glm::normalize(glm::vec3(0.3f, 1, -0.2f));
+                path.tissue.albedo = glm::vec3(0.6f);
+                Way way;
+                float light = 0;
+                if (tracer.aim(path, {100, 480, -150}, way))
+                    light += path.shine.r;
+                last = path;
+                if (tracer.turn(path, way))
+                    light += (path.throughput * skyBeyond(scene, path)).r;
+                ASSERT_TRUE(path.isSurface);
+                sum += static_cast<double>(light), squares += std::pow(static_cast<double>(light), 2);
+            }
+            for (int part = 0; part < kFine * kFine; ++part) {
+                const float z = 1 - 2 * (static_cast<float>(part / kFine) + 0.5f) / kFine;
+                const glm::vec3 d =
+                    directionAround({0, 0, 1}, z, (static_cast<float>(part % kFine) + 0.5f) / kFine);
+                expected += 4 * M_PI / (kFine * kFine) *
+                            static_cast<double>((scatteredFrom(scene, last, d) * skyFrom(scene, d)).r);
+            }
+            const double mean = sum / kMany, error = std::sqrt((squares / kMany - mean * mean) / kMany);
+            EXPECT_NEAR(mean, expected, 4 * error + 2e-3 * expected);
+            EXPECT_LT(error, 0.01 * expected);
         }
-        for (int part = 0; part < kFine * kFine; ++part) {
-            const float z = 1 - 2 * (static_cast<float>(part / kFine) + 0.5f) / kFine;
-            const glm::vec3 d =
-                directionAround({0, 0, 1}, z, (static_cast<float>(part % kFine) + 0.5f) / kFine);
-            expected += 4 * M_PI / (kFine * kFine) *
-                        static_cast<double>((scatteredFrom(scene, last, d) * skyFrom(scene, d)).r);
-        }
-        const double mean = sum / kMany, error = std::sqrt((squares / kMany - mean * mean) / kMany);
-        EXPECT_NEAR(mean, expected, 4 * error + 2e-3 * expected);
-        EXPECT_LT(error, 0.01 * expected);
-    }
 }
 
 /// The density that weighs a surface's directions is that of its sampling.

@@ -106,7 +106,8 @@ TEST(Paths, ShowAColourThatIsAReflectance) {
     };
     for (const auto& [phase, within] :
          {Case{{}, 0.01}, Case{{PhaseKind::henyeyGreenstein, 0.5}, 0.03},
-          Case{{PhaseKind::henyeyGreenstein, 0.4, -0.2, 0.5}, 0.01}, Case{{PhaseKind::schlick, -0.3}, 0.02}})
+          Case{{PhaseKind::henyeyGreenstein, 0.4, -0.2, 0.5}, 0.01}, Case{{PhaseKind::schlick, -0.3}, 0.02},
+          Case{{PhaseKind::schlick, 0.7}, 0.04}})
         for (const double colour : {0.1, 0.4, 0.75}) {
             const PathVolume space(
                 {400, 400, 40}, [](const glm::ivec3&) { return 1.5f; }, 1.5, glm::dvec3(colour));
@@ -224,6 +225,15 @@ TEST(PathScenes, HaveTheScenesNumbersInTheirFrames) {
     camera.position = {5, 6, 7}, camera.focalPoint = {5, 106, 7}, camera.viewUp = {0, 0, 1};
     const Optics optics;
     const ExtinctionBounds bounds;
+    Optics ofValues; // its table follows physical values, which fall as stored ones rise
+    ofValues.scale = -0.5, ofValues.offset = 500;
+    info.rescaleIntercept = 100;
+    const PathScene tissues = pathScene(lighting, camera, info, ofValues, bounds, nullptr, 1,
+                                        {{100, 300, Phase{PhaseKind::rayleigh}, {}}}); // stored: 0 to -100
+    EXPECT_EQ(tissueNumber(tissues, -50), 1u);
+    EXPECT_EQ(tissueNumber(tissues, 20), 0u);
+    EXPECT_EQ(tissueNumber(tissues, -120), 0u);
+    info.rescaleIntercept = 0;
     const PathScene scene = pathScene(lighting, camera, info, optics, bounds, nullptr, 1);
     const auto near = [](const glm::vec3& found, const glm::dvec3& expected) {
         EXPECT_LT(glm::length(glm::dvec3(found) - expected), 1e-5 * (1 + glm::length(expected)));

@@ -249,6 +249,9 @@ TEST(ForeignPresets, WhatTheyCannotSayIsSaid) {
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::slicerJson).leftOut, ElementsAre("\"mode\""));
     EXPECT_THAT(writeForeignPreset(preset, PresetFormat::paraView).leftOut,
                 ElementsAre("\"mode\"", "\"shading\""));
+    preset.function.setTissues({{0, 1, Phase{}, {}}});
+    for (const PresetFormat format : {PresetFormat::slicerJson, PresetFormat::paraView})
+        EXPECT_THAT(writeForeignPreset(preset, format).leftOut, Contains("tissues"));
 }
 
 // Curves of many points cost VTK the square of their number.

@@ -84,8 +84,12 @@ TEST(WindowSettings, KeepTheLastFilesAndSizesThatFitAScreen) {
 }
 
 TEST(FunctionEdits, MovePointsAndColoursTogether) {
-    const auto f = TransferFunction::fromOpacity({{100, 0.1}, {300, 0.5}, {500, 0.9}},
-                                                 {{100, {1, 0, 0}}, {500, {0, 1, 0}}}, 2);
+    auto f = TransferFunction::fromOpacity({{100, 0.1}, {300, 0.5}, {500, 0.9}},
+                                           {{100, {1, 0, 0}}, {500, {0, 1, 0}}}, 2);
+    f.setTissues({{300, 500, Phase{PhaseKind::rayleigh}, {}}});
+    EXPECT_EQ(withPointAt(f, 1, 250, 0.7).tissues(), f.tissues());
+    EXPECT_EQ(shiftedAndStretched(f, 50, 2).tissues(),
+              (std::vector<Tissue>{{350, 750, Phase{PhaseKind::rayleigh}, {}}}));
     const TransferFunction moved = shiftedAndStretched(f, 50, 2);
     const std::vector<double> values = {-50, 350, 750};
     for (std::size_t n = 0; n < 3; ++n) {
