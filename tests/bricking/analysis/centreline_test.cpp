@@ -312,7 +312,8 @@ TEST(Centreline, StepsOfAnyLengthAreEvenAndInside) {
 /// holds the turn's both sides and is too short.
 TEST(Centreline, StepsAcrossAKinkAreEven) {
     const std::vector<glm::dvec3> hairpin = {{-1, 0, 0}, {-1, 0, 60}, {1, 0, 60}, {1, 0, 30}};
-    const FieldChunks chunks(boxInfo({32, 24, 272}, glm::dvec3(0.25), {-4, -3, -4}), tube(hairpin, 0.6, 0.25));
+    const FieldChunks chunks(boxInfo({32, 24, 272}, glm::dvec3(0.25), {-4, -3, -4}),
+                             tube(hairpin, 0.6, 0.25));
     CentrelineRequest request = between({-1, 0, 1}, {1, 0, 31});
     request.spacingMm = 47;
     expectEvenSteps(find(chunks, request).lines[0], 47);

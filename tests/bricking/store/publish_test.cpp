@@ -20,7 +20,7 @@
 
 namespace {
 int renamesRefuse = 0; // error of a rename with flags; 0: they work
-std::string order;     // of what gives a store its name: s(ync of a file system), r(ename), f(sync of a folder)
+std::string order; // of what gives a store its name: s(ync of a file system), r(ename), f(sync of a folder)
 } // namespace
 
 // In place of the C library's, in this program. No test waits for a disk.

@@ -153,9 +153,9 @@ TEST(StoreMetadata, AFrameOfReferenceIsAUidOrNone) {
     ScratchFolder scratch;
     MemoryBudget ram("RAM", "--ram", kPlenty);
     std::string without, hash;
-    for (const std::string& frame :
-         {std::string(), std::string("PLANTED"), std::string(65, '1'), std::string("1.2\n3"),
-          std::string(".1"), std::string(1'000'000, '1'), std::string("1.2\0", 4), std::string("1.2.3"), std::string(64, '1')}) {
+    for (const std::string& frame : {std::string(), std::string("PLANTED"), std::string(65, '1'),
+                                     std::string("1.2\n3"), std::string(".1"), std::string(1'000'000, '1'),
+                                     std::string("1.2\0", 4), std::string("1.2.3"), std::string(64, '1')}) {
         VolumeInfo info = plainInfo({2, 2, 2}, ValueType::u8);
         info.frameOfReference = frame;
         HashSource source(info);

@@ -173,13 +173,13 @@ TEST(TransferTable, SurfacesAreNoEmptiness) {
     }
 }
 
-// Levels are predicted as if each isosurface were a step: from its value on an entry has the extinction of the
-// densest one so far beside its own, and the colour of the last. Millimetres scale extinctions alone.
+// Levels are predicted as if each isosurface were a step: from its value on an entry has the extinction of
+// the densest one so far beside its own, and the colour of the last. Millimetres scale extinctions alone.
 TEST(TransferTable, SurfacesAsStepsAreClosedForms) {
     const TransferFunction function =
         TransferFunction::fromExtinction({{0, 0.01}, {1000, 0.03}}, {{0, {0.2, 0.4, 0.6}}});
-    const std::vector<SurfaceValue> surfaces = {
-        {.value = 200, .colour = {1, 0, 0}, .opacity = 1}, {.value = 500, .colour = {0, 1, 0}, .opacity = 0.5}};
+    const std::vector<SurfaceValue> surfaces = {{.value = 200, .colour = {1, 0, 0}, .opacity = 1},
+                                                {.value = 500, .colour = {0, 1, 0}, .opacity = 0.5}};
     const TransferTable table = makeTable(function, surfaces);
     for (const double voxelMm : {0.5, 2.0}) {
         const TransferTable steps = table.withSurfacesAsSteps(voxelMm);

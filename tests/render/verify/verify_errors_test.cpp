@@ -51,8 +51,9 @@ TEST(ClusterSums, HaveTheirMoments) {
     EXPECT_EQ(plain.strata(), 4);
     EXPECT_NEAR(plain.variance(), 1 + 4 + 64 + 1, 1e-12);
     // about the mean, 1.75
-    EXPECT_NEAR(plain.thirdMoment(), 3 * std::pow(-1.75, 3) + 3 * std::pow(-0.75, 3) + std::pow(0.25, 3) +
-                                         std::pow(7.25, 3), 1e-9);
+    EXPECT_NEAR(plain.thirdMoment(),
+                3 * std::pow(-1.75, 3) + 3 * std::pow(-0.75, 3) + std::pow(0.25, 3) + std::pow(7.25, 3),
+                1e-9);
     for (const double unit : {0.5, 3.0, -1.0})
         for (const double constant : {0.0, 5.0, -40.0}) {
             EXPECT_NEAR(of(unit, constant).variance(), unit * unit * plain.variance(), 1e-8);
