@@ -283,6 +283,42 @@ TEST(Centreline, AWallThinnerThanABlockIsNoWayThrough) {
     expectInside(chunks, found.lines[0], found.lumen);
 }
 
+/// Steps as a reader of paths wants them.
+void expectEvenSteps(const CentreLine& line, double mostMm) {
+    EXPECT_LE(line.spacingMm, mostMm);
+    for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+        const double step = glm::length(line.points[i + 1] - line.points[i]);
+        ASSERT_LE(step, line.spacingMm * (1 + 1e-9)) << mostMm;
+        ASSERT_GE(step, 0.6 * line.spacingMm) << mostMm;
+    }
+}
+
+/// However far apart points are asked for, and the way between two of them lies in the lumen.
+TEST(Centreline, StepsOfAnyLengthAreEvenAndInside) {
+    const std::vector<glm::dvec3> hairpin = {{-4, 0, 0}, {-4, 0, 50}, {-3, 0, 52}, {0, 0, 54},
+                                             {3, 0, 52}, {4, 0, 50},  {4, 0, 0}};
+    const FieldChunks chunks(boxInfo({50, 40, 140}, glm::dvec3(0.5), {-12, -10, -8}), tube(hairpin, 2, 0.5));
+    CentrelineRequest request = between({-4, 0, 2}, {4, 0, 2});
+    for (const double spacing : {0.7, 3.0, 11.0, 23.0, 47.0}) {
+        request.spacingMm = spacing;
+        const Centrelines found = find(chunks, request);
+        expectEvenSteps(found.lines[0], spacing);
+        if (spacing < 20)
+            expectInside(chunks, found.lines[0], found.lumen);
+    }
+}
+
+/// A line that turns back at two thirds of its length: in two even steps, four, eight and sixteen, a step
+/// holds the turn's both sides and is too short.
+TEST(Centreline, StepsAcrossAKinkAreEven) {
+    const std::vector<glm::dvec3> hairpin = {{-1, 0, 0}, {-1, 0, 60}, {1, 0, 60}, {1, 0, 30}};
+    const FieldChunks chunks(boxInfo({32, 24, 272}, glm::dvec3(0.25), {-4, -3, -4}),
+                             tube(hairpin, 0.6, 0.25));
+    CentrelineRequest request = between({-1, 0, 1}, {1, 0, 31});
+    request.spacingMm = 47;
+    expectEvenSteps(find(chunks, request).lines[0], 47);
+}
+
 TEST(Centreline, AThresholdThatLeaksIsTightenedAndSaidSo) {
     // a windpipe whose wall has a hole to a lung that is nearly as dark
     const std::vector<glm::dvec3> line = {{0, 0, 0}, {0, 0, 80}};

@@ -144,6 +144,37 @@ TEST(ThinBranches, NeedAWallThatStandsOutOfNoise) {
     }
 }
 
+/// A hollow behind a narrow way is a branch up to 1000 mm3, however large voxels are; more is a lung.
+TEST(ThinBranches, AreOfTheirSizeInMillimetres) {
+    const std::vector<glm::dvec3> trunk = {{0, 0, -40}, {0, 0, 60}};
+    for (const glm::dvec3& spacing : {glm::dvec3(1), glm::dvec3(0.6), glm::dvec3(1.1, 0.7, 0.9)})
+        for (const double radius : {2.5, 5.7, 6.7}) { // 65, 776 and 1260 mm3
+            const glm::dvec3 low(-22, -9, 10), middle(-7 - radius, 0, 20);
+            const glm::ivec3 extent(glm::ceil(glm::dvec3(28, 18, 20) / spacing));
+            const FieldChunks field(boxInfo(extent, spacing, low), [=](const glm::dvec3& p) {
+                const bool way = p.x < 0 && std::abs(p.y) < 0.8 && std::abs(p.z - 20) < 0.8;
+                return lineDistance(p, trunk) < 5         ? -1000.0
+                       : glm::length(p - middle) < radius ? -880.0
+                       : way && p.x > middle.x            ? -700.0
+                                                          : 40.0;
+            });
+            MemoryBudget ram("RAM", "--ram", kThinBudget);
+            BrickCache cache(field, ram, 64u << 20, 2);
+            LumenValues values(cache, field.info());
+            LumenRule rule;
+            rule.threshold = -900;
+            GrownLumen lumen =
+                growLumen(cache, field.info(), rule, glm::ivec3((glm::dvec3(0, 0, 20) - low) / spacing), ram);
+            const ThinBranches found = addThinBranches(values, lumen, rule, 100, -600, ram);
+            const bool isOne = radius < 6;
+            EXPECT_EQ(found.branches, isOne ? 1u : 0u) << radius << ", " << spacing.x;
+            const double mm3 = spacing.x * spacing.y * spacing.z * static_cast<double>(found.voxels);
+            if (isOne) {
+                EXPECT_NEAR(mm3, 4.19 * radius * radius * radius, 15 + 3 * radius * radius);
+            }
+        }
+}
+
 TEST(ThinBranches, CoverageCountsTheirWallToo) {
     // values that no float is
     for (const double narrow : {-740.0, -681.3, -655.7, -620.1}) {

@@ -20,8 +20,12 @@ double weightedError(const Selection& s, const LevelErrors& e, const ViewWeights
     return sum;
 }
 
-TEST(SelectLevels, KeepsTheBudgetAndNothingFinerThanAPixelShows) {
-    const glm::ivec3 bricks(13, 9, 7);
+/// Few bricks, and more than one task takes.
+class SelectBricks : public testing::TestWithParam<glm::ivec3> {};
+INSTANTIATE_TEST_SUITE_P(Grids, SelectBricks, testing::Values(glm::ivec3(13, 9, 7), glm::ivec3(23, 21, 19)));
+
+TEST_P(SelectBricks, KeepTheBudgetAndNothingFinerThanAPixelShows) {
+    const glm::ivec3 bricks = GetParam();
     const LevelErrors e = randomErrors(bricks, 1);
     const ViewWeights w = plainWeights(bricks, 2);
     const std::vector<float> means(e.shows.size(), 3.5f);

@@ -102,6 +102,24 @@ TEST(OmeMetadata, TheWindowMovesWithTheValues) {
     }
 }
 
+/// A window is one of stored values: what they mean moves its ends, and its limits not at all.
+TEST(OmeMetadata, TheWindowsLimitsAreStoredValues) {
+    const auto windowOf = [](double slope, double intercept) {
+        VolumeInfo info = plainBox();
+        info.rescaleSlope = slope;
+        info.rescaleIntercept = intercept;
+        const ScratchFolder scratch;
+        HashSource source(info, [](int x, int y, int z) { return 7 + (x + y + z) % 101; });
+        import(scratch / "v.zarr", source);
+        const Json attributes =
+            parseJson(fileText(scratch / "v.zarr/zarr.json"), "zarr.json").at("attributes");
+        return attributes.at("ome").at("omero").at("channels").at(0).at("window");
+    };
+    const Json expected = {{"min", 7}, {"max", 107}, {"start", 7.0}, {"end", 107.0}};
+    for (const double slope : {1.0, 0.5, -3.0})
+        EXPECT_EQ(windowOf(slope, -1000), expected) << slope;
+}
+
 // A bit of the first of several chunks of one shard, none of which changes its length by it.
 TEST(ContentHash, TellsEveryBit) {
     const ScratchFolder scratch;

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/ownership.h"
 #include "core/base/program_folders.h"
+#include "tests/support/bricking_store_tools.h"
 
 #include <cerrno>
 #include <csignal>
@@ -19,10 +20,21 @@
 
 namespace {
 int renamesRefuse = 0; // error of a rename with flags; 0: they work
+std::string order; // of what gives a store its name: s(ync of a file system), r(ename), f(sync of a folder)
 } // namespace
 
-// In place of the C library's, in this program: as on file systems that cannot exchange names.
+// In place of the C library's, in this program. No test waits for a disk.
+extern "C" int syncfs(int) noexcept {
+    order += 's';
+    return 0;
+}
+extern "C" int fsync(int) {
+    order += 'f';
+    return 0;
+}
+/// As on file systems that cannot exchange names.
 extern "C" int renameat2(int fromFolder, const char* from, int toFolder, const char* to, unsigned flags) {
+    order += 'r';
     if (renamesRefuse != 0 && flags != 0) {
         errno = renamesRefuse;
         return -1;
@@ -79,6 +91,17 @@ TEST_F(Publishing, WhatAppearedMeanwhileIsNotReplacedUnasked) {
     mine.commit(false, true);
     EXPECT_EQ(text("a.zarr"), "mine");
     EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+}
+
+/// A crash leaves no name without the data; where that does not matter, nothing waits for a disk.
+TEST_F(Publishing, DataAreOnTheDiskBeforeTheName) {
+    for (const bool isDurable : {true, false}) {
+        test::HashSource source(test::plainInfo({4, 3, 2}, ValueType::u8));
+        order.clear();
+        test::import(folder_ / (isDurable ? "a.zarr" : "b.zarr"), source, false, 2, test::kPlenty, isDurable);
+        EXPECT_EQ(order, isDurable ? "srf" : "r");
+    }
+    EXPECT_TRUE(ImportOptions().durable);
 }
 
 TEST_F(Publishing, ReplacesWithAndWithoutExchange) {

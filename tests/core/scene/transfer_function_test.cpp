@@ -173,6 +173,36 @@ TEST(TransferTable, SurfacesAreNoEmptiness) {
     }
 }
 
+// Levels are predicted as if each isosurface were a step: from its value on an entry has the extinction of
+// the densest one so far beside its own, and the colour of the last. Millimetres scale extinctions alone.
+TEST(TransferTable, SurfacesAsStepsAreClosedForms) {
+    const TransferFunction function =
+        TransferFunction::fromExtinction({{0, 0.01}, {1000, 0.03}}, {{0, {0.2, 0.4, 0.6}}});
+    const std::vector<SurfaceValue> surfaces = {{.value = 200, .colour = {1, 0, 0}, .opacity = 1},
+                                                {.value = 500, .colour = {0, 1, 0}, .opacity = 0.5}};
+    const TransferTable table = makeTable(function, surfaces);
+    for (const double voxelMm : {0.5, 2.0}) {
+        const TransferTable steps = table.withSurfacesAsSteps(voxelMm);
+        const double dense = 0.5 / voxelMm, thin = 0.02 * 0.5 / voxelMm;
+        for (std::size_t i = 0; i < table.entries.size(); ++i) {
+            const double value = static_cast<double>(table.firstValue) +
+                                 static_cast<double>(i) / static_cast<double>(table.entriesPerValue);
+            const glm::vec4 own = table.entries[i], e = steps.entries[i];
+            if (value < 200 - 1e-3) {
+                ASSERT_EQ(e, own) << value;
+                ASSERT_EQ(steps.shows(i), table.shows(i));
+            } else if (value > 200 + 1e-3 && std::abs(value - 500) > 1e-3) {
+                const double last = value < 500 ? dense : thin, all = own.a + last;
+                ASSERT_NEAR(e.a, own.a + dense, 1e-6) << value; // the first hides more
+                const double mine = own.a / all;
+                ASSERT_NEAR(e.r, mine * own.r + (1 - mine) * (value < 500 ? 1 : 0), 1e-5) << value;
+                ASSERT_NEAR(e.g, mine * own.g + (1 - mine) * (value < 500 ? 0 : 0.5), 1e-5) << value;
+                ASSERT_TRUE(steps.shows(i));
+            }
+        }
+    }
+}
+
 TEST(TransferTable, EmptinessRespectsGapsAndIsConservative) {
     const auto table = makeTable(TransferFunction::fromExtinction(
         {{-1000, 0}, {-500, 0}, {-400, 1}, {-300, 0}, {100, 0}, {200, 1}, {300, 1}}, {}));

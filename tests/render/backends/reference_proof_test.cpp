@@ -139,6 +139,16 @@ TEST_F(ProofOnRays, HoldsOnIsosurfaces) {
     }
 }
 
+// A surface that no ray meets leaves the proof as it is without: of the volume's own function and light.
+TEST_F(ProofOnRays, SurfacesThatNoRayMeetsChangeNothing) {
+    load("torso", {30, 22, 34});
+    const auto function = presetFunction("soft-tissue", {-1024, 2000, true, 1, {}});
+    const RayProof plain = prove(function, true), beside = prove(function, true, {{9000, glm::dvec3(1), 1}});
+    EXPECT_GT(plain.independent, 0);
+    EXPECT_NEAR(beside.independent, plain.independent, 0.5 * plain.independent);
+    EXPECT_NEAR(beside.halving, plain.halving, 1e-14);
+}
+
 // A spike 1/4096 of the range wide, and a step to the largest opacity.
 TEST_F(ProofOnRays, HoldsOnNarrowAndSteepFunctions) {
     load("sphere", {40, 33, 24});

@@ -178,6 +178,38 @@ TEST(ShownRanges, OutsideOfDifferencesBothTablesSayTheSame) {
     EXPECT_GT(different, 1000);
 }
 
+// An isosurface whose value is an entry's shows at that entry alone, any other at two.
+TEST(ShownRanges, KnowIsosurfacesAtAnEntry) {
+    const auto table = [](double value) {
+        return makeTable({}, {{.value = 0}, {.value = value}, {.value = 1000}});
+    };
+    const TransferTable one = table(300.1234);
+    const auto entry = [&](double number) {
+        return static_cast<double>(one.firstValue) + number / static_cast<double>(one.entriesPerValue);
+    };
+    const double ofEntry = static_cast<double>(one.entriesPerValue);
+    for (const double at : {2000.0, 2000.5, 2001.0}) {
+        const TransferTable other = table(entry(at));
+        ASSERT_EQ(static_cast<double>(other.entriesPerValue), ofEntry);
+        const std::vector<ValueRange> ranges = ShownRanges(one).differences(ShownRanges(other));
+        int shows = 0;
+        for (double number = 1990; number < 2012; number += 0.125) {
+            const double value = entry(number);
+            const bool differs = one.emptyOver(value, value) != other.emptyOver(value, value);
+            shows += differs ? 1 : 0;
+            EXPECT_TRUE(!differs || std::any_of(ranges.begin(), ranges.end(),
+                                                [&](const ValueRange& r) {
+                                                    return r.meets({value, value});
+                                                }))
+                << at << ", " << number;
+        }
+        EXPECT_GT(shows, 8) << "nothing to tell apart";
+        EXPECT_FALSE(std::any_of(ranges.begin(), ranges.end(), [&](const ValueRange& r) {
+            return r.meets({entry(2100), entry(3000)});
+        }));
+    }
+}
+
 /// Random levels; every fourth brick empty whatever it shows, when asked.
 Selection randomLevels(const Selection& like, std::mt19937& random, bool anyEmpty) {
     std::uniform_int_distribution<int> level(0, kLevelCount - 1), fourth(0, 3);

@@ -47,6 +47,36 @@ TEST(SphereDirections, AreEvenlySpread) {
         EXPECT_FALSE(isDirectionCount(count)) << count;
 }
 
+// A direction stands for the area around it: means of even polynomials over the sphere are those of calculus.
+// Directions of one weight would be off by some percent, because the solids' faces are not of one size.
+TEST(SphereDirections, StandForTheirShareOfTheSphere) {
+    for (const int count : {1024, 2048, 5120}) {
+        double fourth = 0, mixed = 0, sixth = 0;
+        for (const auto& [towards, part] : sphereDirections(count)) {
+            fourth += part * std::pow(towards.z, 4);
+            mixed += part * towards.x * towards.x * towards.y * towards.y;
+            sixth += part * std::pow(towards.x, 6);
+        }
+        EXPECT_NEAR(fourth, 1.0 / 5, 4.0 / count) << count;
+        EXPECT_NEAR(mixed, 1.0 / 15, 4.0 / count) << count;
+        EXPECT_NEAR(sixth, 1.0 / 7, 8.0 / count) << count;
+    }
+}
+
+// What budgets are charged for a thread's work is what its samples take.
+TEST(OcclusionRoom, BytesAreThoseOfItsSamples) {
+    for (const glm::ivec3& reach : {glm::ivec3(0), glm::ivec3(3, 5, 4), glm::ivec3(31, 8, 17)})
+        for (const bool emits : {false, true}) {
+            const OcclusionRoom room(reach, emits);
+            std::size_t floats = room.extinction.size() + room.opacity.size() + room.low.size() +
+                                 room.high.size() + room.light.size();
+            for (int c = 0; c < 3; ++c)
+                floats += room.emission[static_cast<std::size_t>(c)].size() +
+                          room.shine[static_cast<std::size_t>(c)].size();
+            EXPECT_EQ(OcclusionRoom::bytes(reach, emits), sizeof(float) * floats);
+        }
+}
+
 /// Floats hold an opacity near 1 to 2^-24, and the transmittance of half a step to 2^-12. The mean over a ray
 /// of one step has a quarter of that error, and as much again at the ray's end.
 constexpr double kNear = 0x1p-12 / 2;

@@ -44,6 +44,21 @@ template <typename Function> void expectWithin(const Function& light, double mm,
     }
 }
 
+// What budgets are charged is what numbers() holds: of every ray its places, and the light there.
+TEST(DeepShadowMap, BytesAreThoseOfItsNumbers) {
+    for (const int size : {1, 7, 256})
+        EXPECT_EQ(DeepShadowMap::bytes(size),
+                  static_cast<std::size_t>(size * size) * 2 * DeepShadowMap::kLayers * sizeof(float));
+    Light light;
+    light.kind = LightKind::directional;
+    ShadowQuality quality;
+    quality.mapSize = 64;
+    const std::size_t one = ShadowMaps::bytes(light, quality);
+    EXPECT_EQ(one, DeepShadowMap::bytes(64));
+    light.kind = LightKind::point;
+    EXPECT_EQ(ShadowMaps::bytes(light, quality), 6 * one) << "a side of a cube each";
+}
+
 TEST(DeepShadowMap, IsWithinItsErrorOnClosedForms) {
     expectWithin([](double s) { return std::exp(-0.3 * s); }, 20, "a slab");                            // T1
     expectWithin([](double s) { return std::exp(-(1 - std::exp(-s / 4)) * 3); }, 20, "falling");        // T3

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "render/plan/frame_plan.h"
+#include "tests/support/mixed_fixture.h"   // randomShownLevels()
 #include "tests/support/surface_fixture.h" // Stored
 
 #include <cmath>
@@ -149,6 +150,20 @@ TEST_F(PlanNumbers, StridesFollowLevelsAndSampling) {
     p.setSelection(mixed);
     EXPECT_TRUE(p.layer().mixed());
     EXPECT_EQ(p.strides().map, &p.layer().levels);
+}
+
+// Levels that mix for a while leave no map of themselves, and none of its bytes.
+TEST_F(PlanNumbers, LevelsAreThoseOfTheLastSelection) {
+    Planner& p = prepared_->p;
+    p.setSelection(selectionOf(1));
+    const std::size_t before = prepared_->budgets.ram.usedBytes();
+    p.setSelection(randomShownLevels(selectionOf(1), 3));
+    ASSERT_TRUE(p.layer().mixed());
+    EXPECT_GT(prepared_->budgets.ram.usedBytes(), before);
+    p.setSelection(selectionOf(1));
+    EXPECT_FALSE(p.layer().mixed());
+    EXPECT_EQ(p.strides().map, nullptr);
+    EXPECT_EQ(prepared_->budgets.ram.usedBytes(), before);
 }
 
 } // namespace

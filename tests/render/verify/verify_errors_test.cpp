@@ -36,6 +36,37 @@ double summed(int k, int n, double chance) {
     return sum;
 }
 
+// What is known of sums: a constant that all have changes neither, and their unit comes out squared and
+// cubed. Skewness turns round with the errors' sign, and draws the interval out to its side.
+TEST(ClusterSums, HaveTheirMoments) {
+    const auto of = [](double unit, double constant) {
+        ClusterSums sums(8);
+        const double v[] = {0, 1, 0, 2, 1, 9, 0, 1};
+        for (int n = 0; n < 8; ++n)
+            for (const double part : {0.25, 0.75}) // added up
+                sums.add(n, part * (unit * v[n] + constant));
+        return sums;
+    };
+    const ClusterSums plain = of(1, 0);
+    EXPECT_EQ(plain.strata(), 4);
+    EXPECT_NEAR(plain.variance(), 1 + 4 + 64 + 1, 1e-12);
+    // about the mean, 1.75
+    EXPECT_NEAR(plain.thirdMoment(),
+                3 * std::pow(-1.75, 3) + 3 * std::pow(-0.75, 3) + std::pow(0.25, 3) + std::pow(7.25, 3),
+                1e-9);
+    for (const double unit : {0.5, 3.0, -1.0})
+        for (const double constant : {0.0, 5.0, -40.0}) {
+            EXPECT_NEAR(of(unit, constant).variance(), unit * unit * plain.variance(), 1e-8);
+            EXPECT_NEAR(of(unit, constant).thirdMoment(), std::pow(unit, 3) * plain.thirdMoment(), 1e-6);
+        }
+    const Interval right = clusterInterval(10, plain, 0), left = clusterInterval(10, of(-1, 0), 0);
+    EXPECT_NEAR(right.high - 10, 10 - left.low, 1e-9);
+    EXPECT_NEAR(10 - right.low, left.high - 10, 1e-9);
+    EXPECT_GT(right.high - 10, 1.2 * (10 - right.low));
+    EXPECT_NEAR(clusterInterval(10, plain, 2).high, right.high + 2, 1e-12);
+    EXPECT_EQ(clusterInterval(10, plain, 2).low, right.low);
+}
+
 TEST(QuantileBounds, AreWilksNumbers) {
     EXPECT_FALSE(rankAbove(298, 0.99, 0.95));
     EXPECT_EQ(rankAbove(299, 0.99, 0.95), 299);

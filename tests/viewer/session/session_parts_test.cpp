@@ -6,6 +6,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
+#include "viewer/cli/input/named_scene.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/scene_change.h"
 #include "viewer/session/volume_offers.h"
@@ -207,6 +208,56 @@ TEST(DiscValues, AreThoseOfTheDisc) {
     EXPECT_EQ(discValues(cache, info, {MeasurementKind::distance, {{1, 1, 1}, {5, 5, 5}}}).samples, 0u);
     EXPECT_EQ(discValues(cache, info, {MeasurementKind::circle, {{1, 1, 1}, {2, 1, 1}, {3, 1, 1}}}).samples,
               0u);
+}
+
+/// A single slice is shown as the plane it is, from the feet, the front or the left, whichever way its rows,
+/// columns and itself are numbered: by name along the patient's axes, else where it lies.
+TEST(ThinVolumes, AreShownAsTheirPlane) {
+    constexpr Orientation kNames[] = {Orientation::sagittal, Orientation::coronal, Orientation::axial};
+    for (int thin = 0; thin < 3; ++thin)
+        for (const double tilt : {0.0, 0.4})
+            for (int flips = 0; flips < 8; ++flips) {
+                VolumeInfo info;
+                info.extentVoxels = {20, 16, 12};
+                info.extentVoxels[thin] = 1;
+                std::array<glm::dvec3, 3> axes = {glm::dvec3(0.8, 0, 0), glm::dvec3(0, 1.1, 0),
+                                                  glm::dvec3(0, 0, 2)};
+                const int b = (thin + 2) % 3; // turned about the third axis
+                for (glm::dvec3& axis : axes) {
+                    const double from = axis[b], to = axis[thin];
+                    axis[b] = std::cos(tilt) * from - std::sin(tilt) * to;
+                    axis[thin] = std::sin(tilt) * from + std::cos(tilt) * to;
+                }
+                const glm::dvec3 towards = axes[static_cast<std::size_t>(thin)] * (thin == 0 ? 1.0 : -1.0);
+                glm::dvec3 first(10, -20, 30);
+                const glm::dvec3 middle = first + 0.5 * (axes[0] * (info.extentVoxels.x - 1.0) +
+                                                         axes[1] * (info.extentVoxels.y - 1.0) +
+                                                         axes[2] * (info.extentVoxels.z - 1.0));
+                for (int n = 0; n < 3; ++n)
+                    if (glm::dvec3& axis = axes[static_cast<std::size_t>(n)]; flips >> n & 1) {
+                        first += axis * (info.extentVoxels[n] - 1.0);
+                        axis = -axis;
+                    }
+                info.patientFromVoxel = patientFromVoxelOf(first, axes[0], axes[1], axes[2]);
+                Scene scene = sceneOf("v.zarr");
+                const std::string said = faceThinVolume(scene, info, false);
+                EXPECT_EQ(scene.mode, Mode::slice);
+                if (tilt == 0) {
+                    EXPECT_EQ(scene.slice.orientation, kNames[thin]) << "axis " << thin << ", " << flips;
+                    EXPECT_EQ(scene.slice.positionMm, std::nullopt) << "its middle";
+                } else {
+                    EXPECT_EQ(scene.slice.orientation, Orientation::oblique);
+                    EXPECT_LT(glm::length(scene.slice.normal - glm::normalize(towards)), 1e-12)
+                        << "axis " << thin << ", " << flips;
+                    EXPECT_LT(glm::length(scene.slice.point - middle), 1e-9);
+                }
+                EXPECT_NE(said.find("--slice " +
+                                    orientationNames()[static_cast<std::size_t>(scene.slice.orientation)]),
+                          std::string::npos);
+                Scene asked = sceneOf("v.zarr"); // a side that somebody named stays
+                faceThinVolume(asked, info, true);
+                EXPECT_EQ(asked.mode, Mode::composite);
+            }
 }
 
 } // namespace
