@@ -12,8 +12,8 @@ const ImportModule& importModule() {
 
 } // namespace
 
-Catalogue lookThrough(const std::filesystem::path& path, bool allowMissing) {
-    return importModule().look(path, allowMissing);
+Catalogue lookThrough(const std::filesystem::path& path, const SourceOptions& options) {
+    return importModule().look(path, options);
 }
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
     return importModule().choose(catalogue, options);
