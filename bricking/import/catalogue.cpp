@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <set>
 #include <system_error>
 
@@ -41,14 +42,14 @@ std::string folderOf(const DicomSeries& series, const fs::path& top) {
 /// A volume in a file of its own.
 /// @param refused  gets the reason if it is refused without options
 CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs::path& top,
-                       std::optional<PassedFile>& refused) {
+                       const SourceOptions& options, std::optional<PassedFile>& refused) {
     CatalogueRow row;
     row.path = path;
     row.folder = folderBelow(top, path.parent_path());
     row.rank = CatalogueRank::volume;
     row.what = printableName(path.filename());
     try {
-        row.info = orientedInfo(format.open(path)->info());
+        row.info = orientedInfo(format.open(path, options)->info());
         row.slices = row.info->extentVoxels.z;
         row.modality = row.info->acquisition.modality;
     } catch (const Error& error) {
@@ -60,6 +61,24 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
                              file ? file->found() : row.problem,
                              {},
                              true};
+    }
+    return row;
+}
+
+/// A volume whose slices are files of a folder. Refused, it keeps its rank: opening it says why.
+CatalogueRow rowOfStack(const fs::path& folder, const std::vector<fs::path>& slices, const fs::path& top,
+                        const SourceOptions& options) {
+    CatalogueRow row;
+    row.path = folder;
+    row.folder = folderBelow(top, folder);
+    row.rank = CatalogueRank::volume;
+    row.slices = static_cast<int>(slices.size());
+    row.what = "stack of pictures, " + printableName(slices.front().filename()) + " and others";
+    row.stack = slices;
+    try {
+        row.info = orientedInfo(stackFormatOf(slices.front())->openStack(folder, slices, options)->info());
+    } catch (const Error& error) {
+        row.problem = error.what();
     }
     return row;
 }
@@ -184,16 +203,43 @@ std::string whichSeries(const std::vector<const CatalogueRow*>& rows) {
     throw catalogue.rows.empty() ? error : withTable(error, catalogue);
 }
 
-std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const fs::path& path) {
+void refuseSpacing(const fs::path& path) {
+    throw badFile(printableName(path), "a file that does not say its spacing, for --spacing",
+                  "one that does");
+}
+
+std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const CatalogueRow& row,
+                                   const SourceOptions& options) {
+    const fs::path& path = row.path;
+    if (!row.stack.empty())
+        return stackFormatOf(row.stack.front())->openStack(path, row.stack, options);
     const FileFormat* format = fileFormatOf(path);
     if (!format)
         refuseNothing(catalogue);
-    return format->open(path);
+    if (options.spacingMm && !format->takesSpacing)
+        refuseSpacing(path);
+    return format->open(path, options);
+}
+
+/// Pictures of a folder are a stack where nothing else is a volume: beside others they are illustrations.
+void takeStacks(const std::vector<fs::path>& files, Catalogue& catalogue, const SourceOptions& options) {
+    std::map<fs::path, std::vector<fs::path>> folders;
+    for (const fs::path& file : files)
+        if (stackFormatOf(file) && file.filename().string().front() != '.')
+            folders[file.parent_path()].push_back(file);
+    std::set<fs::path> used;
+    for (const auto& [folder, slices] : folders) {
+        if (slices.size() == 1 && !fileFormatOf(slices.front()))
+            continue; // a picture
+        catalogue.rows.push_back(rowOfStack(folder, slices, catalogue.path, options));
+        used.insert(slices.begin(), slices.end());
+    }
+    std::erase_if(catalogue.scan.passed, [&](const PassedFile& file) { return used.contains(file.path); });
 }
 
 } // namespace
 
-Catalogue lookThrough(const fs::path& path, bool allowMissing) {
+Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
     std::error_code error;
     if (!fs::exists(path, error))
         throw badFile(printableName(path), "a file or a folder", "nothing there");
@@ -202,7 +248,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
     if (!fs::is_directory(path, error)) {
         if (const FileFormat* format = fileFormatOf(path)) {
             std::optional<PassedFile> refused; // its row has the reason
-            catalogue.rows.push_back(rowOfFile(*format, path, path.parent_path(), refused));
+            catalogue.rows.push_back(rowOfFile(*format, path, path.parent_path(), options, refused));
             return catalogue;
         }
         catalogue.scan = scanDicom({path});
@@ -220,7 +266,7 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
                 for (const fs::path& part : format->parts(file))
                     used.insert(part.lexically_normal());
             std::optional<PassedFile> refused;
-            CatalogueRow row = rowOfFile(*format, file, path, refused);
+            CatalogueRow row = rowOfFile(*format, file, path, options, refused);
             if (refused) {
                 row.rank = CatalogueRank::none;
                 row.files = 1;
@@ -239,10 +285,12 @@ Catalogue lookThrough(const fs::path& path, bool allowMissing) {
         }
         catalogue.scan = scanDicom(others);
         catalogue.scan.passed.insert(catalogue.scan.passed.end(), found.passed.begin(), found.passed.end());
+        if (catalogue.scan.series.empty() && catalogue.rows.empty())
+            takeStacks(found.files, catalogue, options);
     }
     std::vector<CatalogueRow> rows;
     for (std::size_t index = 0; index < catalogue.scan.series.size(); ++index)
-        rows.push_back(rowOfSeries(catalogue.scan, index, path, allowMissing));
+        rows.push_back(rowOfSeries(catalogue.scan, index, path, options.allowMissing));
     for (CatalogueRow& row : catalogue.rows)
         rows.push_back(std::move(row));
     for (const DicomOther& other : catalogue.scan.others) {
@@ -265,7 +313,7 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
                 return row;
         std::error_code none;
         if (count == 0 && !catalogue.rows.empty() && !fs::is_directory(catalogue.path, none))
-            return catalogue.rows.front(); // a NIfTI or raw file has no series to choose
+            return catalogue.rows.front(); // a file of its own has no series to choose
         if (count == 0)
             refuseNothing(catalogue);
         throw withTable(
@@ -322,9 +370,11 @@ std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueR
                                     const SourceOptions& options) {
     if (row.series == 0 && options.phase != 0)
         throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
+    if (row.series > 0 && options.spacingMm)
+        refuseSpacing(row.path);
     auto source = row.series > 0 ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1),
                                              options, printableName(row.path))
-                                 : fileOf(catalogue, row.path);
+                                 : fileOf(catalogue, row, options);
     return orientToLps(std::move(source), options.scratchFolder);
 }
 

@@ -34,7 +34,8 @@ struct CatalogueRow {
     std::string problem;             // why it is refused without options; "" if it is not
     std::optional<VolumeInfo> info;  // with its axes in the nearest LPS order; none if it is no volume
     std::vector<std::string> phases; // labels; empty: one image at each position
-    std::size_t duplicates = 0;      // byte-identical copies that are dropped
+    std::vector<std::filesystem::path> stack; // slices that are files of the folder `path`; else empty
+    std::size_t duplicates = 0;               // byte-identical copies that are dropped
 };
 
 struct Catalogue {
@@ -44,8 +45,8 @@ struct Catalogue {
 };
 
 /// Reads headers. Throws InputError only if there is nothing at the path.
-/// @param allowMissing  as SourceOptions::allowMissing, for what the rows say
-Catalogue lookThrough(const std::filesystem::path& path, bool allowMissing = false);
+/// @param options  allowMissing and spacingMm, for what the rows say
+Catalogue lookThrough(const std::filesystem::path& path, const SourceOptions& options = {});
 
 /// The row by the options: by number, the largest, or the only one (the only row of the best class, or its
 /// only CT). Throws InputError with the table if the user must choose, and with the content of the folder if

@@ -9,7 +9,7 @@
 namespace tessera {
 
 std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options) {
-    const Catalogue catalogue = lookThrough(path, options.allowMissing);
+    const Catalogue catalogue = lookThrough(path, options);
     return openRow(catalogue, chooseRow(catalogue, options), options);
 }
 

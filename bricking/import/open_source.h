@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// Opens a DICOM file, .nii, .nii.gz, the .json sidecar of a raw file, or the volume of a folder by
-/// chooseRow() of catalogue.h. The result is in the nearest LPS order (lossless flips and permutations; the
+/// Opens a DICOM file, a file of a format of fileFormats(), or the volume of a folder by chooseRow() of
+/// catalogue.h. The result is in the nearest LPS order (lossless flips and permutations; the
 /// rest stays in the affine). Throws InputError naming the path for anything else, with the table of series
 /// if the user must choose.
 std::unique_ptr<SlabSource> openSource(const std::filesystem::path& path, const SourceOptions& options);

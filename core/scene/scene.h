@@ -30,6 +30,8 @@ struct SourceChoice {
     bool largest = false;      // a folder's largest CT, or its largest volume if there is no CT
     int phase = 0;             // of a series with several images at each position; 0: none chosen
     bool allowMissing = false; // files that could be slices and cannot be read are left out
+    /// Of files that do not say it: distances of voxels' centres along the file's x, y, z, mm.
+    std::optional<glm::dvec3> spacingMm = {};
     bool operator==(const SourceChoice&) const = default;
 };
 

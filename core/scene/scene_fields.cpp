@@ -91,6 +91,12 @@ const Fields<SceneVolume>& volumeFields() {
         choice("allowMissing", &SourceChoice::allowMissing,
                "Source files: files that could be slices and cannot be read are left out.");
         f.add(
+             "spacing", [](auto& v) -> auto& { return v.source.spacingMm; },
+             numbersWithin<glm::dvec3>(1e-6, 1e6, "[x, y, z], mm from 1e-6 to 1e6", &glm::dvec3::x,
+                                       &glm::dvec3::y, &glm::dvec3::z),
+             "Source files that do not say it: distances of voxels along the file's axes, mm.")
+            .unlessDefault();
+        f.add(
             "transferFunction", &SceneVolume::transferFunction, transferKind(),
             "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others), or the points.");
         f.add("labels", &SceneVolume::labels, objectOf(labelsFields())).unlessDefault();

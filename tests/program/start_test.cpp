@@ -14,6 +14,7 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 extern char** environ;
@@ -30,6 +31,7 @@ using ::testing::Not;
 const std::string kGl = "^(libGL|libOpenGL|libEGL|libgbm|libLLVM|libglapi|libgallium|.*_dri[.]so)";
 const std::string kPictures = "^(tessera_pictures|libOpenImageIO|libopencv|libOpenEXR|libpng|libtiff)";
 const std::string kImporters = "^(tessera_importers|libdcm|liboflog|libopenjp2|libcharls|libvtk|libgdcm)";
+const std::string kSlices = "^(tessera_slices|libOpenImageIO)";
 constexpr double kMostMiB = 40; // resident, to say how it is used
 
 struct Outcome {
@@ -126,6 +128,44 @@ TEST_F(Start, AnImportLoadsNothingOfGl) {
                 Each(Not(ContainsRegex(kGl)))); // readers of VTK and DCMTK need some of pictures
     EXPECT_THAT(imported.loaded, Each(Not("tessera_pictures.so")));
     EXPECT_THAT(imported.loaded, ::testing::Contains("tessera_importers.so"));
+    EXPECT_THAT(imported.loaded, Each(Not(ContainsRegex(kSlices))));
+}
+
+/// Two pages of 4x4 pixels.
+std::string smallTiff() {
+    std::string file = "II";
+    const auto put = [&](std::uint32_t value, int bytes) {
+        for (int i = 0; i < bytes; ++i)
+            file += static_cast<char>(value >> 8 * i);
+    };
+    put(42, 2);
+    put(24, 4);
+    file += std::string(16, 'a'); // the pixels of both
+    constexpr std::uint32_t kPageBytes = 2 + 8 * 12 + 4;
+    for (const std::uint32_t next : {24 + kPageBytes, 0u}) {
+        put(8, 2);
+        for (const auto& [tag, value] : std::vector<std::pair<std::uint32_t, std::uint32_t>>{
+                 {256, 4}, {257, 4}, {258, 8}, {259, 1}, {262, 1}, {273, 8}, {278, 4}, {279, 16}}) {
+            put(tag, 2), put(4, 2), put(1, 4), put(value, 4);
+        }
+        put(next, 4);
+    }
+    return file;
+}
+
+// OpenImageIO takes time and memory to load: slices that are pictures alone ask for it.
+TEST_F(Start, OnlyAStackLoadsWhatReadsIt) {
+    std::ofstream(folder_ / "v.tif", std::ios::binary) << smallTiff();
+    const Outcome stack = run("import v.tif t.zarr --spacing 1,1,2 -q");
+    EXPECT_TRUE(fs::exists(folder_ / "t.zarr"));
+    EXPECT_THAT(stack.loaded, ::testing::Contains("tessera_slices.so"));
+    std::ofstream(folder_ / "v.mha")
+        << "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\n"
+           "ElementSpacing = 1 1 1\nElementDataFile = LOCAL\n" +
+               std::string(64, 'a');
+    const Outcome other = run("import v.mha m.zarr -q");
+    EXPECT_TRUE(fs::exists(folder_ / "m.zarr"));
+    EXPECT_THAT(other.loaded, Each(Not(ContainsRegex(kSlices))));
 }
 #endif
 

@@ -136,6 +136,7 @@ void addCoverageCommand(Command& program, const CommonOptions& common, Action& a
     command.flag("--json", arguments->json, "the report on standard output");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     addSelectionOptions(command, arguments->input);
+    addSpacingOption(command, arguments->input);
     command.footer("Example:\n  tessera coverage colon.zarr --path colon.json --both-ways -o unseen.json");
     command.whenChosen([arguments, &common, &action] {
         action = [arguments, &common] { runCoverage(*arguments, common); };

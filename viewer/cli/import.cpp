@@ -43,6 +43,7 @@ void addImportCommand(Command& program, const CommonOptions& common, Action& act
     command.option("OUT", arguments->out, "store to write, OUT.zarr").required();
     command.flag("--force", arguments->force, "replace an existing store");
     addSelectionOptions(command, arguments->input);
+    addSpacingOption(command, arguments->input);
     command.option("--unit", arguments->unit,
                    "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: for a PET whose "
                    "header has weight, dose and times");

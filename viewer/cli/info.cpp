@@ -1,5 +1,6 @@
 // viewer/cli/info.cpp: `tessera info X`: what a store or source files hold. Only what the whitelist of
 // core/base/volume.h lets through can be shown, so no identifier can.
+#include "bricking/import/source/format_endings.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
@@ -23,7 +24,8 @@ using nlohmann::json;
 
 struct InfoArguments {
     std::string in, ram;
-    bool asJson = false, allowMissing = false;
+    bool asJson = false;
+    InputOptions choice;
 };
 
 json asJson(const glm::dvec3& v) {
@@ -196,7 +198,7 @@ json rowJson(const ListedRow& row) {
 }
 
 void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
-    const InputListing listing = listInput(arguments.in, arguments.allowMissing);
+    const InputListing listing = listInput(arguments.in, arguments.choice);
     const std::vector<ListedVolume>& listed = listing.volumes;
     std::error_code ignored;
     const bool isFolder = fs::is_directory(arguments.in, ignored);
@@ -210,7 +212,7 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
     if (listed.empty()) {
         if (isFolder && !listing.rows.empty() && !arguments.asJson)
             printTable();
-        static_cast<void>(openInput(arguments.in, {}, {}, common));
+        static_cast<void>(openInput(arguments.in, arguments.choice, {}, common));
     }
     if (arguments.asJson) {
         json report = {{"kind", "source"}, {"volumes", json::array()}, {"series", json::array()}};
@@ -244,8 +246,18 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
     common.note("value ranges are known after `tessera import`");
 }
 
+/// True for a file with the name of a picture that is a volume, or would be one with a spacing.
+bool isStackOfPages(const InfoArguments& arguments) {
+    const auto isEnding = [&](const std::string& ending) { return arguments.in.ends_with(ending); };
+    if (std::ranges::none_of(volumeFileEndings(), isEnding))
+        return false;
+    SourceChoice choice = arguments.choice;
+    choice.spacingMm = choice.spacingMm.value_or(glm::dvec3(1));
+    return !listInput(arguments.in, choice).volumes.empty();
+}
+
 void runInfo(const InfoArguments& arguments, const CommonOptions& common) {
-    if (isPictureName(arguments.in))
+    if (isPictureName(arguments.in) && !isStackOfPages(arguments))
         infoPicture(arguments.in, arguments.asJson);
     else if (looksLikeStore(arguments.in))
         infoStore(arguments, common);
@@ -261,8 +273,9 @@ void addInfoCommand(Command& program, const CommonOptions& common, Action& actio
     auto arguments = std::make_shared<InfoArguments>();
     command.option("X", arguments->in, "store, DICOM file or folder, .nii, picture, ...").required();
     command.flag("--json", arguments->asJson, "as JSON");
-    command.flag("--allow-missing", arguments->allowMissing,
+    command.flag("--allow-missing", arguments->choice.allowMissing,
                  "source files: leave out files that could be slices and cannot be read");
+    addSpacingOption(command, arguments->choice);
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Example:\n  tessera info abdomen.zarr --json");
     command.whenChosen(

@@ -149,6 +149,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.flag("--explain", a->explain, "list what the picture contains and what was left out");
     command.flag("--json", a->json, "print the picture's manifest and timings");
     addSelectionOptions(command, a->input);
+    addSpacingOption(command, a->input);
     a->keys.set(command);
     a->keys.addOthers(command);
     command.footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");

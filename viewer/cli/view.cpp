@@ -119,6 +119,7 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
     command.flag("--no-panels", a->noPanels, "start without panels");
     command.option("--script", a->script, "file of input for the window (user guide, \"The window\")");
     addSelectionOptions(command, a->input);
+    addSpacingOption(command, a->input);
     addSetOption(command, a->sets, "every scene that is opened");
     a->labels.add(command, {"volumes[].labels"});
     command.footer("Example:\n  tessera view ct-abdomen/");

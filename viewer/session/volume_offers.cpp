@@ -74,7 +74,7 @@ std::vector<double> storedValues(const std::vector<std::byte>& bytes, ValueType 
 
 std::shared_ptr<const VolumeOffers> volumeOffers(const std::filesystem::path& path,
                                                  const InputOptions& input) {
-    const InputListing listing = listInput(path, input.allowMissing);
+    const InputListing listing = listInput(path, input);
     auto offers = std::make_shared<VolumeOffers>();
     offers->path = path;
     bool asks = false; // of a single one, too

@@ -13,10 +13,19 @@
 
 namespace tessera {
 
-const FileFormat* fileFormatOf(const std::filesystem::path& file) {
-    std::string name = file.filename().string();
+namespace {
+
+std::string lowerName(const std::filesystem::path& path) {
+    std::string name = path.filename().string();
     std::transform(name.begin(), name.end(), name.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return name;
+}
+
+} // namespace
+
+const FileFormat* fileFormatOf(const std::filesystem::path& file) {
+    const std::string name = lowerName(file);
     const FileFormat* best = nullptr;
     std::size_t longest = 0;
     for (const FileFormat& format : fileFormats())
@@ -36,18 +45,25 @@ std::string withFormats(const std::string& first, std::string FileFormat::*text)
     return last == std::string::npos ? all : all.replace(last, 2, " or ");
 }
 
+const FileFormat* stackFormatOf(const std::filesystem::path& file) {
+    const std::string name = lowerName(file);
+    for (const FileFormat& format : fileFormats())
+        for (const std::string& ending : format.sliceEndings)
+            if (format.openStack && name.size() > ending.size() && name.ends_with(ending))
+                return &format;
+    return nullptr;
+}
+
+BadFile spacingUnknown(const std::string& path, const std::string& found) {
+    return badFile(path, "the spacing of voxels, or --spacing X,Y,Z (mm) where the file does not say it",
+                   found);
+}
+
 namespace {
 
 namespace fs = std::filesystem;
 
 const std::string kToNifti = "convert it to .nii.gz, for example with 3D Slicer or c3d";
-
-std::string lowerName(const fs::path& path) {
-    std::string name = path.filename().string();
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return name;
-}
 
 std::string firstBytes(const fs::path& file, std::size_t count) {
     try {
@@ -94,10 +110,6 @@ struct Ending {
     int advice; // 0 none, 1 to NIfTI, 2 unpack
 };
 constexpr std::array kEndings = {
-    Ending{".nrrd", "an NRRD volume", 1},
-    Ending{".nhdr", "an NRRD header", 1},
-    Ending{".mha", "a MetaImage volume", 1},
-    Ending{".mhd", "a MetaImage header", 1},
     Ending{".hdr", "an Analyze or detached NIfTI header (.hdr/.img)", 1},
     Ending{".img", "the data of an Analyze or detached NIfTI volume (.hdr/.img)", 1},
     Ending{".mgz", "a FreeSurfer volume", 1},
@@ -106,8 +118,6 @@ constexpr std::array kEndings = {
     Ending{".vti", "a VTK image", 1},
     Ending{".vtk", "a VTK file", 1},
     Ending{".vdb", "an OpenVDB file", 0},
-    Ending{".tif", "a TIFF stack", 1},
-    Ending{".tiff", "a TIFF stack", 1},
     Ending{".h5", "an HDF5 file", 1},
     Ending{".zip", "a ZIP archive", 2},
     Ending{".tar", "a tar archive", 2},
@@ -129,7 +139,9 @@ ForeignFormat foreignFile(const fs::path& file) {
     if (bytes.starts_with("PK\x03\x04"))
         return made("a ZIP archive", 2);
     if (bytes.starts_with("NRRD0"))
-        return made("an NRRD volume", 1);
+        return made("an NRRD volume under another name: call it .nrrd", 0);
+    if (bytes.starts_with("ObjectType = Image"))
+        return made("a MetaImage header under another name: call it .mhd", 0);
     if (bytes.starts_with("\x89HDF"))
         return made("an HDF5 file", 1);
     if (bytes.starts_with("# vtk DataFile"))
@@ -146,7 +158,8 @@ ForeignFormat foreignFile(const fs::path& file) {
         if (name.ends_with(row.ending))
             return made(row.what, row.advice);
     if (bytes.starts_with("\x89PNG") || bytes.starts_with("\xff\xd8\xff") || bytes.starts_with("%PDF"))
-        return {"a picture or document", ""};
+        return {"a picture or document",
+                bytes.starts_with("\x89PNG") ? "slices in PNG files are opened by their folder" : ""};
     if (bytes.size() == 348 && (bytes.substr(0, 4) == std::string_view("\x5c\x01\0\0", 4) ||
                                 bytes.substr(0, 4) == std::string_view("\0\0\x01\x5c", 4)))
         return made(bytes.substr(344, 2) == "n+" ? "a NIfTI volume under another name: call it .nii"

@@ -16,12 +16,20 @@ struct FileFormat {
     std::string named;     ///< ".nii, .nii.gz": for messages about single files
     /// Opens a file in its own voxel order, reading headers alone. Throws InputError naming the file if it is
     /// no volume of the format.
-    std::unique_ptr<SlabSource> (*open)(const std::filesystem::path& file) = nullptr;
+    std::unique_ptr<SlabSource> (*open)(const std::filesystem::path& file,
+                                        const SourceOptions& options) = nullptr;
     /// True if a file of a folder with the format's ending is a volume; others are skipped. Null: all are.
     bool (*isMeant)(const std::filesystem::path& file) = nullptr;
     /// Other files of the volume, which are no volumes themselves. Null: there are none.
     std::vector<std::filesystem::path> (*parts)(const std::filesystem::path& file) = nullptr;
-    std::vector<std::string> endings = {}; ///< of names, lower case: from the format's CMakeLists.txt
+    bool takesSpacing = false; ///< SourceOptions::spacingMm, of files that do not say theirs
+    /// Opens slices that are files of one folder. Null: the format has none. Throws InputError naming file or
+    /// folder.
+    std::unique_ptr<SlabSource> (*openStack)(const std::filesystem::path& folder,
+                                             const std::vector<std::filesystem::path>& slices,
+                                             const SourceOptions& options) = nullptr;
+    std::vector<std::string> sliceEndings = {}; ///< of slices' names, lower case
+    std::vector<std::string> endings = {};      ///< of names, lower case: from the format's CMakeLists.txt
 };
 
 /// By their folders' names. Defined by the build.
@@ -30,13 +38,19 @@ const std::vector<FileFormat>& fileFormats();
 /// The format with the longest ending that matches a file's name, in any case; null: none matches.
 const FileFormat* fileFormatOf(const std::filesystem::path& file);
 
+/// For a file without a spacing: it names the option.
+BadFile spacingUnknown(const std::string& path, const std::string& found);
+
+/// The format whose slices have a file's ending, in any case; null: none.
+const FileFormat* stackFormatOf(const std::filesystem::path& file);
+
 /// "a DICOM folder, .nii or .json": for messages: `first`, then a text of every format.
 std::string withFormats(const std::string& first, std::string FileFormat::*text);
 
 // Recognizes unsupported formats, so that a refusal can name them and advise.
 
 struct ForeignFormat {
-    std::string what;   // "an NRRD volume"; "" if unknown
+    std::string what;   // "a VTK image"; "" if unknown
     std::string advice; // "convert it to .nii.gz (3D Slicer saves it as NIfTI)"; may be ""
     bool known() const { return !what.empty(); }
     std::string text() const { return advice.empty() ? what : what + ": " + advice; }
@@ -46,7 +60,7 @@ struct ForeignFormat {
 /// metadata, DICOMDIR, and volumes, archives and pictures by their extensions and magic numbers.
 ForeignFormat foreignFormatOf(const std::filesystem::path& path);
 
-/// The foreign volumes among files: "2 NRRD volumes (a.nrrd, b.nhdr), ..."; "" for none. With the advice for
+/// The foreign volumes among files: "a VTK image (a.vti), ..."; "" for none. With the advice for
 /// the first.
 std::string countForeign(const std::vector<std::filesystem::path>& files);
 

@@ -78,11 +78,13 @@ namespace {
 constexpr std::size_t kInputBytes = 64 * 1024;  // per read of the file
 constexpr std::size_t kStepBytes = 1024 * 1024; // zlib counts in 32 bits
 constexpr int kGzipWindow = 15 + 16;            // zlib: the largest window, gzip wrapper only
+constexpr int kAnyWindow = 15 + 32;             // gzip or zlib wrapper
 } // namespace
 
 struct GzipStream::State {
-    State(InputFile f, std::uint64_t offset) : file(std::move(f)), input(kInputBytes), inputOffset(offset) {
-        if (inflateInit2(&stream, kGzipWindow) != Z_OK)
+    State(InputFile f, std::uint64_t offset, int window)
+        : file(std::move(f)), input(kInputBytes), inputOffset(offset), window(window) {
+        if (inflateInit2(&stream, window) != Z_OK)
             throw Error("zlib cannot start");
     }
     ~State() { inflateEnd(&stream); }
@@ -92,12 +94,14 @@ struct GzipStream::State {
     InputFile file;
     std::vector<std::byte> input;
     std::uint64_t inputOffset = 0, outputOffset = 0;
+    int window;
     z_stream stream{};
     bool atMemberEnd = false;
 };
 
-GzipStream::GzipStream(InputFile file, std::uint64_t offsetBytes)
-    : state_(std::make_unique<State>(std::move(file), offsetBytes)) {}
+GzipStream::GzipStream(InputFile file, std::uint64_t offsetBytes, Wrapper wrapper)
+    : state_(std::make_unique<State>(std::move(file), offsetBytes,
+                                     wrapper == Wrapper::any ? kAnyWindow : kGzipWindow)) {}
 GzipStream::~GzipStream() = default;
 GzipStream::GzipStream(GzipStream&&) noexcept = default;
 
@@ -136,7 +140,7 @@ void GzipStream::read(std::span<std::byte> out) {
         state_->atMemberEnd = inflateStep(out, done);
         out = out.subspan(done);
         if (state_->atMemberEnd && !out.empty())
-            inflateReset2(&state_->stream, kGzipWindow);
+            inflateReset2(&state_->stream, state_->window);
     }
 }
 
@@ -147,6 +151,74 @@ std::uint64_t GzipStream::finish() {
     for (; !state_->atMemberEnd; passed += done)
         state_->atMemberEnd = inflateStep(rest, done);
     return passed;
+}
+
+namespace {
+
+class ForwardFileSource final : public SlabSource {
+  public:
+    ForwardFileSource(std::function<std::unique_ptr<VoxelStream>()> open, const VolumeInfo& info,
+                      FileType type, bool bigEndian, std::string description)
+        : open_(std::move(open)), info_(info), type_(type), description_(std::move(description)),
+          converter_(type, bigEndian, [this](const auto& visit) {
+              const std::unique_ptr<VoxelStream> second = open_();
+              std::vector<std::byte> slice(fileSliceBytes());
+              for (int z = 0; z < info_.extentVoxels.z; ++z) {
+                  checkInterrupted();
+                  second->read(slice);
+                  visit(slice);
+              }
+          }) {}
+
+    const VolumeInfo& info() const override { return info_; }
+    std::string describe() const override { return description_; }
+    std::vector<std::string> notes() const override {
+        std::vector<std::string> lines = info_.remarks;
+        for (std::string& line : converter_.notes())
+            lines.push_back(std::move(line));
+        return lines;
+    }
+
+    void readSlices(int count, std::span<std::byte> out) override {
+        const std::size_t sliceBytes = sliceBytesOf(info_);
+        TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
+        TESSERA_CHECK(out.size() == static_cast<std::size_t>(count) * sliceBytes);
+        if (!stream_)
+            stream_ = open_();
+        buffer_.resize(fileSliceBytes());
+        for (int i = 0; i < count; ++i) {
+            stream_->read(buffer_);
+            converter_.convert(buffer_, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes),
+                               info_);
+        }
+        next_ += count;
+        if (next_ == info_.extentVoxels.z)
+            stream_->finish();
+    }
+
+  private:
+    std::size_t fileSliceBytes() const {
+        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(type_);
+    }
+
+    std::function<std::unique_ptr<VoxelStream>()> open_;
+    VolumeInfo info_;
+    FileType type_;
+    std::string description_;
+    std::unique_ptr<VoxelStream> stream_;
+    SliceConverter converter_;
+    int next_ = 0;
+    std::vector<std::byte> buffer_; // one slice, as it lies in the file
+};
+
+} // namespace
+
+std::unique_ptr<SlabSource> makeForwardFileSource(std::function<std::unique_ptr<VoxelStream>()> open,
+                                                  const VolumeInfo& info, FileType type, bool bigEndian,
+                                                  std::string description) {
+    TESSERA_CHECK(info.type == storedTypeOf(type));
+    return std::make_unique<ForwardFileSource>(std::move(open), info, type, bigEndian,
+                                               std::move(description));
 }
 
 } // namespace tessera

@@ -1,5 +1,5 @@
 // bricking/import/files/file_reading.h: the two ways in which single files are read: uncompressed voxels by
-// position, gzip files in one forward pass.
+// position, others in one forward pass.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -34,8 +35,9 @@ std::unique_ptr<SlabSource> makePlainFileSource(InputFile file, const VolumeInfo
 
 class GzipStream {
   public:
+    enum class Wrapper : std::uint8_t { gzip, any }; // any: zlib's too (RFC 1950), told by its first bytes
     /// @param offsetBytes  of the first gzip member in the file
-    explicit GzipStream(InputFile file, std::uint64_t offsetBytes = 0);
+    explicit GzipStream(InputFile file, std::uint64_t offsetBytes = 0, Wrapper wrapper = Wrapper::gzip);
     ~GzipStream();
     GzipStream(GzipStream&&) noexcept;
 
@@ -52,5 +54,22 @@ class GzipStream {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+// Voxels of any file that is read forward.
+
+class VoxelStream {
+  public:
+    virtual ~VoxelStream() = default;
+    /// The next voxels as they are in the file. Throws InputError naming the file for damage and at its end.
+    virtual void read(std::span<std::byte> out) = 0;
+    /// After the last voxel: throws InputError naming the file for more voxels and for a wrong checksum.
+    virtual void finish() = 0;
+};
+
+/// @param open  begins with the first voxel; called again where a second pass is needed
+/// @param info  its type is storedTypeOf(type)
+std::unique_ptr<SlabSource> makeForwardFileSource(std::function<std::unique_ptr<VoxelStream>()> open,
+                                                  const VolumeInfo& info, FileType type, bool bigEndian,
+                                                  std::string description);
 
 } // namespace tessera

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@ struct SourceOptions {
     bool largest = false;      // of several volumes the largest CT, or the largest if there is no CT
     int phase = 0;             // DICOM: 1-based, of a series with several images at each position; 0: none
     bool allowMissing = false; // DICOM: files that could be slices and cannot be read are left out
+    /// Of files that do not say it: distances of voxels' centres along the file's x, y, z, mm.
+    std::optional<glm::dvec3> spacingMm = {};
 };
 
 class SlabSource {

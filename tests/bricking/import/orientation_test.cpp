@@ -144,6 +144,45 @@ TEST(ImportOrientation, RawInEveryOrderGivesOneVolume) {
     }
 }
 
+std::string wordsWith(const glm::dvec3& v, const char* between) {
+    return std::to_string(v.x) + between + std::to_string(v.y) + between + std::to_string(v.z);
+}
+
+// NRRD and MetaImage: plain (read by position) and packed (forward) share the 48 orders.
+TEST(ImportOrientation, NrrdAndMetaImageInEveryOrderGiveOneVolume) {
+    const ScratchFolder folder;
+    int n = 0;
+    for (const Layout& layout : allLayouts()) {
+        SCOPED_TRACE(n);
+        const bool isPacked = n % 2 == 1;
+        const std::string data = isPacked ? gzip(layout.bytes()) : layout.bytes();
+        const glm::ivec3 size = layout.extent();
+        const std::string sizes =
+            std::to_string(size.x) + " " + std::to_string(size.y) + " " + std::to_string(size.z) + "\n";
+        std::string steps, directions, spacings;
+        const glm::dvec3 toRas{-1, -1, 1};
+        for (int f = 0; f < 3; ++f) {
+            steps += " (" + wordsWith(toRas * layout.step(f), ",") + ")";
+            directions += " " + wordsWith(layout.direction(f), " ");
+            spacings += " " + std::to_string(glm::length(layout.step(f)));
+        }
+        const glm::dvec3 origin = layout.position({0, 0, 0});
+        writeFile(folder / "a.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: " + sizes +
+                                         "endian: little\nspace: RAS\nspace directions:" + steps +
+                                         "\nspace origin: (" + wordsWith(toRas * origin, ",") +
+                                         ")\nencoding: " + (isPacked ? "gzip" : "raw") + "\n\n" + data);
+        writeFile(
+            folder / "a.mha",
+            "ObjectType = Image\nNDims = 3\nCompressedData = " + std::string(isPacked ? "True" : "False") +
+                "\nElementByteOrderMSB = False\nTransformMatrix =" + directions +
+                "\nOffset = " + wordsWith(origin, " ") + "\nElementSpacing =" + spacings +
+                "\nDimSize = " + sizes + "ElementType = MET_SHORT\nElementDataFile = LOCAL\n" + data);
+        for (const char* name : {"a.nrrd", "a.mha"})
+            expectPhantom(*openSource(folder / name, {.scratchFolder = folder.path()}), layout, 1e-9);
+        ++n;
+    }
+}
+
 TEST(ImportOrientation, DicomInEveryOrderGivesOneVolume) {
     const ScratchFolder folder;
     int number = 0;

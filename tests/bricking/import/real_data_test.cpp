@@ -201,5 +201,30 @@ TEST_F(RealData, ListsTheLargestFirst) {
     EXPECT_EQ(found[0].modality, "CT");
 }
 
+// The same volume in both formats, written by other programs.
+TEST_F(RealData, AnNrrdFileIsItsNiftiTwin) {
+    const auto nrrd = openSource(at("nifti-nrrd-pair/nrrd/marc_avf/avf_float_32.nrrd"), {}),
+               nifti = openSource(at("nifti-nrrd-pair/nifti/marc_avf/avf_float_32.nii.gz"), {});
+    ASSERT_EQ(nrrd->info().extentVoxels, nifti->info().extentVoxels);
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 3; ++row)
+            EXPECT_NEAR(nrrd->info().patientFromVoxel[column][row],
+                        nifti->info().patientFromVoxel[column][row], 1e-4);
+    EXPECT_EQ(readAll<float>(*nrrd), readAll<float>(*nifti));
+}
+
+TEST_F(RealData, AnNrrdVolumeInNinetyThreeFiles) {
+    const auto source = openSource(at("small-volumes/headsq/quarter.nhdr"), {});
+    EXPECT_EQ(source->info().spacingMm(), glm::dvec3(3.2, 3.2, 1.5));
+    const std::vector<std::int16_t> values = readAll<std::int16_t>(*source);
+    std::vector<std::int16_t> slice(64 * 64);
+    for (int z = 0; z < 93; ++z) {
+        std::ifstream file(at("small-volumes/headsq/quarter." + std::to_string(z + 1)), std::ios::binary);
+        file.read(reinterpret_cast<char*>(slice.data()), static_cast<std::streamsize>(2 * slice.size()));
+        ASSERT_TRUE(file);
+        EXPECT_TRUE(std::equal(slice.begin(), slice.end(), values.begin() + z * 64 * 64)) << z;
+    }
+}
+
 } // namespace
 } // namespace tessera::test

@@ -5,6 +5,7 @@
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
 #include "core/base/error.h"
+#include "core/base/shown_text.h"
 #include "viewer/cli/input/import_cache.h"
 #include "viewer/cli/options/options.h" // formatNumber
 #if TESSERA_WITH_IMPORT
@@ -12,7 +13,9 @@
 #endif
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
+#include <sstream>
 
 namespace tessera {
 namespace {
@@ -30,10 +33,12 @@ void requireExisting(const fs::path& path) {
 std::string InputOptions::key() const {
     // Every member affects the result of an import. A new member must be named here, otherwise this does not
     // compile.
-    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss] =
+    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss, mm] =
         static_cast<const SourceChoice&>(*this);
     return std::to_string(number) + "|" + std::to_string(isResampled) + "|" + std::to_string(isLargest) +
-           "|" + std::to_string(phaseNumber) + "|" + std::to_string(mayMiss);
+           "|" + std::to_string(phaseNumber) + "|" + std::to_string(mayMiss) +
+           (mm ? "|" + numberText(mm->x, 17) + "," + numberText(mm->y, 17) + "," + numberText(mm->z, 17)
+               : "");
 }
 
 bool looksLikeStore(const fs::path& path) {
@@ -55,10 +60,11 @@ bool looksLikeStore(const fs::path& path) {
 }
 
 #if TESSERA_WITH_IMPORT
-InputListing listInput(const fs::path& path, bool allowMissing) {
+InputListing listInput(const fs::path& path, const SourceChoice& choice) {
     requireExisting(path);
     InputListing listing;
-    const Catalogue catalogue = lookThrough(path, allowMissing);
+    const Catalogue catalogue =
+        lookThrough(path, {.allowMissing = choice.allowMissing, .spacingMm = choice.spacingMm});
     for (const CatalogueRow& row : catalogue.rows) {
         listing.rows.push_back({row.series, row.modality, row.date, row.folder, row.what, row.problem,
                                 row.number, row.slices, row.files, row.phases});
@@ -114,16 +120,16 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& 
     if (looksLikeStore(path))
         throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
     common.progress->stage("looking through " + path.string());
-    const SourceOptions source{options.series,  options.resampleZ, scratchFolder,
-                               options.largest, options.phase,     options.allowMissing};
-    const Catalogue catalogue = lookThrough(path, options.allowMissing);
+    const SourceOptions source{options.series, options.resampleZ,    scratchFolder,    options.largest,
+                               options.phase,  options.allowMissing, options.spacingMm};
+    const Catalogue catalogue = lookThrough(path, source);
     const CatalogueRow& row = chooseRow(catalogue, source);
     auto opened = openRow(catalogue, row, source);
     noteChoice(catalogue, row, options, common);
     return opened;
 }
 #else
-InputListing listInput(const fs::path& path, bool) {
+InputListing listInput(const fs::path& path, const SourceChoice&) {
     requireExisting(path);
     return {};
 }
@@ -142,7 +148,8 @@ void requireNoChoice(const fs::path& path, const InputOptions& options, const Co
                           "a store, which holds one volume");
     for (const auto& [asked, option] : {std::pair{options.largest, "--largest"},
                                         {options.resampleZ, "--resample-z"},
-                                        {options.allowMissing, "--allow-missing"}})
+                                        {options.allowMissing, "--allow-missing"},
+                                        {options.spacingMm.has_value(), "--spacing"}})
         if (asked)
             common.note(std::string(option) + " is for source files: " + path.string() +
                         " is a store, for which it has no effect");
@@ -247,6 +254,30 @@ void addSelectionOptions(Command& command, InputOptions& input) {
     command.flag("--resample-z", input.resampleZ, "source files: interpolate uneven slices to even spacing");
     command.flag("--allow-missing", input.allowMissing,
                  "source files: leave out files that could be slices and cannot be read");
+}
+
+namespace {
+glm::dvec3 parseSpacing(const std::string& text) {
+    constexpr double kLeastMm = 1e-6, kMostMm = 1e6;
+    glm::dvec3 mm;
+    std::istringstream words(text);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::string word;
+        std::getline(words, word, axis < 2 ? ',' : '\0');
+        word = withoutUnit(word, "mm");
+        char* end = nullptr;
+        mm[axis] = std::strtod(word.c_str(), &end);
+        if (word.empty() || *end != '\0' || !(mm[axis] >= kLeastMm && mm[axis] <= kMostMm))
+            throw badFile("--spacing", "X,Y,Z: three lengths in mm, from 1e-6 to 1e6", "'" + text + "'");
+    }
+    return mm;
+}
+} // namespace
+
+void addSpacingOption(Command& command, SourceChoice& choice) {
+    command.option(
+        "--spacing", [&choice](const std::string& text) { choice.spacingMm = parseSpacing(text); },
+        "source files that do not say it: X,Y,Z, mm between voxels along the file's axes");
 }
 
 } // namespace tessera

@@ -56,7 +56,7 @@ struct InputListing {
     std::vector<std::string> reasons;  // the reason of each such file, a word
 };
 /// The content of a folder or file.
-InputListing listInput(const std::filesystem::path& path, bool allowMissing);
+InputListing listInput(const std::filesystem::path& path, const SourceChoice& choice);
 
 /// The store for path: itself if it is one, else its import (import_cache.h), made now if there is none. It
 /// stays as long as `common`. Throws InputError for a series or phase of a store.
@@ -95,5 +95,7 @@ std::vector<std::string> sayChanges(const VolumeInfo& info);
 // The options that choose among source files, the same for every command.
 
 void addSelectionOptions(Command& command, InputOptions& input);
+/// --spacing X,Y,Z alone. Throws InputError naming it for other than three lengths above 0.
+void addSpacingOption(Command& command, SourceChoice& choice);
 
 } // namespace tessera

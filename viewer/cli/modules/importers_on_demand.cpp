@@ -1,6 +1,7 @@
 // viewer/cli/modules/importers_on_demand.cpp: bricking/import/catalogue.h, open_source.h and others for
 // programs: the first import loads what reads scans.
 #include "viewer/cli/modules/import_module.h"
+#include "viewer/cli/modules/slice_module.h"
 
 namespace tessera {
 namespace {
@@ -12,8 +13,8 @@ const ImportModule& importModule() {
 
 } // namespace
 
-Catalogue lookThrough(const std::filesystem::path& path, bool allowMissing) {
-    return importModule().look(path, allowMissing);
+Catalogue lookThrough(const std::filesystem::path& path, const SourceOptions& options) {
+    return importModule().look(path, options);
 }
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
     return importModule().choose(catalogue, options);
@@ -45,6 +46,12 @@ LabelFile openLabels(const std::filesystem::path& path, const SourceOptions& opt
 }
 StructureSet readStructureSet(const std::filesystem::path& file, MemoryBudget& ram) {
     return importModule().readStructures(file, ram);
+}
+
+/// The importers, which are a module, call it: the first slice that is a picture loads another.
+std::unique_ptr<PictureRows> openPictureRows(const std::filesystem::path& file, const PictureShape& shape) {
+    static const auto* const table = static_cast<const SliceModule*>(loadModule("tessera_slices"));
+    return table->open(file, shape);
 }
 
 } // namespace tessera

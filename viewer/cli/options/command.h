@@ -61,6 +61,9 @@ class Command {
     Option option(const std::string& names, int& target, const std::string& about);
     Option option(const std::string& names, double& target, const std::string& about);
     Option option(const std::string& names, std::optional<double>& target, const std::string& about);
+    /// @param take  gets the text; called where the option is given
+    Option option(const std::string& names, std::function<void(const std::string&)> take,
+                  const std::string& about);
     Option flag(const std::string& names, bool& target, const std::string& about);
 
     Command command(const std::string& name, const std::string& about);

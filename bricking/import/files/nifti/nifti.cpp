@@ -29,58 +29,17 @@ namespace {
 // volume: such a header is wrong.
 constexpr double kLargestGzipRatio = 1032;
 
-class GzipNiftiSource final : public SlabSource {
+class GzipNiftiVoxels final : public VoxelStream {
   public:
-    GzipNiftiSource(const InputFile& file, const NiftiHeader& header, std::string description)
-        : path_(file.path()), header_(header), info_(header.info), description_(std::move(description)),
-          stream_(openAtVoxels()), converter_(header.type, header.bigEndian, [this](const auto& visit) {
-              GzipStream second = openAtVoxels();
-              std::vector<std::byte> slice(fileSliceBytes());
-              for (int z = 0; z < info_.extentVoxels.z; ++z) {
-                  checkInterrupted();
-                  second.read(slice);
-                  visit(slice);
-              }
-          }) {}
-
-    const VolumeInfo& info() const override { return info_; }
-    std::string describe() const override { return description_; }
-    std::vector<std::string> notes() const override {
-        std::vector<std::string> lines = info_.remarks;
-        for (std::string& line : converter_.notes())
-            lines.push_back(std::move(line));
-        return lines;
-    }
-
-    void readSlices(int count, std::span<std::byte> out) override {
-        const std::size_t sliceBytes = sliceBytesOf(info_);
-        TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
-        TESSERA_CHECK(out.size() == static_cast<std::size_t>(count) * sliceBytes);
-        buffer_.resize(fileSliceBytes());
-        for (int i = 0; i < count; ++i) {
-            stream_.read(buffer_);
-            converter_.convert(buffer_, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes),
-                               info_);
-        }
-        next_ += count;
-        if (next_ == info_.extentVoxels.z)
-            checkNiftiSurplus(path_.string(), header_, stream_.finish());
-    }
+    GzipNiftiVoxels(std::filesystem::path path, const NiftiHeader& header)
+        : path_(std::move(path)), header_(header), stream_(niftiVoxels(path_, header_)) {}
+    void read(std::span<std::byte> out) override { stream_.read(out); }
+    void finish() override { checkNiftiSurplus(path_.string(), header_, stream_.finish()); }
 
   private:
-    std::size_t fileSliceBytes() const {
-        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(header_.type);
-    }
-    GzipStream openAtVoxels() const { return niftiVoxels(path_, header_); }
-
     std::filesystem::path path_;
     NiftiHeader header_;
-    VolumeInfo info_;
-    std::string description_;
     GzipStream stream_;
-    SliceConverter converter_;
-    int next_ = 0;
-    std::vector<std::byte> buffer_; // one slice, as it lies in the file
 };
 
 std::string describeNifti(const NiftiHeader& header, bool compressed) {
@@ -149,14 +108,17 @@ std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
     NiftiFile nifti = openNiftiFile(path);
     const NiftiHeader& header = nifti.header;
     if (nifti.isGzip)
-        return std::make_unique<GzipNiftiSource>(nifti.file, header, describeNifti(header, true));
+        return makeForwardFileSource(
+            [path, header] { return std::make_unique<GzipNiftiVoxels>(path, header); }, header.info,
+            header.type, header.bigEndian, describeNifti(header, true));
     return makePlainFileSource(std::move(nifti.file), header.info,
                                {header.type, header.bigEndian, header.dataOffsetBytes},
                                describeNifti(header, false));
 }
 
 FileFormat niftiFormat() {
-    return {"NIfTI files", ".nii, .nii.gz", openNifti};
+    return {"NIfTI files", ".nii, .nii.gz",
+            [](const std::filesystem::path& path, const SourceOptions&) { return openNifti(path); }};
 }
 
 } // namespace tessera

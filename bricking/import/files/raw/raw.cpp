@@ -216,8 +216,9 @@ std::unique_ptr<SlabSource> openRaw(const std::filesystem::path& sidecarPath) {
 }
 
 FileFormat rawFormat() {
-    return {"raw files with a .json sidecar", "the .json sidecar of a raw file", openRaw, isRawSidecar,
-            dataFileOf};
+    return {"raw files with a .json sidecar", "the .json sidecar of a raw file",
+            [](const std::filesystem::path& path, const SourceOptions&) { return openRaw(path); },
+            isRawSidecar, dataFileOf};
 }
 
 } // namespace tessera

@@ -1,10 +1,10 @@
 // bricking/import/labels/nrrd/nrrd_labels.cpp: labels in NRRD files (.nrrd, .nhdr), among them the
 // segmentations of 3D Slicer (.seg.nrrd), which have layers.
+#include "bricking/import/files/data_files.h"
+#include "bricking/import/files/nrrd/nrrd_grid.h"
+#include "bricking/import/files/nrrd/nrrd_header.h"
 #include "bricking/import/labels/label_format.h"
 #include "bricking/import/labels/label_values.h"
-#include "bricking/import/labels/nrrd/nrrd_data.h"
-#include "bricking/import/labels/nrrd/nrrd_grid.h"
-#include "bricking/import/labels/nrrd/nrrd_header.h"
 #include "bricking/import/labels/nrrd/nrrd_segments.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -34,7 +34,7 @@ class NrrdLayer final : public LabelLayer {
   public:
     NrrdLayer(std::shared_ptr<const NrrdFile> file, int layer)
         : file_(std::move(file)), layer_(static_cast<std::size_t>(layer)),
-          values_(nrrdDataType(file_->header), isNrrdDataBigEndian(file_->header), file_->path.string(),
+          values_(dataType(file_->header), isDataBigEndian(file_->header), file_->path.string(),
                   file_->grid.info.extentVoxels) {}
 
     const VolumeInfo& info() const override { return file_->grid.info; }
@@ -50,7 +50,7 @@ class NrrdLayer final : public LabelLayer {
             return;
         if (!data_)
             open();
-        const std::size_t bytes = bytesPerFileValue(nrrdDataType(file_->header)), step = stepValues();
+        const std::size_t bytes = bytesPerFileValue(dataType(file_->header)), step = stepValues();
         const std::size_t pieceVoxels = std::max<std::size_t>(1, kPieceBytes / (bytes * step));
         std::vector<std::byte> piece(std::min(pieceVoxels, out.size()) * step * bytes);
         for (std::size_t done = 0; done < out.size(); done += pieceVoxels) {
@@ -92,8 +92,7 @@ class NrrdLayer final : public LabelLayer {
         std::sort(ofOthers_.begin(), ofOthers_.end());
         data_.emplace(file_->header, file_->path);
         if (file_->grid.order == NrrdGrid::Order::apart)
-            data_->skip(layer_ * file_->grid.info.voxelCount() *
-                        bytesPerFileValue(nrrdDataType(file_->header)));
+            data_->skip(layer_ * file_->grid.info.voxelCount() * bytesPerFileValue(dataType(file_->header)));
     }
 
     /// From the layer's numbers to values of labels. A number that no segment of the layer has stays what it
@@ -124,7 +123,7 @@ class NrrdLayer final : public LabelLayer {
     LabelValues values_;
     bool isRenumbered_ = false;
     std::vector<std::uint32_t> ofOthers_; // values of segments of other layers alone, ascending
-    std::optional<NrrdData> data_;
+    std::optional<DataReader> data_;
     int next_ = 0;
 };
 
@@ -133,7 +132,7 @@ LabelFile openNrrdLabels(const std::filesystem::path& path, const SourceOptions&
     nrrd->path = path;
     nrrd->header = readNrrdHeader(InputFile(path));
     nrrd->grid = nrrdGridOf(nrrd->header, path.string());
-    checkNrrdLengths(nrrd->header, path);
+    checkDataLengths(nrrd->header, path);
     nrrd->segments = nrrdSegmentsOf(nrrd->header.pairs, nrrd->grid.layers, path.string());
     nrrd->header.pairs.clear();
     LabelFile file;

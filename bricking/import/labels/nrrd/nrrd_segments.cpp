@@ -1,7 +1,7 @@
 // bricking/import/labels/nrrd/nrrd_segments.cpp: see nrrd_segments.h.
 #include "bricking/import/labels/nrrd/nrrd_segments.h"
 
-#include "bricking/import/labels/nrrd/nrrd_fields.h"
+#include "bricking/import/files/nrrd/nrrd_fields.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 #include "core/image/colour.h"

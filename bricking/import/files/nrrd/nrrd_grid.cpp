@@ -1,5 +1,5 @@
-// bricking/import/labels/nrrd/nrrd_grid.cpp: see nrrd_grid.h.
-#include "bricking/import/labels/nrrd/nrrd_grid.h"
+// bricking/import/files/nrrd/nrrd_grid.cpp: see nrrd_grid.h.
+#include "bricking/import/files/nrrd/nrrd_grid.h"
 
 #include "bricking/import/source/plausible.h"
 #include "core/base/error.h"
@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -43,7 +44,8 @@ std::optional<glm::dvec3> lpsSignsOf(const std::string& space) {
     return rest.empty() ? std::optional(signs) : std::nullopt;
 }
 
-double mmPerUnitOf(const NrrdHeader& header, std::vector<std::string>& notes) {
+/// nullopt: a unit that is not known.
+std::optional<double> mmOf(const std::string& unit) {
     struct Unit {
         std::string_view name;
         double mm;
@@ -52,16 +54,24 @@ double mmPerUnitOf(const NrrdHeader& header, std::vector<std::string>& notes) {
         Unit{"", 1},          Unit{"mm", 1},        Unit{"millimeter", 1}, Unit{"millimeters", 1},
         Unit{"cm", 10},       Unit{"m", 1000},      Unit{"um", 1e-3},      Unit{"\xc2\xb5m", 1e-3},
         Unit{"micron", 1e-3}, Unit{"microns", 1e-3}};
-    if (header.spaceUnits.empty())
+    const auto* const known =
+        std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
+    return known == kUnits.end() ? std::nullopt : std::optional(known->mm);
+}
+
+/// Of the axes of space, or with directions of those of the patient.
+/// @param axes  of space, in the file
+std::optional<double> mmPerUnitOf(const NrrdHeader& header, const std::vector<std::size_t>& axes) {
+    std::vector<std::string> units = header.spaceUnits;
+    if (header.directions.empty()) {
+        units.clear();
+        for (const std::size_t axis : axes)
+            units.push_back(axis < header.units.size() ? header.units[axis] : "");
+    }
+    if (units.empty())
         return 1;
-    const bool isOne = std::adjacent_find(header.spaceUnits.begin(), header.spaceUnits.end(),
-                                          std::not_equal_to<>()) == header.spaceUnits.end();
-    const auto* const unit = std::find_if(kUnits.begin(), kUnits.end(),
-                                          [&](const Unit& u) { return u.name == header.spaceUnits.front(); });
-    if (isOne && unit != kUnits.end())
-        return unit->mm;
-    notes.emplace_back("space units are not known; they are taken as millimetres");
-    return 1;
+    const bool isOne = std::adjacent_find(units.begin(), units.end(), std::not_equal_to<>()) == units.end();
+    return isOne ? mmOf(units.front()) : std::nullopt;
 }
 
 /// The axis of layers, or nullopt where all three are of space.
@@ -88,7 +98,8 @@ std::optional<std::size_t> layerAxisOf(const NrrdHeader& header, const std::stri
 
 } // namespace
 
-NrrdGrid nrrdGridOf(const NrrdHeader& header, const std::string& where) {
+NrrdGrid nrrdGridOf(const NrrdHeader& header, const std::string& where,
+                    const std::optional<glm::dvec3>& spacingMm) {
     NrrdGrid grid;
     const std::optional<std::size_t> layerAxis = layerAxisOf(header, where);
     if (layerAxis) {
@@ -103,29 +114,44 @@ NrrdGrid nrrdGridOf(const NrrdHeader& header, const std::string& where) {
                      : *layerAxis == 0 ? NrrdGrid::Order::interleaved
                                        : NrrdGrid::Order::apart;
     }
+    std::vector<std::size_t> axes; // of space
+    for (std::size_t axis = 0; axis < header.sizes.size(); ++axis)
+        if (layerAxis != axis)
+            axes.push_back(axis);
+    const std::optional<double> unit = mmPerUnitOf(header, axes);
+    if (!unit && !spacingMm)
+        grid.notes.emplace_back("space units are not known; they are taken as millimetres");
+    const double mm = unit.value_or(1);
     std::array<glm::dvec3, 3> step = {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)};
     const bool hasSpacings = header.directions.empty() && !header.spacings.empty();
-    int to = 0;
-    for (std::size_t axis = 0; axis < header.sizes.size(); ++axis) {
-        if (layerAxis == axis)
-            continue;
-        grid.info.extentVoxels[to] = static_cast<int>(header.sizes[axis]);
-        glm::dvec3& one = step[static_cast<std::size_t>(to)];
+    for (std::size_t to = 0; to < 3; ++to) {
+        const std::size_t axis = axes[to];
+        grid.info.extentVoxels[static_cast<int>(to)] = static_cast<int>(header.sizes[axis]);
+        const bool hasSpacing = hasSpacings && !std::isnan(header.spacings[axis]);
         if (!header.directions.empty())
-            one = *header.directions[axis];
-        else if (hasSpacings && !std::isnan(header.spacings[axis]))
-            one *= header.spacings[axis];
-        else
+            step[to] = mm * *header.directions[axis];
+        else if (hasSpacing)
+            step[to] *= mm * header.spacings[axis];
+        if (unit && (hasSpacing || !header.directions.empty()))
+            continue;
+        grid.saysSpacing = false;
+        if (spacingMm && glm::length(step[to]) > 0)
+            step[to] *= (*spacingMm)[static_cast<int>(to)] / glm::length(step[to]);
+        else if (unit)
             grid.notes.push_back("no spacing along axis " + std::to_string(to) + "; it is taken as 1 mm");
-        ++to;
     }
     const std::optional<glm::dvec3> signs = lpsSignsOf(header.space);
     grid.info.orientationKnown = signs.has_value() && !header.directions.empty();
     if (!grid.info.orientationKnown)
         grid.notes.emplace_back("the orientation in the patient is not known; axes are taken as left, "
                                 "posterior, superior");
-    const glm::dvec3 toLps = signs.value_or(glm::dvec3(1)) * mmPerUnitOf(header, grid.notes);
-    const glm::dvec3 origin = header.origin.value_or(glm::dvec3(0));
+    const glm::dvec3 toLps = signs.value_or(glm::dvec3(1));
+    const bool hasOrigin = header.origin && (unit || !spacingMm);
+    if (header.origin && !hasOrigin)
+        grid.notes.emplace_back(
+            "\"space origin\" in a unit that is not known; the first voxel is taken to be at "
+            "0, 0, 0");
+    const glm::dvec3 origin = hasOrigin ? mm * *header.origin : glm::dvec3(0);
     if (grid.info.orientationKnown && !header.origin)
         grid.notes.emplace_back("no \"space origin\"; the first voxel is taken to be at 0, 0, 0");
     grid.info.type = ValueType::u16; // labels have no type

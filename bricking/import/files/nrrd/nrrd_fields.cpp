@@ -1,5 +1,5 @@
-// bricking/import/labels/nrrd/nrrd_fields.cpp: see nrrd_fields.h.
-#include "bricking/import/labels/nrrd/nrrd_fields.h"
+// bricking/import/files/nrrd/nrrd_fields.cpp: see nrrd_fields.h.
+#include "bricking/import/files/nrrd/nrrd_fields.h"
 
 #include <algorithm>
 #include <charconv>
@@ -10,39 +10,12 @@
 
 namespace tessera {
 namespace {
-
-constexpr std::string_view kBlanks = " \t\r\v\f";
-
-template <class T> std::optional<T> numberOf(std::string_view text) {
-    text = withoutBlanks(text);
-    if (text.starts_with('+') && !text.starts_with("+-"))
-        text.remove_prefix(1);
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size())
-        return std::nullopt;
-    return value;
-}
-
-} // namespace
-
-std::string_view withoutBlanks(std::string_view text) {
-    const std::size_t begin = text.find_first_not_of(kBlanks);
-    if (begin == std::string_view::npos)
-        return {};
-    return text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
-}
-
-std::string lowered(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return out;
+constexpr std::string_view kFieldBlanks = " \t\r\v\f";
 }
 
 std::string nrrdFieldName(std::string_view text) {
     std::string name = lowered(text);
-    std::erase_if(name, [](char c) { return kBlanks.find(c) != std::string_view::npos; });
+    std::erase_if(name, [](char c) { return kFieldBlanks.find(c) != std::string_view::npos; });
     return name;
 }
 
@@ -103,14 +76,6 @@ std::optional<FileType> nrrdTypeOf(const std::string& text) {
     return at == types.end() ? std::nullopt : std::optional(at->second);
 }
 
-std::optional<std::int64_t> wholeNumberOf(std::string_view text) {
-    return numberOf<std::int64_t>(text);
-}
-
-std::optional<double> realNumberOf(std::string_view text) {
-    return numberOf<double>(text);
-}
-
 std::optional<glm::dvec3> nrrdVectorOf(std::string_view text) {
     text = withoutBlanks(text);
     if (!text.starts_with('(') || !text.ends_with(')') || std::count(text.begin(), text.end(), ',') != 2)
@@ -128,25 +93,12 @@ std::optional<glm::dvec3> nrrdVectorOf(std::string_view text) {
     return vector;
 }
 
-std::vector<std::string> wordsOf(std::string_view text) {
-    std::vector<std::string> words;
-    for (;;) {
-        const std::size_t begin = text.find_first_not_of(kBlanks);
-        if (begin == std::string_view::npos)
-            return words;
-        text.remove_prefix(begin);
-        const std::size_t end = std::min(text.find_first_of(kBlanks), text.size());
-        words.emplace_back(text.substr(0, end));
-        text.remove_prefix(end);
-    }
-}
-
 std::vector<std::string> vectorsOf(std::string_view text) {
     std::string joined;
     bool isInside = false;
     for (const char c : text) {
         isInside = c == '(' || (isInside && c != ')');
-        const bool isBlank = kBlanks.find(c) != std::string_view::npos;
+        const bool isBlank = kFieldBlanks.find(c) != std::string_view::npos;
         if (c == '(')
             joined += ' '; // "(1,0,0)(0,1,0)"
         if (!(isInside && isBlank))
@@ -165,25 +117,6 @@ std::vector<std::string> textsOf(std::string_view text) {
         begin = text.find('"', end + 1);
     }
     return texts;
-}
-
-std::optional<std::string> numberedName(const std::string& pattern, std::int64_t number) {
-    const std::size_t begin = pattern.find('%');
-    if (begin == std::string::npos)
-        return std::nullopt;
-    std::size_t end = begin + 1;
-    const bool hasZeros = end < pattern.size() && pattern[end] == '0';
-    std::size_t width = 0;
-    constexpr std::size_t kMostWidth = 20;
-    for (; end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9'; ++end)
-        width = std::min(kMostWidth, 10 * width + static_cast<std::size_t>(pattern[end] - '0'));
-    if (end == pattern.size() || std::string_view("diu").find(pattern[end]) == std::string_view::npos ||
-        pattern.find('%', end) != std::string::npos)
-        return std::nullopt;
-    std::string digits = std::to_string(number);
-    if (digits.size() < width)
-        digits.insert(0, width - digits.size(), hasZeros ? '0' : ' ');
-    return pattern.substr(0, begin) + digits + pattern.substr(end + 1);
 }
 
 } // namespace tessera

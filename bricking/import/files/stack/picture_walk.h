@@ -1,0 +1,47 @@
+// bricking/import/files/stack/picture_walk.h: walks over the structure of TIFF and PNG files before a library
+// reads their pixels: size and type of every page, and that all its data lie in the file. Private to stacks.
+#pragma once
+
+#include "bricking/import/pictures/picture_rows.h"
+#include "bricking/import/source/source_files.h"
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <optional>
+#include <string>
+
+namespace tessera {
+
+/// What pages have that can be slices: one number a pixel, of 8 to 64 bits.
+struct PictureHead {
+    PictureShape shape;
+    int pages = 1;
+    int tileRows = 0;        // rows of a tile; 0: rows one after another
+    bool isLossy = false;    // JPEG
+    std::string description; // TIFF's ImageDescription, of the first page
+    /// Pixels per unit of length along x and y, and millimetres of the unit; 0: of a unit that is not said.
+    std::optional<glm::dvec2> perUnit;
+    double unitMm = 0;
+    bool bigEndian = false, isHalf = false; // order of bytes in a TIFF; floats of 16 bits
+    /// Where a page's pixels begin that are not packed and in one run.
+    std::optional<std::uint64_t> runOffset;
+};
+
+/// Throws InputError naming the file, of TIFF the page: for another format, damage, data beyond the end of
+/// the file, sizes that its data cannot hold, and whatever is no slice: several channels, colours, palettes,
+/// other orders of rows, other numbers of bits, pages that differ.
+PictureHead walkPicture(const InputFile& file);
+
+/// True for a TIFF file whose first page is followed by another, or by pages that ImageJ appended without an
+/// entry.
+bool hasSeveralPages(const InputFile& file);
+
+// The two formats.
+bool beginsAsTiff(const InputFile& file);
+PictureHead walkTiff(const InputFile& file);
+PictureHead walkPng(const InputFile& file);
+/// Of a PNG that was walked over: reads all of it. Throws InputError naming the file for a checksum that does
+/// not fit.
+void checkPngSums(const InputFile& file);
+
+} // namespace tessera

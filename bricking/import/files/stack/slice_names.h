@@ -1,0 +1,23 @@
+// bricking/import/files/stack/slice_names.h: the order of slices by the numbers in their names, and the
+// numbers that are missing. Private to stacks.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct SliceNames {
+    std::vector<std::filesystem::path> files; // ascending by number: slice2 before slice10
+    std::string pattern;                      // "slice#.tif"
+    std::string missing;                      // "57, 60 to 62"; "" none
+    std::size_t missingCount = 0;
+};
+
+/// Of the slices of a folder. Their names must be alike but for one number. Numbers may go up by any step;
+/// the smallest one is taken, and what lies between in steps is missing. Throws InputError naming the folder
+/// or a file for other names, for several numbers that differ, and for a number twice.
+SliceNames orderedSlices(const std::filesystem::path& folder, std::vector<std::filesystem::path> files);
+
+} // namespace tessera

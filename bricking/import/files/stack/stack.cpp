@@ -1,0 +1,221 @@
+// bricking/import/files/stack/stack.cpp: volumes whose slices are pictures: TIFF files of several pages, and
+// folders of TIFF or PNG files. A walk over a file's structure checks it; OpenImageIO reads its rows, some at
+// a time.
+#include "bricking/import/files/file_format.h"
+#include "bricking/import/files/file_reading.h"
+#include "bricking/import/files/stack/picture_walk.h"
+#include "bricking/import/files/stack/slice_names.h"
+#include "bricking/import/files/stack/stack_spacing.h"
+#include "bricking/import/source/plausible.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Slices are the pages of one file, or the only pages of several.
+class StackSource final : public RandomSlabSource {
+  public:
+    StackSource(std::vector<fs::path> files, PictureHead head, VolumeInfo info, std::string description)
+        : files_(std::move(files)), head_(std::move(head)), info_(std::move(info)),
+          description_(std::move(description)),
+          converter_(head_.shape.type, false, [this](const auto& visit) {
+              Opened second;
+              for (int z = 0; z < info_.extentVoxels.z; ++z)
+                  readBands(z, second, [&](std::span<const std::byte> rows, int) { visit(rows); });
+          }) {}
+
+    const VolumeInfo& info() const override { return info_; }
+    std::string describe() const override { return description_; }
+    std::vector<std::string> notes() const override {
+        std::vector<std::string> lines = info_.remarks;
+        for (std::string& line : converter_.notes())
+            lines.push_back(std::move(line));
+        return lines;
+    }
+
+    void readSliceAt(int z, std::span<std::byte> out) override {
+        TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
+        const std::size_t rowBytes = out.size() / static_cast<std::size_t>(info_.extentVoxels.y);
+        readBands(z, opened_, [&](std::span<const std::byte> rows, int first) {
+            const std::size_t count = rows.size() / (static_cast<std::size_t>(info_.extentVoxels.x) *
+                                                     bytesPerFileValue(head_.shape.type));
+            converter_.convert(
+                rows, out.subspan(static_cast<std::size_t>(first) * rowBytes, count * rowBytes), info_);
+        });
+    }
+
+  private:
+    static constexpr std::size_t kBandBytes = std::size_t{4} << 20;
+    struct Opened {
+        std::unique_ptr<PictureRows> rows;
+        std::size_t file = std::numeric_limits<std::size_t>::max();
+        std::vector<std::byte> band;
+    };
+
+    /// Rows of slice z from the top, some at a time: f(rows, number of the first).
+    template <typename Each> void readBands(int z, Opened& opened, const Each& each) {
+        checkInterrupted();
+        const bool isOneFile = files_.size() == 1;
+        const std::size_t file = isOneFile ? 0 : static_cast<std::size_t>(z);
+        if (opened.file != file) {
+            opened.rows.reset(); // closes the file before
+            if (std::string_view(head_.shape.format) == "png")
+                checkPngSums(InputFile(files_[file])); // libpng would print what it finds
+            opened.rows = openPictureRows(files_[file], head_.shape);
+            opened.file = file;
+        }
+        const int height = head_.shape.size.y, unit = std::max(1, head_.tileRows);
+        const std::size_t rowBytes =
+            static_cast<std::size_t>(head_.shape.size.x) * bytesPerFileValue(head_.shape.type);
+        const auto units = static_cast<int>(std::clamp<std::size_t>(
+            kBandBytes / (rowBytes * static_cast<std::size_t>(unit)), 1, static_cast<std::size_t>(height)));
+        const std::int64_t rows = std::min<std::int64_t>(std::int64_t{units} * unit, height);
+        opened.band.resize(static_cast<std::size_t>(rows) * rowBytes);
+        for (int first = 0; first < height;) {
+            const int count = static_cast<int>(std::min<std::int64_t>(rows, height - first));
+            const std::span<std::byte> band =
+                std::span(opened.band).first(static_cast<std::size_t>(count) * rowBytes);
+            opened.rows->read(isOneFile ? z : 0, first, count, band);
+            each(std::span<const std::byte>(band), first);
+            first += count;
+        }
+    }
+
+    std::vector<fs::path> files_;
+    PictureHead head_;
+    VolumeInfo info_;
+    std::string description_;
+    Opened opened_;
+    SliceConverter converter_;
+};
+
+VolumeInfo infoOf(const PictureHead& head, int slices, const StackLattice& lattice,
+                  const SourceOptions& options, const std::string& where) {
+    if (lattice.others > 1)
+        throw badFile(where, "one channel at one point of time",
+                      std::to_string(lattice.others) + " of them, as its description says");
+    if (!lattice.hasSpacing() && !options.spacingMm)
+        throw spacingUnknown(where, "a stack that says " + lattice.said());
+    VolumeInfo info;
+    info.extentVoxels = {head.shape.size.x, head.shape.size.y, slices};
+    info.type = storedTypeOf(head.shape.type);
+    info.orientationKnown = false;
+    info.lossy = head.isLossy;
+    const glm::dvec3 mm =
+        options.spacingMm ? *options.spacingMm : glm::dvec3(*lattice.pixelMm, *lattice.sliceMm);
+    info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {mm.x, 0, 0}, {0, mm.y, 0}, {0, 0, mm.z});
+    if (options.spacingMm && (lattice.pixelMm || lattice.sliceMm))
+        info.remarks.push_back("the stack says " + lattice.said() + "; --spacing is taken");
+    requirePlausibleGeometry(info, {"--spacing", "--spacing", "--spacing"}, where);
+    info.validate(where);
+    return info;
+}
+
+std::string described(const std::string& what, FileType type) {
+    return what + ", " + name(type) + (losesPrecision(type) ? ", converted to float32" : "");
+}
+
+/// Large stacks of ImageJ have an entry for their first page alone: the others follow it in the file.
+std::unique_ptr<SlabSource> openAppended(InputFile file, const PictureHead& head, const StackLattice& lattice,
+                                         const SourceOptions& options) {
+    const std::string where = file.path().string();
+    const FileType type = head.shape.type;
+    const double needed = static_cast<double>(lattice.images) * head.shape.size.x *
+                          static_cast<double>(head.shape.size.y) *
+                          static_cast<double>(bytesPerFileValue(type));
+    if (!head.runOffset || head.isHalf)
+        throw badFile(where, std::to_string(lattice.images) + " pages, as ImageJ's description says", "one");
+    if (needed > static_cast<double>(file.sizeBytes() - *head.runOffset))
+        throw badFile(where, std::to_string(lattice.images) + " pages, as ImageJ's description says",
+                      "bytes for fewer (is it truncated?)");
+    const VolumeInfo info = infoOf(head, static_cast<int>(lattice.images), lattice, options, where);
+    return makePlainFileSource(
+        std::move(file), info, {type, head.bigEndian, *head.runOffset},
+        described("TIFF of " + std::to_string(lattice.images) + " pages behind one another (ImageJ)", type));
+}
+
+std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions& options) {
+    InputFile file(path);
+    const PictureHead head = walkPicture(file);
+    const StackLattice lattice = latticeOf(head);
+    const std::string where = path.string();
+    if (head.pages == 1 && lattice.images > 1 && head.description.starts_with("ImageJ="))
+        return openAppended(std::move(file), head, lattice, options);
+    if (head.pages == 1)
+        throw badFile(where, "a TIFF file of several pages, or the name of a folder of slices",
+                      "one picture");
+    if (lattice.images > 0 && lattice.images != static_cast<std::uint64_t>(head.pages))
+        throw badFile(where, std::to_string(lattice.images) + " pages, as its description says",
+                      std::to_string(head.pages));
+    VolumeInfo info = infoOf(head, head.pages, lattice, options, where);
+    return std::make_unique<StackSource>(
+        std::vector{path}, head, std::move(info),
+        described("TIFF of " + std::to_string(head.pages) + " pages", head.shape.type));
+}
+
+std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector<fs::path>& files,
+                                       const SourceOptions& options) {
+    SliceNames names = orderedSlices(folder, files);
+    if (names.missingCount > 0 && !options.allowMissing)
+        throw badFile(folder.string(), "slices " + names.pattern + " without gaps, or --allow-missing",
+                      std::to_string(names.missingCount) + " missing: " + names.missing);
+    PictureHead head;
+    for (std::size_t i = 0; i < names.files.size(); ++i) {
+        checkInterrupted();
+        const PictureHead next = walkPicture(InputFile(names.files[i]));
+        const std::string where = names.files[i].string();
+        if (next.pages > 1)
+            throw badFile(where, "a slice: one page", std::to_string(next.pages) + " pages");
+        if (i == 0)
+            head = next;
+        if (next.shape.size != head.shape.size || next.shape.type != head.shape.type ||
+            std::string_view(next.shape.format) != head.shape.format)
+            throw badFile(where,
+                          std::to_string(head.shape.size.x) + "x" + std::to_string(head.shape.size.y) +
+                              " pixels of " + name(head.shape.type) + ", as in " +
+                              printableName(names.files.front().filename()),
+                          std::to_string(next.shape.size.x) + "x" + std::to_string(next.shape.size.y) +
+                              " pixels of " + name(next.shape.type));
+        if (next.tileRows != head.tileRows)
+            throw badFile(where, "tiles as in " + printableName(names.files.front().filename()), "others");
+        head.isLossy = head.isLossy || next.isLossy;
+    }
+    VolumeInfo info =
+        infoOf(head, static_cast<int>(names.files.size()), latticeOf(head), options, folder.string());
+    if (names.missingCount > 0)
+        info.remarks.push_back(std::to_string(names.missingCount) +
+                               " slices missing by their numbers, left out: " + names.missing);
+    const std::string what = std::to_string(names.files.size()) + " slices, " + names.pattern;
+    return std::make_unique<StackSource>(std::move(names.files), head, std::move(info),
+                                         described(what, head.shape.type));
+}
+
+bool isVolumeByItself(const fs::path& path) {
+    try {
+        return hasSeveralPages(InputFile(path));
+    } catch (const Error&) {
+        return false; // as a slice it is refused by its name
+    }
+}
+
+} // namespace
+
+FileFormat stackFormat() {
+    return {.inFolders = "slices in TIFF or PNG files",
+            .named = ".tif or .tiff of several pages",
+            .open = openPages,
+            .isMeant = isVolumeByItself,
+            .takesSpacing = true,
+            .openStack = openFolder,
+            .sliceEndings = {".tif", ".tiff", ".png"}};
+}
+
+} // namespace tessera
