@@ -82,7 +82,7 @@ TEST_F(Layers, KeptSamplesGoOn) {
     refused("-o a.exr " + on, {"kept", "with layers of paths false", "found true"});
     refused("-o a.exr " + on + " --layers all --seed 4", {"kept", "quality.seed 4"});
     refused("-o a.exr " + on + " --layers all --set lighting.transport.bounces=2",
-            {"kept", "lighting.transport.bounces 2", "found 8"});
+            {"kept", "lighting.transport.bounces 2", "found 16"});
     expectRefused("render other.zarr -o a.exr " + on + " --layers all", {"kept", "volumes[0].path"});
 }
 
