@@ -166,9 +166,9 @@ Option Command::option(const std::string& names, double& target, const std::stri
 Option Command::option(const std::string& names, std::optional<double>& target, const std::string& about) {
     return Option(*app_->add_option(names, target, about));
 }
-Option Command::option(const std::string& names, std::function<void(const std::string&)> take,
+Option Command::option(const std::string& names, const std::function<void(const std::string&)>& take,
                        const std::string& about) {
-    return Option(*app_->add_option_function<std::string>(names, std::move(take), about));
+    return Option(*app_->add_option_function<std::string>(names, take, about));
 }
 Option Command::flag(const std::string& names, bool& target, const std::string& about) {
     return Option(*app_->add_flag(names, target, about));

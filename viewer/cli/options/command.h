@@ -62,7 +62,7 @@ class Command {
     Option option(const std::string& names, double& target, const std::string& about);
     Option option(const std::string& names, std::optional<double>& target, const std::string& about);
     /// @param take  gets the text; called where the option is given
-    Option option(const std::string& names, std::function<void(const std::string&)> take,
+    Option option(const std::string& names, const std::function<void(const std::string&)>& take,
                   const std::string& about);
     Option flag(const std::string& names, bool& target, const std::string& about);
 
