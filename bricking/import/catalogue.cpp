@@ -304,6 +304,17 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
     return catalogue;
 }
 
+std::vector<fs::path> namedFilesOf(const fs::path& path) {
+    std::error_code none;
+    std::vector<fs::path> named;
+    for (const fs::path& file :
+         fs::is_directory(path, none) ? walkFolder(path).files : std::vector<fs::path>{path})
+        if (const FileFormat* format = fileFormatOf(file); format && format->parts)
+            for (fs::path& part : format->parts(file))
+                named.push_back(std::move(part));
+    return named;
+}
+
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
     const std::string where = printableName(catalogue.path);
     const int count = static_cast<int>(catalogue.scan.series.size());
