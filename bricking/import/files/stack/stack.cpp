@@ -3,9 +3,11 @@
 // a time.
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
+#include "bricking/import/files/stack/imagej_lines.h"
 #include "bricking/import/files/stack/picture_walk.h"
 #include "bricking/import/files/stack/slice_names.h"
 #include "bricking/import/files/stack/stack_spacing.h"
+#include "bricking/import/files/stack/stack_values.h"
 #include "bricking/import/source/plausible.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -109,6 +111,10 @@ VolumeInfo infoOf(const PictureHead& head, int slices, const StackLattice& latti
     info.type = storedTypeOf(head.shape.type);
     info.orientationKnown = false;
     info.lossy = head.isLossy;
+    StackRescale rescale = rescaleOf(head, where);
+    info.rescaleSlope = rescale.slope;
+    info.rescaleIntercept = rescale.intercept;
+    info.unit = std::move(rescale.unit);
     const glm::dvec3 mm =
         options.spacingMm ? *options.spacingMm : glm::dvec3(*lattice.pixelMm, *lattice.sliceMm);
     info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {mm.x, 0, 0}, {0, mm.y, 0}, {0, 0, mm.z});
@@ -147,7 +153,7 @@ std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions&
     const PictureHead head = walkPicture(file);
     const StackLattice lattice = latticeOf(head);
     const std::string where = path.string();
-    if (head.pages == 1 && lattice.images > 1 && head.description.starts_with("ImageJ="))
+    if (head.pages == 1 && lattice.images > 1 && isOfImageJ(head.description))
         return openAppended(std::move(file), head, lattice, options);
     if (head.pages == 1)
         throw badFile(where, "a TIFF file of several pages, or the name of a folder of slices",
@@ -176,16 +182,18 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
             throw badFile(where, "a slice: one page", std::to_string(next.pages) + " pages");
         if (i == 0)
             head = next;
+        const std::string first = printableName(names.files.front().filename());
         if (next.shape.size != head.shape.size || next.shape.type != head.shape.type ||
             std::string_view(next.shape.format) != head.shape.format)
             throw badFile(where,
                           std::to_string(head.shape.size.x) + "x" + std::to_string(head.shape.size.y) +
-                              " pixels of " + name(head.shape.type) + ", as in " +
-                              printableName(names.files.front().filename()),
+                              " pixels of " + name(head.shape.type) + ", as in " + first,
                           std::to_string(next.shape.size.x) + "x" + std::to_string(next.shape.size.y) +
                               " pixels of " + name(next.shape.type));
         if (next.tileRows != head.tileRows)
-            throw badFile(where, "tiles as in " + printableName(names.files.front().filename()), "others");
+            throw badFile(where, "tiles as in " + first, "others");
+        if (rescaleOf(next, where) != rescaleOf(head, where))
+            throw badFile(where, "ImageJ's calibration as in " + first, "another");
         head.isLossy = head.isLossy || next.isLossy;
     }
     VolumeInfo info =

@@ -4,6 +4,7 @@
 #include "tests/support/import_test_tools.h"
 
 #include <OpenImageIO/imageio.h>
+#include <functional>
 #include <gmock/gmock.h>
 #include <map>
 #include <random>
@@ -43,7 +44,7 @@ template <class T> OIIO::TypeDesc typeOfPixels() {
 struct OiioSpec {
     int width = 37, height = 45;
     const char* compression = "none";
-    int tile = 0, rowsPerStrip = 0, channels = 1;
+    int tile = 0, rowsPerStrip = 0, channels = 1, x = 0, y = 0;
     std::map<std::string, std::string> texts = {};
 };
 
@@ -55,6 +56,7 @@ void writeByOiio(const fs::path& path, const OiioSpec& from, int pages = 1, int 
     if (from.rowsPerStrip > 0)
         spec.attribute("tiff:RowsPerStrip", from.rowsPerStrip);
     spec.tile_width = spec.tile_height = from.tile;
+    spec.x = from.x, spec.y = from.y;
     for (const auto& [key, value] : from.texts)
         spec.attribute(key, value);
     const auto out = OIIO::ImageOutput::create(path.string());
@@ -81,6 +83,7 @@ struct OwnTiff {
     std::string description = {};
     std::uint32_t perX = 0, perY = 0, unit = 1; // resolution
     std::map<int, std::uint32_t> other = {};    // fields in place of these, or besides
+    std::vector<std::uint16_t> palette = {};
 
     std::string bytes() const {
         std::string file = big ? "MM" : "II";
@@ -112,6 +115,9 @@ struct OwnTiff {
             const std::size_t ratiosAt = file.size();
             for (const std::uint32_t number : {perX, 1u, perY, 1u})
                 append(file, number, 4);
+            const std::size_t paletteAt = file.size();
+            for (const std::uint16_t number : palette)
+                append(file, number, 2);
             struct Field {
                 int type;
                 std::uint64_t count, value;
@@ -139,6 +145,8 @@ struct OwnTiff {
                 fields[283] = {5, 1, ratiosAt + 8};
                 fields[296] = {3, 1, unit};
             }
+            if (!palette.empty())
+                fields[320] = {3, palette.size(), paletteAt};
             if (!description.empty())
                 fields[270] = {2, description.size() + 1, textAt};
             for (const auto& [tag, value] : other)
@@ -288,6 +296,58 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
         EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
                   stackValues<std::uint8_t>(37, 45, 3));
     }
+}
+
+// ImageJ keeps numbers with a sign so, and Hounsfield units.
+TEST(ImportStack, CalibrationsOfImageJBecomeTheRescale) {
+    const ScratchFolder folder;
+    const auto write = [&](const std::string& calibration, std::uint32_t format = 1) {
+        OwnTiff tiff = ownTiff();
+        tiff.format = format;
+        tiff.description = "ImageJ=1.53t\nimages=3\nslices=3\n" + calibration;
+        writeFile(folder / "a.tif", tiff.bytes());
+    };
+    const auto info = [&] { return openSource(folder / "a.tif", kCubes)->info(); };
+    write("cf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n");
+    EXPECT_EQ(info().rescaleIntercept, -32768);
+    EXPECT_EQ(info().rescaleSlope, 1);
+    EXPECT_EQ(info().unit, "");
+    EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder / "a.tif", kCubes)),
+              stackValues<std::uint16_t>(5, 6, 3));
+    write("cf=0\nc0=-1000\nc1=0.5\nvunit=HU\n");
+    EXPECT_EQ(info().rescaleIntercept, -1000);
+    EXPECT_EQ(info().rescaleSlope, 0.5);
+    EXPECT_EQ(info().unit, "HU");
+    for (const char* none : {"", "cf=20\n", "vunit=HU\n"}) {
+        write(none);
+        EXPECT_EQ(info().rescaleIntercept, 0) << none;
+        EXPECT_EQ(info().rescaleSlope, 1) << none;
+    }
+    const auto expectRefusal = [&](const std::string& calibration, const char* what) {
+        write(calibration);
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), AllOf(HasSubstr("a.tif"), HasSubstr(what)));
+    };
+    expectRefusal("cf=4\nc0=1\nc1=2\n", "found \"Exponential\"");
+    expectRefusal("cf=7\nc0=1\nc1=2\nc2=1\nc3=5\n", "found \"Rodbard\"");
+    expectRefusal("cf=21\n", "found \"Uncalibrated OD\"");
+    expectRefusal("cf=99\n", "found \"function 99\"");
+    expectRefusal("cf=0\nc0=5\n", "c0 and c1");
+    expectRefusal("cf=0\nc0=5\nc1=0\n", "c1");
+    expectRefusal("cf=0\nc0=5\nc1=1\nzeroclip=true\n", "zeroclip");
+    write("cf=0\nc0=-32768\nc1=1\n", 2);
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("without a sign"));
+    fs::remove(folder / "a.tif");
+    for (const char* name : {"s1.tif", "s2.tif"}) {
+        OwnTiff tiff{.pages = 1, .pixels = std::string(60, 'x')};
+        tiff.description = "ImageJ=1.53t\ncf=0\nc0=-32768\nc1=1\n";
+        writeFile(folder / name, tiff.bytes());
+    }
+    EXPECT_EQ(openSource(folder.path(), kCubes)->info().rescaleIntercept, -32768);
+    OwnTiff other{.pages = 1, .pixels = std::string(60, 'x')};
+    other.description = "ImageJ=1.53t\ncf=0\nc0=-1000\nc1=1\n";
+    writeFile(folder / "s2.tif", other.bytes());
+    EXPECT_THAT(refusalOfOpening(folder.path(), kCubes),
+                AllOf(HasSubstr("s2.tif"), HasSubstr("as in s1.tif")));
 }
 
 TEST(ImportStack, PicturesBesideAVolumeAreNoStack) {
