@@ -129,8 +129,10 @@ class TextPart final : public DataReader::Part {
 
 } // namespace
 
+namespace {
+
 /// Behind the header and the lines that are skipped. Throws InputError if there are fewer.
-std::uint64_t dataOffset(const DataFiles& header, const InputFile& file) {
+std::uint64_t headerEnd(const DataFiles& header, const InputFile& file) {
     std::uint64_t at = header.dataFiles.empty() ? header.bytes : 0;
     std::vector<char> piece(header.lineSkip > 0 ? kPieceBytes : 0);
     for (std::int64_t left = header.lineSkip; left > 0;) {
@@ -144,11 +146,17 @@ std::uint64_t dataOffset(const DataFiles& header, const InputFile& file) {
             left -= piece[used++] == '\n' ? 1 : 0;
         at += used;
     }
-    if (header.encoding != DataEncoding::gzip && header.byteSkip > 0)
-        at += static_cast<std::uint64_t>(header.byteSkip);
-    if (header.byteSkip == -1)
-        at = file.sizeBytes() - std::min(file.sizeBytes(), partBytesOf(header));
     return at;
+}
+
+} // namespace
+
+std::uint64_t dataOffset(const DataFiles& header, const InputFile& file) {
+    const std::uint64_t end = headerEnd(header, file), bytes = partBytesOf(header), all = file.sizeBytes();
+    if (header.byteSkip == -1) // checkLength() refuses a file that is too short
+        return all < bytes ? end : std::max(end, all - bytes);
+    const bool isSkippedHere = header.encoding != DataEncoding::gzip;
+    return end + (isSkippedHere ? static_cast<std::uint64_t>(header.byteSkip) : 0);
 }
 
 namespace {

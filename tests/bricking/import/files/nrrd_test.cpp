@@ -203,6 +203,29 @@ TEST(ImportNrrd, WhatIsNoVolumeIsRefused) {
     EXPECT_THAT(openSource(folder.path(), {})->describe(), HasSubstr("NRRD"));
 }
 
+// Text of the header would become voxels.
+TEST(ImportNrrd, DataAtTheEndDoNotReachIntoTheHeader) {
+    const ScratchFolder folder;
+    const std::vector<std::uint8_t> values = nrrdVoxels<std::uint8_t>();
+    const std::string data = voxelBytes(values),
+                      header = nrrdHeader("uchar", "raw", kNrrdPlace + "byte skip: -1\n") + "\n";
+    for (const char* before : {"", "some other bytes"}) {
+        writeFile(folder / "a.nrrd", header + before + data);
+        EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder / "a.nrrd", {})), values) << before;
+    }
+    for (const std::size_t left : {59u, 30u, 0u}) {
+        writeFile(folder / "a.nrrd", header + data.substr(0, left));
+        EXPECT_THAT(refusalOfOpening(folder / "a.nrrd"), AllOf(HasSubstr("a.nrrd"), HasSubstr("too short")))
+            << left;
+    }
+    writeFile(folder / "b.nhdr",
+              nrrdHeader("uchar", "raw", kNrrdPlace + "line skip: 2\nbyte skip: -1\ndata file: b.raw\n"));
+    writeFile(folder / "b.raw", "one line\nanother\n" + data);
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder / "b.nhdr", {})), values);
+    writeFile(folder / "b.raw", "one line\nanother\n" + data.substr(1));
+    EXPECT_THAT(refusalOfOpening(folder / "b.nhdr"), AllOf(HasSubstr("b.raw"), HasSubstr("too short")));
+}
+
 TEST(ImportNrrd, EveryTruncationAndRandomDamageIsAnErrorOrRead) {
     const ScratchFolder folder;
     const std::string data = voxelBytes(nrrdVoxels<std::int16_t>());
