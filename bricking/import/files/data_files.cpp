@@ -87,7 +87,7 @@ class TextPart final : public DataReader::Part {
             if (!value)
                 throw badFile(file_.path().string(), "numbers as text",
                               word.empty() ? "the end of the file (is it truncated?)"
-                                           : "\"" + printable(word) + "\"");
+                                           : shownWord(word) + " before byte " + std::to_string(place()));
             std::memcpy(out.data() + i, &*value, sizeof(double));
         }
     }
@@ -99,9 +99,12 @@ class TextPart final : public DataReader::Part {
     }
 
   private:
-    /// "" at the end of the file. Longer words are no numbers, and cut.
+    /// Of the next character.
+    std::uint64_t place() const { return at_ - have_ + next_; }
+
+    /// "" at the end of the file.
     std::string nextWord() {
-        constexpr std::size_t kLongest = 64;
+        constexpr std::size_t kLongest = 64; // of a number
         std::string word;
         for (;; ++next_) {
             if (next_ == have_) {
@@ -117,7 +120,9 @@ class TextPart final : public DataReader::Part {
             else if (!word.empty())
                 return word;
             if (word.size() > kLongest)
-                return word;
+                throw badFile(file_.path().string(),
+                              "numbers as text, of " + std::to_string(kLongest) + " characters at most",
+                              shownWord(word) + " before byte " + std::to_string(place() + 1));
         }
     }
 
@@ -312,7 +317,8 @@ void DataReader::skip(std::uint64_t bytes) {
 
 void DataReader::finish() {
     TESSERA_CHECK(part_ && leftBytes_ == 0);
-    if (const std::uint64_t surplus = part_->finish(); surplus >= rowBytesOf(header_))
+    const std::uint64_t least = header_.encoding == DataEncoding::text ? 1 : rowBytesOf(header_);
+    if (const std::uint64_t surplus = part_->finish(); surplus >= least)
         throw badFile((header_.dataFiles.empty() ? file_ : header_.dataFiles[opened_ - 1]).string(),
                       "no values behind the last one that the header says",
                       std::to_string(surplus / bytesPerFileValue(dataType(header_))) + " more");

@@ -226,6 +226,30 @@ TEST(ImportNrrd, DataAtTheEndDoNotReachIntoTheHeader) {
     EXPECT_THAT(refusalOfOpening(folder / "b.nhdr"), AllOf(HasSubstr("b.raw"), HasSubstr("too short")));
 }
 
+TEST(ImportNrrd, TextHasOneWordForEveryValue) {
+    const ScratchFolder folder;
+    const auto write = [&](const std::string& first, int others, const std::string& last) {
+        std::string text = first;
+        for (int i = 0; i < others; ++i)
+            text += i % 4 == 3 ? "\n5" : ", 5";
+        writeFile(folder / "a.nrrd", nrrdHeader("short", "text") + "\n" + text + last + "\n");
+        return nrrdHeader("short", "text").size() + 1;
+    };
+    const auto refused = [&] { return refusal([&] { readAll<float>(*openSource(folder / "a.nrrd", {})); }); };
+    write(std::string(60, '0') + "1234", 59, "");
+    std::vector<float> expected(60, 5);
+    expected[0] = 1234;
+    EXPECT_EQ(readAll<float>(*openSource(folder / "a.nrrd", {})), expected);
+    // Cut into two words, it would be as many values as there should be.
+    const std::size_t at = write(std::string(64, '0') + "1234", 58, "");
+    EXPECT_THAT(refused(), AllOf(HasSubstr("a.nrrd"), HasSubstr("64 characters at most"),
+                                 HasSubstr("before byte " + std::to_string(at + 65))));
+    write("5", 59, " 5");
+    EXPECT_THAT(refused(), AllOf(HasSubstr("a.nrrd"), HasSubstr("1 more")));
+    const std::size_t word = write("five", 59, "");
+    EXPECT_THAT(refused(), HasSubstr("\"five\" before byte " + std::to_string(word + 4)));
+}
+
 TEST(ImportNrrd, EveryTruncationAndRandomDamageIsAnErrorOrRead) {
     const ScratchFolder folder;
     const std::string data = voxelBytes(nrrdVoxels<std::int16_t>());
