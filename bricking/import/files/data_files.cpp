@@ -202,9 +202,24 @@ std::int64_t wholeIn(const std::string& text, const std::string& field, std::int
     return *value;
 }
 
+/// Throws for another number of files than the sizes need, if each has a part of `each` axes.
+void checkFileCount(std::uint64_t count, std::int64_t each, const std::vector<std::int64_t>& sizes,
+                    const std::string& where) {
+    constexpr std::uint64_t kMostFiles = 65536;
+    const auto axes = static_cast<std::int64_t>(sizes.size());
+    std::uint64_t runs = each == axes ? static_cast<std::uint64_t>(sizes.back()) : 1;
+    for (std::int64_t axis = each; axis < axes; ++axis)
+        runs *= static_cast<std::uint64_t>(sizes[static_cast<std::size_t>(axis)]);
+    if (each == axes ? runs % count != 0 : runs != count)
+        throw badFile(where, std::to_string(runs) + " data files, as its sizes say", std::to_string(count));
+    if (count > kMostFiles)
+        throw badFile(where, std::to_string(kMostFiles) + " data files at most", std::to_string(count));
+}
+
 std::vector<std::string> patternNames(const std::string& field, const std::vector<std::string>& words,
-                                      std::int64_t slices, const std::string& where) {
-    constexpr std::int64_t kMostNumber = 999'999'999, kMostFiles = 65536;
+                                      std::int64_t each, const std::vector<std::int64_t>& sizes,
+                                      const std::string& where) {
+    constexpr std::int64_t kMostNumber = 999'999'999;
     const std::int64_t first = wholeIn(words[1], field, 0, kMostNumber, where),
                        last = wholeIn(words[2], field, 0, kMostNumber, where),
                        step = wholeIn(words[3], field, -kMostNumber, kMostNumber, where);
@@ -212,8 +227,7 @@ std::vector<std::string> patternNames(const std::string& field, const std::vecto
         throw badFile(where, "a step of \"" + field + "\" that leads from its first number to its last",
                       std::to_string(step));
     const std::int64_t count = (last - first) / step + 1;
-    if (count > std::max<std::int64_t>(slices, kMostFiles))
-        throw badFile(where, "at most one data file a slice", std::to_string(count));
+    checkFileCount(static_cast<std::uint64_t>(count), each, sizes, where); // before names are made
     std::vector<std::string> names;
     for (std::int64_t i = 0; i < count; ++i) {
         const std::optional<std::string> name = numberedName(words[0], first + i * step);
@@ -246,16 +260,11 @@ std::vector<std::filesystem::path> namedDataFiles(const std::string& field, cons
             throw badFile(where, "\"" + field + "\" as PATTERN MIN MAX STEP", shownWord(value));
         if (words.size() == 5)
             each = wholeIn(words[4], field, 1, axes, where);
-        names = patternNames(field, words, sizes.back(), where);
+        names = patternNames(field, words, each, sizes, where);
     } else {
         return {header.parent_path() / value};
     }
-    std::uint64_t runs = each == axes ? static_cast<std::uint64_t>(sizes.back()) : 1;
-    for (std::int64_t axis = each; axis < axes; ++axis)
-        runs *= static_cast<std::uint64_t>(sizes[static_cast<std::size_t>(axis)]);
-    if (each == axes ? runs % names.size() != 0 : runs != names.size())
-        throw badFile(where, std::to_string(runs) + " data files, as its sizes say",
-                      std::to_string(names.size()));
+    checkFileCount(names.size(), each, sizes, where);
     std::vector<std::filesystem::path> files;
     for (const std::string& name : names)
         files.push_back(header.parent_path() / name);

@@ -250,6 +250,20 @@ TEST(ImportNrrd, TextHasOneWordForEveryValue) {
     EXPECT_THAT(refused(), HasSubstr("\"five\" before byte " + std::to_string(word + 4)));
 }
 
+TEST(ImportNrrd, FilesOfAPatternAreCountedBeforeTheyAreNamed) {
+    const ScratchFolder folder;
+    const auto refused = [&](const std::string& sizes, const std::string& pattern) {
+        writeFile(folder / "a.nhdr",
+                  nrrdHeader("uchar", "raw", kNrrdPlace, sizes) + "data file: s%d.raw " + pattern + "\n");
+        return refusalOfOpening(folder / "a.nhdr");
+    };
+    EXPECT_THAT(refused("3 4 5", "0 999999999 1"),
+                HasSubstr("5 data files, as its sizes say, found 1000000000"));
+    EXPECT_THAT(refused("1 1 2000000", "1 2000000 1"), HasSubstr("65536 data files at most, found 2000000"));
+    EXPECT_THAT(refused("3 4 5", "1 2 1 3"), HasSubstr("5 data files"));
+    EXPECT_THAT(refused("3 4 5", "5 1 1"), HasSubstr("leads from its first number"));
+}
+
 TEST(ImportNrrd, EveryTruncationAndRandomDamageIsAnErrorOrRead) {
     const ScratchFolder folder;
     const std::string data = voxelBytes(nrrdVoxels<std::int16_t>());
