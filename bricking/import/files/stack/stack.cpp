@@ -5,6 +5,7 @@
 #include "bricking/import/files/file_reading.h"
 #include "bricking/import/files/stack/imagej_lines.h"
 #include "bricking/import/files/stack/picture_walk.h"
+#include "bricking/import/files/stack/slice_gaps.h"
 #include "bricking/import/files/stack/slice_names.h"
 #include "bricking/import/files/stack/stack_spacing.h"
 #include "bricking/import/files/stack/stack_values.h"
@@ -170,9 +171,14 @@ std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions&
 std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector<fs::path>& files,
                                        const SourceOptions& options) {
     SliceNames names = orderedSlices(folder, files);
-    if (names.missingCount > 0 && !options.allowMissing)
-        throw badFile(folder.string(), "slices " + names.pattern + " without gaps, or --allow-missing",
+    if (names.missingCount > 0 && !options.resampleZ)
+        throw badFile(folder.string(),
+                      "slices " + names.pattern + " without gaps, or --resample-z, which interpolates",
                       std::to_string(names.missingCount) + " missing: " + names.missing);
+    constexpr std::uint64_t kMostPlaces = 65536;
+    if (names.missingCount > 0 && names.places.back() >= kMostPlaces)
+        throw badFile(folder.string(), std::to_string(kMostPlaces) + " slices at most where some are missing",
+                      std::to_string(names.places.back() + 1));
     PictureHead head;
     for (std::size_t i = 0; i < names.files.size(); ++i) {
         checkInterrupted();
@@ -200,10 +206,13 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
         infoOf(head, static_cast<int>(names.files.size()), latticeOf(head), options, folder.string());
     if (names.missingCount > 0)
         info.remarks.push_back(std::to_string(names.missingCount) +
-                               " slices missing by their numbers, left out: " + names.missing);
+                               " slices missing by their numbers, interpolated: " + names.missing);
     const std::string what = std::to_string(names.files.size()) + " slices, " + names.pattern;
-    return std::make_unique<StackSource>(std::move(names.files), head, std::move(info),
-                                         described(what, head.shape.type));
+    auto slices = std::make_unique<StackSource>(std::move(names.files), head, std::move(info),
+                                                described(what, head.shape.type));
+    if (names.missingCount == 0)
+        return slices;
+    return fillGaps(std::move(slices), names.places);
 }
 
 bool isVolumeByItself(const fs::path& path) {

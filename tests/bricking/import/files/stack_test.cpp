@@ -280,9 +280,6 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
         EXPECT_THAT(refusalOfOpening(folder.path(), kCubes), HasSubstr(what));
     };
     expectRefusal({"s1.tif", "s2.tif", "s4.tif", "s7.tif"}, "3 missing: 3, 5 to 6");
-    const auto left = openSource(folder.path(), {.allowMissing = true, .spacingMm = glm::dvec3(1)});
-    EXPECT_EQ(left->info().extentVoxels.z, 4);
-    EXPECT_THAT(left->notes(), testing::Contains(HasSubstr("3 slices missing")));
     expectRefusal({"s1.tif", "s2.tif", "t3.tif"}, "alike but for one number");
     expectRefusal({"s1.tif", "s2.png"}, "alike but for one number");
     expectRefusal({"c1_z1.tif", "c1_z2.tif", "c2_z1.tif", "c2_z2.tif"}, "2 that differ");
@@ -296,6 +293,53 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
         EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
                   stackValues<std::uint8_t>(37, 45, 3));
     }
+}
+
+// Slices keep the places that their numbers say.
+TEST(ImportStack, MissingSlicesAreInterpolatedOrRefused) {
+    const ScratchFolder folder;
+    const auto write = [&](std::initializer_list<int> numbers) {
+        for (const auto& entry : fs::directory_iterator(folder.path()))
+            fs::remove(entry.path());
+        for (const int number : numbers)
+            writeByOiio<std::int16_t>(folder / ("s" + std::to_string(number) + ".tif"), {}, 1, number);
+    };
+    write({1, 2, 4, 7});
+    for (const bool mayMiss : {false, true})
+        EXPECT_THAT(refusalOfOpening(folder.path(), {.allowMissing = mayMiss, .spacingMm = glm::dvec3(1)}),
+                    AllOf(HasSubstr("--resample-z"), HasSubstr("3 missing: 3, 5 to 6")))
+            << mayMiss;
+    const SourceOptions evenly{.resampleZ = true, .spacingMm = glm::dvec3(1, 1, 2)};
+    // Slices differ by a constant but for the columns' sign: between two of them lies their mean.
+    const auto source = openSource(folder.path(), evenly);
+    EXPECT_EQ(source->info().extentVoxels, glm::ivec3(37, 45, 7));
+    EXPECT_EQ(source->info().spacingMm().z, 2);
+    EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("3 slices missing by their numbers, interp")));
+    std::vector<std::int16_t> expected;
+    for (int number = 1; number <= 7; ++number)
+        for (const std::int16_t value : sliceValues<std::int16_t>(37, 45, number))
+            expected.push_back(value); // linear in the number
+    EXPECT_EQ(readAll<std::int16_t>(*source), expected);
+    write({10, 14, 20}); // they share steps of two
+    const auto shared = openSource(folder.path(), evenly);
+    EXPECT_EQ(shared->info().extentVoxels.z, 6);
+    expected.clear();
+    for (int number = 10; number <= 20; number += 2)
+        for (const std::int16_t value : sliceValues<std::int16_t>(37, 45, number))
+            expected.push_back(value);
+    EXPECT_EQ(readAll<std::int16_t>(*shared), expected);
+    write({1, 2, 200000});
+    EXPECT_THAT(refusalOfOpening(folder.path(), evenly), HasSubstr("65536 slices at most"));
+    // Eight bits without a sign, rounded to the nearest number; of half, to the even one.
+    for (const auto& entry : fs::directory_iterator(folder.path()))
+        fs::remove(entry.path());
+    for (const auto& [name, value] : {std::pair{"p1.tif", 1}, {"p2.tif", 250}, {"p4.tif", 5}}) {
+        OwnTiff tiff{.width = 1, .height = 1, .rows = 1, .pages = 1, .bits = 8};
+        tiff.pixels = std::string(1, static_cast<char>(value));
+        writeFile(folder / name, tiff.bytes());
+    }
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), evenly)),
+              (std::vector<std::uint8_t>{1, 250, 128, 5}));
 }
 
 // ImageJ keeps numbers with a sign so, and Hounsfield units.
