@@ -6,6 +6,7 @@
 #include "bricking/import/source/plausible.h"
 #include "core/base/shown_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -54,12 +55,18 @@ void takeImageJ(const PictureHead& head, StackLattice& lattice) {
     const std::string& text = head.description;
     lattice.images = countOf(imageJLine(text, "images"), 0);
     lattice.others = countOf(imageJLine(text, "channels"), 1) * countOf(imageJLine(text, "frames"), 1);
-    const std::string unit = imageJLine(text, "unit");
-    const double mm = unit.empty() ? head.unitMm : millimetresOf(unit);
+    const std::string unit = imageJLine(text, "unit"), yUnit = imageJLine(text, "yunit"),
+                      zUnit = imageJLine(text, "zunit"), spacing = imageJLine(text, "spacing");
+    const double mm = unit.empty() ? head.unitMm : millimetresOf(unit),
+                 yMm = yUnit.empty() ? mm : millimetresOf(yUnit),
+                 zMm = zUnit.empty() ? mm : millimetresOf(zUnit);
     lattice.pixelMm.reset(); // the tag's unit gives way to the description's
-    if (head.perUnit && isLength(mm / head.perUnit->x) && isLength(mm / head.perUnit->y))
-        lattice.pixelMm = mm / *head.perUnit;
-    const double between = mm * realNumberOf(imageJLine(text, "spacing")).value_or(0);
+    if (head.perUnit && isLength(mm / head.perUnit->x) && isLength(yMm / head.perUnit->y))
+        lattice.pixelMm = glm::dvec2(mm, yMm) / *head.perUnit;
+    // ImageJ leaves out a spacing of 1.
+    const bool isOne = spacing.empty() && !(unit.empty() && zUnit.empty()) &&
+                       std::max(lattice.images, countOf(imageJLine(text, "slices"), 1)) > 1;
+    const double between = zMm * (isOne ? 1 : realNumberOf(spacing).value_or(0));
     if (isLength(between))
         lattice.sliceMm = between;
 }

@@ -441,8 +441,21 @@ TEST(ImportStack, SpacingsAreSaidOrAskedFor) {
                 testing::Contains(HasSubstr("--spacing is taken")));
     write("ImageJ=1.53t\nimages=2\nslices=2\nunit=pixel\nspacing=1.5\n", 4);
     expectAsked("no spacing");
-    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\n", 4);
+    // ImageJ leaves out a spacing of 1, and units that are that of x.
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=cm\n", 4);
+    expectNear({2.5, 5, 10});
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nyunit=cm\nzunit=micron\nspacing=500\n", 4);
+    expectNear({0.25, 5, 0.5});
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nzunit=inch\n", 4);
+    expectNear({0.25, 0.5, 25.4});
+    write("ImageJ=1.53t\nimages=2\nslices=2\n", 4);
+    expectAsked("2.5 x 5 mm within slices, nothing between them");
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nzunit=pixel\nspacing=2\n", 4);
     expectAsked("nothing between them");
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nspacing=0\n", 4);
+    expectAsked("nothing between them");
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nyunit=pixel\nspacing=2\n", 4);
+    expectAsked("nothing within them");
     write("ImageJ=1.53t\nimages=2\nchannels=2\nunit=mm\nspacing=1\n", 4);
     EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("one channel"));
     write("ImageJ=1.53t\nimages=3\nslices=3\nunit=mm\nspacing=1\n", 4);
