@@ -394,6 +394,18 @@ TEST(ImportStack, CalibrationsOfImageJBecomeTheRescale) {
                 AllOf(HasSubstr("s2.tif"), HasSubstr("as in s1.tif")));
 }
 
+// A TIFF's XPosition and YPosition: where a picture was cut from a larger one.
+TEST(ImportStack, CroppedPicturesAreReadWhole) {
+    for (const int tile : {0, 16}) {
+        const ScratchFolder folder;
+        writeByOiio<std::uint16_t>(folder / "a.tif",
+                                   {.tile = tile, .rowsPerStrip = tile ? 0 : 7, .x = 20, .y = 35}, 3);
+        const auto source = openSource(folder / "a.tif", kCubes);
+        EXPECT_EQ(source->info().extentVoxels, glm::ivec3(37, 45, 3));
+        EXPECT_EQ(readAll<std::uint16_t>(*source), stackValues<std::uint16_t>(37, 45, 3)) << tile;
+    }
+}
+
 TEST(ImportStack, PicturesBesideAVolumeAreNoStack) {
     const ScratchFolder folder;
     NiftiImage image;
