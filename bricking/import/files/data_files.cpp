@@ -253,8 +253,8 @@ std::vector<std::filesystem::path> namedDataFiles(const std::string& field, cons
     if (value.starts_with("LIST")) {
         if (words[0] != "LIST" || words.size() > 2 || names.empty())
             throw badFile(where, "\"" + field + ": LIST\" and names, a line each", shownWord(value));
-        if (words.size() == 2)
-            each = wholeIn(words[1], field, 1, axes, where);
+        if (words.size() == 2) // MetaIO writes "2D"
+            each = wholeIn(words[1].substr(0, words[1].find_last_not_of("dD") + 1), field, 1, axes, where);
     } else if (words.size() >= 4 && words[0].find('%') != std::string::npos) {
         if (words.size() > 5)
             throw badFile(where, "\"" + field + "\" as PATTERN MIN MAX STEP", shownWord(value));
