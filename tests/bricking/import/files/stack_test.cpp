@@ -406,6 +406,18 @@ TEST(ImportStack, CroppedPicturesAreReadWhole) {
     }
 }
 
+TEST(ImportStack, BytesBehindAPngAreIgnored) {
+    const ScratchFolder folder;
+    for (int z = 0; z < 3; ++z) {
+        const fs::path file = folder / ("p" + std::to_string(z) + ".png");
+        writeByOiio<std::uint8_t>(file, {}, 1, z);
+        std::ofstream(file, std::ios::binary | std::ios::app)
+            << std::string(static_cast<std::size_t>(3 + z), '\xff');
+    }
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
+              stackValues<std::uint8_t>(37, 45, 3));
+}
+
 TEST(ImportStack, PicturesBesideAVolumeAreNoStack) {
     const ScratchFolder folder;
     NiftiImage image;
