@@ -14,7 +14,7 @@ namespace tessera {
 namespace {
 
 struct Name {
-    std::string pattern; // numbers are '#'
+    std::string pattern; // without the ending; numbers are '#'
     std::vector<std::uint64_t> numbers;
     std::filesystem::path file;
 };
@@ -22,7 +22,7 @@ struct Name {
 Name nameOf(const std::filesystem::path& file) {
     Name name;
     name.file = file;
-    const std::string text = file.filename().string();
+    const std::string text = file.stem().string();
     for (std::size_t i = 0; i < text.size();) {
         if (text[i] < '0' || text[i] > '9') {
             name.pattern += text[i++];
@@ -53,7 +53,7 @@ std::string shown(const Name& name, std::size_t varying) {
         } else {
             text += c;
         }
-    return printableName(text);
+    return printableName(text + name.file.extension().string());
 }
 
 } // namespace

@@ -189,8 +189,10 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
         if (i == 0)
             head = next;
         const std::string first = printableName(names.files.front().filename());
-        if (next.shape.size != head.shape.size || next.shape.type != head.shape.type ||
-            std::string_view(next.shape.format) != head.shape.format)
+        if (std::string_view(next.shape.format) != head.shape.format)
+            throw badFile(where, "a picture of the kind of " + first + " (" + head.shape.format + ")",
+                          next.shape.format);
+        if (next.shape.size != head.shape.size || next.shape.type != head.shape.type)
             throw badFile(where,
                           std::to_string(head.shape.size.x) + "x" + std::to_string(head.shape.size.y) +
                               " pixels of " + name(head.shape.type) + ", as in " + first,

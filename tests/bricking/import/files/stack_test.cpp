@@ -281,7 +281,7 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
     };
     expectRefusal({"s1.tif", "s2.tif", "s4.tif", "s7.tif"}, "3 missing: 3, 5 to 6");
     expectRefusal({"s1.tif", "s2.tif", "t3.tif"}, "alike but for one number");
-    expectRefusal({"s1.tif", "s2.png"}, "alike but for one number");
+    expectRefusal({"s1.tif", "s2.png"}, "a picture of the kind of s1.tif (tiff)");
     expectRefusal({"c1_z1.tif", "c1_z2.tif", "c2_z1.tif", "c2_z2.tif"}, "2 that differ");
     expectRefusal({"s1.tif", "s01.tif", "s2.tif"}, "every number once");
     expectRefusal({"s1.tif"}, "two slices or more");
@@ -340,6 +340,18 @@ TEST(ImportStack, MissingSlicesAreInterpolatedOrRefused) {
     }
     EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), evenly)),
               (std::vector<std::uint8_t>{1, 250, 128, 5}));
+}
+
+TEST(ImportStack, EndingsOfNamesDoNotCount) {
+    const ScratchFolder folder;
+    for (const auto& [name, z] : {std::pair{"a1.TIF", 0}, {"a2.tif", 1}, {"a3.tiff", 2}}) {
+        writeByOiio<std::uint8_t>(folder / "w.tif", {}, 1, z);
+        fs::rename(folder / "w.tif", folder / name);
+    }
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
+              stackValues<std::uint8_t>(37, 45, 3));
+    writeByOiio<std::uint8_t>(folder / "a1.tif", {});
+    EXPECT_THAT(refusalOfOpening(folder.path(), kCubes), HasSubstr("every number once"));
 }
 
 // ImageJ keeps numbers with a sign so, and Hounsfield units.
