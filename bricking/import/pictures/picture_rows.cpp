@@ -86,8 +86,9 @@ class OpenedPicture final : public PictureRows {
     void check() {
         const OIIO::ImageSpec& spec = input_->spec();
         const bool isHalf = spec.format == OIIO::TypeDesc::HALF && shape_.type == FileType::f32;
-        if (spec.width != shape_.size.x || spec.height != shape_.size.y || spec.nchannels != 1 ||
-            spec.depth > 1 || spec.deep || (spec.format != descOf(shape_.type) && !isHalf))
+        const bool isGrey = spec.nchannels == 1 || (shape_.isPalette && spec.nchannels == 3);
+        if (spec.width != shape_.size.x || spec.height != shape_.size.y || !isGrey || spec.depth > 1 ||
+            spec.deep || (spec.format != descOf(shape_.type) && !isHalf))
             refuse(std::to_string(shape_.size.x) + "x" + std::to_string(shape_.size.y) + " pixels of " +
                        name(shape_.type),
                    std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels of " +

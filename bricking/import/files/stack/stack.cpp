@@ -119,6 +119,8 @@ VolumeInfo infoOf(const PictureHead& head, int slices, const StackLattice& latti
     const glm::dvec3 mm =
         options.spacingMm ? *options.spacingMm : glm::dvec3(*lattice.pixelMm, *lattice.sliceMm);
     info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {mm.x, 0, 0}, {0, mm.y, 0}, {0, 0, mm.z});
+    if (head.shape.isPalette)
+        info.remarks.emplace_back("pictures with a palette that is an even scale of grey, taken as grey");
     if (options.spacingMm && (lattice.pixelMm || lattice.sliceMm))
         info.remarks.push_back("the stack says " + lattice.said() + "; --spacing is taken");
     requirePlausibleGeometry(info, {"--spacing", "--spacing", "--spacing"}, where);
@@ -203,6 +205,7 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
         if (rescaleOf(next, where) != rescaleOf(head, where))
             throw badFile(where, "ImageJ's calibration as in " + first, "another");
         head.isLossy = head.isLossy || next.isLossy;
+        head.shape.isPalette = head.shape.isPalette || next.shape.isPalette;
     }
     VolumeInfo info =
         infoOf(head, static_cast<int>(names.files.size()), latticeOf(head), options, folder.string());

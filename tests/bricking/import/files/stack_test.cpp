@@ -418,6 +418,29 @@ TEST(ImportStack, CroppedPicturesAreReadWhole) {
     }
 }
 
+TEST(ImportStack, PalettesThatAreGreyAreTaken) {
+    const ScratchFolder folder;
+    const auto write = [&](const std::function<int(int)>& blue, int scale = 257) {
+        OwnTiff tiff{.pages = 2, .bits = 8};
+        tiff.pixels = voxelBytes(stackValues<std::uint8_t>(5, 6, 2));
+        tiff.other[262] = 3;
+        for (int channel = 0; channel < 3; ++channel)
+            for (int i = 0; i < 256; ++i)
+                tiff.palette.push_back(static_cast<std::uint16_t>((channel == 2 ? blue(i) : i) * scale));
+        writeFile(folder / "a.tif", tiff.bytes());
+    };
+    write([](int i) { return i; });
+    const auto source = openSource(folder / "a.tif", kCubes);
+    EXPECT_EQ(readAll<std::uint8_t>(*source), stackValues<std::uint8_t>(5, 6, 2));
+    EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("palette")));
+    write([](int i) { return i; }, 256); // other numbers once they are read
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("a palette of colours"));
+    write([](int i) { return i == 77 ? 78 : i; });
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("a palette of colours"));
+    write([](int i) { return 255 - i; });
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("a palette of colours"));
+}
+
 TEST(ImportStack, BytesBehindAPngAreIgnored) {
     const ScratchFolder folder;
     for (int z = 0; z < 3; ++z) {
