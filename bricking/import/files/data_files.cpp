@@ -132,10 +132,6 @@ class TextPart final : public DataReader::Part {
     std::size_t next_ = 0, have_ = 0;
 };
 
-} // namespace
-
-namespace {
-
 /// Behind the header and the lines that are skipped. Throws InputError if there are fewer.
 std::uint64_t headerEnd(const DataFiles& header, const InputFile& file) {
     std::uint64_t at = header.dataFiles.empty() ? header.bytes : 0;

@@ -453,6 +453,30 @@ TEST(ImportStack, BytesBehindAPngAreIgnored) {
               stackValues<std::uint8_t>(37, 45, 3));
 }
 
+// Other volumes that cannot be opened do not make pictures illustrations; those that wait for a spacing do.
+TEST(ImportStack, ADamagedVolumeDoesNotHideAStack) {
+    const ScratchFolder folder;
+    for (int z = 0; z < 3; ++z)
+        writeByOiio<std::uint8_t>(folder / ("p" + std::to_string(z) + ".tif"), {}, 1, z);
+    NiftiImage image;
+    image.voxels = std::string(48, '\0');
+    writeFile(folder / "a.nii", niftiBytes(image).substr(0, 380));
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
+              stackValues<std::uint8_t>(37, 45, 3));
+    const Catalogue catalogue = lookThrough(folder.path(), kCubes);
+    EXPECT_THAT(passedOverText(catalogue, chooseRow(catalogue, kCubes)), HasSubstr("a.nii"));
+    fs::remove(folder / "a.nii");
+    writeFile(folder / "pages.tif", ownTiff().bytes()); // of several pages
+    EXPECT_THAT(refusalOfOpening(folder.path()), AllOf(HasSubstr("pages.tif"), HasSubstr("--spacing X,Y,Z")));
+    EXPECT_THAT(openSource(folder.path(), kCubes)->describe(), HasSubstr("TIFF of 3 pages"));
+    for (int z = 0; z < 3; ++z)
+        fs::remove(folder / ("p" + std::to_string(z) + ".tif"));
+    const std::string whole = ownTiff().bytes();
+    writeFile(folder / "pages.tif", whole.substr(0, whole.size() - 10)); // within its last page
+    EXPECT_THAT(refusalOfOpening(folder.path(), kCubes),
+                AllOf(HasSubstr("pages.tif"), HasSubstr("truncated")));
+}
+
 TEST(ImportStack, PicturesBesideAVolumeAreNoStack) {
     const ScratchFolder folder;
     NiftiImage image;
