@@ -1,14 +1,18 @@
-# tessera_format(NAME ENDINGS .a .b [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
+# tessera_format(NAME ENDINGS .a .b [NAMES_OTHERS] [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
 # room. Its folder, bricking/import/files/NAME, defines `FileFormat NAMEFormat()` (file_format.h) and calls this in a
 # CMakeLists.txt: that is all that a format takes.
 #   ENDINGS  of its files' names, in lower case; a name belongs to the format whose ending is the longest
+#   NAMES_OTHERS  its files may name others, which hold the voxels (FileFormat::parts)
 function(tessera_format name)
-  cmake_parse_arguments(ARG "" "" "ENDINGS;USES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "NAMES_OTHERS" "" "ENDINGS;USES;PRIVATE" ${ARGN})
   tessera_room(tessera_format_${name} FOLDER bricking/import/files/${name}
     USES tessera_files ${ARG_USES}
     PRIVATE ${ARG_PRIVATE})
   set_property(GLOBAL APPEND PROPERTY TESSERA_FORMATS ${name})
   set_property(GLOBAL PROPERTY TESSERA_ENDINGS_OF_${name} ${ARG_ENDINGS})
+  if(ARG_NAMES_OTHERS)
+    set_property(GLOBAL APPEND PROPERTY TESSERA_NAMING_ENDINGS ${ARG_ENDINGS})
+  endif()
 endfunction()
 
 # tessera_format_endings(FILE): writes the source of format_endings.h.
@@ -19,13 +23,20 @@ function(tessera_format_endings file)
     get_property(endings GLOBAL PROPERTY TESSERA_ENDINGS_OF_${format})
     list(APPEND all ${endings})
   endforeach()
-  list(TRANSFORM all REPLACE "(.+)" "\"\\1\"")
-  list(JOIN all ", " all)
+  get_property(naming GLOBAL PROPERTY TESSERA_NAMING_ENDINGS)
+  foreach(list IN ITEMS all naming)
+    list(TRANSFORM ${list} REPLACE "(.+)" "\"\\1\"")
+    list(JOIN ${list} ", " ${list})
+  endforeach()
   file(CONFIGURE OUTPUT ${file} CONTENT [[
 #include "bricking/import/source/format_endings.h"
 namespace tessera {
 const std::vector<std::string>& volumeFileEndings() {
     static const std::vector<std::string> endings = {@all@};
+    return endings;
+}
+const std::vector<std::string>& namingFileEndings() {
+    static const std::vector<std::string> endings = {@naming@};
     return endings;
 }
 } // namespace tessera

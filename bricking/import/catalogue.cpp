@@ -221,6 +221,20 @@ std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const CatalogueRo
     return format->open(path, options);
 }
 
+/// True for a file that is a volume once its spacing is given.
+bool lacksSpacing(const CatalogueRow& row, const SourceOptions& options) {
+    const FileFormat* const format = fileFormatOf(row.path);
+    if (row.info || options.spacingMm || !format || !format->takesSpacing)
+        return false;
+    SourceOptions given = options;
+    given.spacingMm = glm::dvec3(1);
+    try {
+        return format->open(row.path, given) != nullptr;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 /// Pictures of a folder are a stack where nothing else is a volume: beside others they are illustrations.
 void takeStacks(const std::vector<fs::path>& files, Catalogue& catalogue, const SourceOptions& options) {
     std::map<fs::path, std::vector<fs::path>> folders;
@@ -229,6 +243,12 @@ void takeStacks(const std::vector<fs::path>& files, Catalogue& catalogue, const 
             folders[file.parent_path()].push_back(file);
     std::set<fs::path> used;
     for (const auto& [folder, slices] : folders) {
+        const auto hasRow = [&](const fs::path& slice) { // refused as a volume by itself
+            return std::any_of(catalogue.rows.begin(), catalogue.rows.end(),
+                               [&](const CatalogueRow& row) { return row.path == slice; });
+        };
+        if (std::all_of(slices.begin(), slices.end(), hasRow))
+            continue;
         if (slices.size() == 1 && !fileFormatOf(slices.front()))
             continue; // a picture
         catalogue.rows.push_back(rowOfStack(folder, slices, catalogue.path, options));
@@ -285,7 +305,10 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
         }
         catalogue.scan = scanDicom(others);
         catalogue.scan.passed.insert(catalogue.scan.passed.end(), found.passed.begin(), found.passed.end());
-        if (catalogue.scan.series.empty() && catalogue.rows.empty())
+        const bool hasVolume =
+            std::any_of(catalogue.rows.begin(), catalogue.rows.end(),
+                        [&](const CatalogueRow& row) { return row.info || lacksSpacing(row, options); });
+        if (catalogue.scan.series.empty() && !hasVolume)
             takeStacks(found.files, catalogue, options);
     }
     std::vector<CatalogueRow> rows;
@@ -302,6 +325,17 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
     }
     catalogue.rows = std::move(rows);
     return catalogue;
+}
+
+std::vector<fs::path> namedFilesOf(const fs::path& path) {
+    std::error_code none;
+    std::vector<fs::path> named;
+    for (const fs::path& file :
+         fs::is_directory(path, none) ? walkFolder(path).files : std::vector<fs::path>{path})
+        if (const FileFormat* format = fileFormatOf(file); format && format->parts)
+            for (fs::path& part : format->parts(file))
+                named.push_back(std::move(part));
+    return named;
 }
 
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {

@@ -62,6 +62,10 @@ std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueR
 /// break.
 std::string tableOf(const Catalogue& catalogue);
 
+/// Files with voxels that the headers at a path name: of a file, or of all files below a folder. A header
+/// that cannot be read names none.
+std::vector<std::filesystem::path> namedFilesOf(const std::filesystem::path& path);
+
 /// "series 2 (CT, 2 slices: scout), 1 dose report, 2 empty (a, b)": everything that opening this row skips;
 /// "" for nothing.
 std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row);

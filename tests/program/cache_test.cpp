@@ -71,6 +71,37 @@ TEST_F(ImportCache, ChangedFilesAreImportedAnew) {
     EXPECT_NE(entries().front(), before);
 }
 
+// A header's own facts stay the same: the voxels lie in another file.
+TEST_F(ImportCache, ChangedFilesThatHeadersNameAreImportedAnew) {
+    const std::string sizes = "24 24 25";
+    write("h.nhdr", "NRRD0005\ntype: uchar\ndimension: 3\nsizes: " + sizes +
+                        "\nencoding: raw\nspacings: 1 1 1\nunits: \"mm\" \"mm\" \"mm\"\ndata file: v.raw\n");
+    write("h.mhd", "ObjectType = Image\nNDims = 3\nDimSize = " + sizes +
+                       "\nElementType = MET_UCHAR\nElementSpacing = 1 1 1\nElementDataFile = v.raw\n");
+    fs::create_directory(folder_ / "headers");
+    write("headers/h.mhd", "ObjectType = Image\nNDims = 3\nDimSize = " + sizes +
+                               "\nElementType = MET_UCHAR\nElementSpacing = 1 1 1\n"
+                               "ElementDataFile = ../v.raw\n");
+    fs::create_directory(folder_ / "links");
+    fs::create_symlink(folder_ / "h.mhd", folder_ / "links/h.mhd"); // its data lie beside the link
+    const auto writeVoxels = [&](char value) {
+        for (const char* name : {"v.raw", "links/v.raw"})
+            write(name, std::string(24 * 24 * 24, value) + std::string(24 * 24, 'z'));
+    };
+    for (const char* name : {"v.json", "h.nhdr", "h.mhd", "headers", "links/h.mhd"}) {
+        const auto render = [&] {
+            return run(std::string("render ") + name + " -v -o a.png --engine mirror --size 8x8");
+        };
+        writeVoxels('a');
+        const Outcome first = render();
+        ASSERT_EQ(first.exitCode, 0) << first.problems;
+        EXPECT_THAT(first.problems, Not(reused)) << name;
+        EXPECT_THAT(render().problems, reused) << name;
+        writeVoxels('b');
+        EXPECT_THAT(render().problems, Not(reused)) << name;
+    }
+}
+
 TEST_F(ImportCache, ADamagedEntryIsImportedAnew) {
     ASSERT_EQ(render("v").exitCode, 0);
     const std::string good = readAll(folder_ / "a.png");

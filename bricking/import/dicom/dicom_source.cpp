@@ -6,6 +6,7 @@
 #include "bricking/import/dicom/dicom_phases.h"
 #include "bricking/import/dicom/dicom_pixels.h"
 #include "bricking/import/dicom/dicom_remarks.h"
+#include "bricking/import/source/blended_slices.h"
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/slab_source.h"
 #include "bricking/import/source/source_files.h"
@@ -212,14 +213,7 @@ class DicomSource final : public RandomSlabSource {
             return;
         }
         const auto& upper = converted(sample.lower + 1, sample.lower);
-        switch (info_.type) {
-        case ValueType::i16:
-            return blend<std::int16_t>(lower, upper, sample.weight, out);
-        case ValueType::u16:
-            return blend<std::uint16_t>(lower, upper, sample.weight, out);
-        default:
-            return blend<float>(lower, upper, sample.weight, out);
-        }
+        blendSlices(info_.type, lower, upper, sample.weight, out);
     }
 
   private:
@@ -236,19 +230,6 @@ class DicomSource final : public RandomSlabSource {
         convert(n, place.values);
         place.slice = n;
         return place.values;
-    }
-
-    template <class T>
-    static void blend(const Slice& lower, const Slice& upper, float weight, std::span<std::byte> out) {
-        for (std::size_t at = 0; at < out.size(); at += sizeof(T)) {
-            T a, b;
-            std::memcpy(&a, lower.data() + at, sizeof(T));
-            std::memcpy(&b, upper.data() + at, sizeof(T));
-            const double mixed =
-                static_cast<double>(a) + weight * (static_cast<double>(b) - static_cast<double>(a));
-            const T value = static_cast<T>(std::is_integral_v<T> ? std::nearbyint(mixed) : mixed);
-            std::memcpy(out.data() + at, &value, sizeof(T));
-        }
     }
 
     /// Reads the sorted slice n and converts it to physical values of the stored type.

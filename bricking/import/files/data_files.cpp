@@ -87,7 +87,7 @@ class TextPart final : public DataReader::Part {
             if (!value)
                 throw badFile(file_.path().string(), "numbers as text",
                               word.empty() ? "the end of the file (is it truncated?)"
-                                           : "\"" + printable(word) + "\"");
+                                           : shownWord(word) + " before byte " + std::to_string(place()));
             std::memcpy(out.data() + i, &*value, sizeof(double));
         }
     }
@@ -99,9 +99,12 @@ class TextPart final : public DataReader::Part {
     }
 
   private:
-    /// "" at the end of the file. Longer words are no numbers, and cut.
+    /// Of the next character.
+    std::uint64_t place() const { return at_ - have_ + next_; }
+
+    /// "" at the end of the file.
     std::string nextWord() {
-        constexpr std::size_t kLongest = 64;
+        constexpr std::size_t kLongest = 64; // of a number
         std::string word;
         for (;; ++next_) {
             if (next_ == have_) {
@@ -117,7 +120,9 @@ class TextPart final : public DataReader::Part {
             else if (!word.empty())
                 return word;
             if (word.size() > kLongest)
-                return word;
+                throw badFile(file_.path().string(),
+                              "numbers as text, of " + std::to_string(kLongest) + " characters at most",
+                              shownWord(word) + " before byte " + std::to_string(place() + 1));
         }
     }
 
@@ -127,10 +132,8 @@ class TextPart final : public DataReader::Part {
     std::size_t next_ = 0, have_ = 0;
 };
 
-} // namespace
-
 /// Behind the header and the lines that are skipped. Throws InputError if there are fewer.
-std::uint64_t dataOffset(const DataFiles& header, const InputFile& file) {
+std::uint64_t headerEnd(const DataFiles& header, const InputFile& file) {
     std::uint64_t at = header.dataFiles.empty() ? header.bytes : 0;
     std::vector<char> piece(header.lineSkip > 0 ? kPieceBytes : 0);
     for (std::int64_t left = header.lineSkip; left > 0;) {
@@ -144,11 +147,17 @@ std::uint64_t dataOffset(const DataFiles& header, const InputFile& file) {
             left -= piece[used++] == '\n' ? 1 : 0;
         at += used;
     }
-    if (header.encoding != DataEncoding::gzip && header.byteSkip > 0)
-        at += static_cast<std::uint64_t>(header.byteSkip);
-    if (header.byteSkip == -1)
-        at = file.sizeBytes() - std::min(file.sizeBytes(), partBytesOf(header));
     return at;
+}
+
+} // namespace
+
+std::uint64_t dataOffset(const DataFiles& header, const InputFile& file) {
+    const std::uint64_t end = headerEnd(header, file), bytes = partBytesOf(header), all = file.sizeBytes();
+    if (header.byteSkip == -1) // checkLength() refuses a file that is too short
+        return all < bytes ? end : std::max(end, all - bytes);
+    const bool isSkippedHere = header.encoding != DataEncoding::gzip;
+    return end + (isSkippedHere ? static_cast<std::uint64_t>(header.byteSkip) : 0);
 }
 
 namespace {
@@ -189,9 +198,24 @@ std::int64_t wholeIn(const std::string& text, const std::string& field, std::int
     return *value;
 }
 
+/// Throws for another number of files than the sizes need, if each has a part of `each` axes.
+void checkFileCount(std::uint64_t count, std::int64_t each, const std::vector<std::int64_t>& sizes,
+                    const std::string& where) {
+    constexpr std::uint64_t kMostFiles = 65536;
+    const auto axes = static_cast<std::int64_t>(sizes.size());
+    std::uint64_t runs = each == axes ? static_cast<std::uint64_t>(sizes.back()) : 1;
+    for (std::int64_t axis = each; axis < axes; ++axis)
+        runs *= static_cast<std::uint64_t>(sizes[static_cast<std::size_t>(axis)]);
+    if (each == axes ? runs % count != 0 : runs != count)
+        throw badFile(where, std::to_string(runs) + " data files, as its sizes say", std::to_string(count));
+    if (count > kMostFiles)
+        throw badFile(where, std::to_string(kMostFiles) + " data files at most", std::to_string(count));
+}
+
 std::vector<std::string> patternNames(const std::string& field, const std::vector<std::string>& words,
-                                      std::int64_t slices, const std::string& where) {
-    constexpr std::int64_t kMostNumber = 999'999'999, kMostFiles = 65536;
+                                      std::int64_t each, const std::vector<std::int64_t>& sizes,
+                                      const std::string& where) {
+    constexpr std::int64_t kMostNumber = 999'999'999;
     const std::int64_t first = wholeIn(words[1], field, 0, kMostNumber, where),
                        last = wholeIn(words[2], field, 0, kMostNumber, where),
                        step = wholeIn(words[3], field, -kMostNumber, kMostNumber, where);
@@ -199,8 +223,7 @@ std::vector<std::string> patternNames(const std::string& field, const std::vecto
         throw badFile(where, "a step of \"" + field + "\" that leads from its first number to its last",
                       std::to_string(step));
     const std::int64_t count = (last - first) / step + 1;
-    if (count > std::max<std::int64_t>(slices, kMostFiles))
-        throw badFile(where, "at most one data file a slice", std::to_string(count));
+    checkFileCount(static_cast<std::uint64_t>(count), each, sizes, where); // before names are made
     std::vector<std::string> names;
     for (std::int64_t i = 0; i < count; ++i) {
         const std::optional<std::string> name = numberedName(words[0], first + i * step);
@@ -226,23 +249,18 @@ std::vector<std::filesystem::path> namedDataFiles(const std::string& field, cons
     if (value.starts_with("LIST")) {
         if (words[0] != "LIST" || words.size() > 2 || names.empty())
             throw badFile(where, "\"" + field + ": LIST\" and names, a line each", shownWord(value));
-        if (words.size() == 2)
-            each = wholeIn(words[1], field, 1, axes, where);
+        if (words.size() == 2) // MetaIO writes "2D"
+            each = wholeIn(words[1].substr(0, words[1].find_last_not_of("dD") + 1), field, 1, axes, where);
     } else if (words.size() >= 4 && words[0].find('%') != std::string::npos) {
         if (words.size() > 5)
             throw badFile(where, "\"" + field + "\" as PATTERN MIN MAX STEP", shownWord(value));
         if (words.size() == 5)
             each = wholeIn(words[4], field, 1, axes, where);
-        names = patternNames(field, words, sizes.back(), where);
+        names = patternNames(field, words, each, sizes, where);
     } else {
         return {header.parent_path() / value};
     }
-    std::uint64_t runs = each == axes ? static_cast<std::uint64_t>(sizes.back()) : 1;
-    for (std::int64_t axis = each; axis < axes; ++axis)
-        runs *= static_cast<std::uint64_t>(sizes[static_cast<std::size_t>(axis)]);
-    if (each == axes ? runs % names.size() != 0 : runs != names.size())
-        throw badFile(where, std::to_string(runs) + " data files, as its sizes say",
-                      std::to_string(names.size()));
+    checkFileCount(names.size(), each, sizes, where);
     std::vector<std::filesystem::path> files;
     for (const std::string& name : names)
         files.push_back(header.parent_path() / name);
@@ -304,7 +322,8 @@ void DataReader::skip(std::uint64_t bytes) {
 
 void DataReader::finish() {
     TESSERA_CHECK(part_ && leftBytes_ == 0);
-    if (const std::uint64_t surplus = part_->finish(); surplus >= rowBytesOf(header_))
+    const std::uint64_t least = header_.encoding == DataEncoding::text ? 1 : rowBytesOf(header_);
+    if (const std::uint64_t surplus = part_->finish(); surplus >= least)
         throw badFile((header_.dataFiles.empty() ? file_ : header_.dataFiles[opened_ - 1]).string(),
                       "no values behind the last one that the header says",
                       std::to_string(surplus / bytesPerFileValue(dataType(header_))) + " more");

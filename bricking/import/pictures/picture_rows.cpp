@@ -62,11 +62,11 @@ class OpenedPicture final : public PictureRows {
         }
         const OIIO::ImageSpec& spec = input_->spec();
         const OIIO::TypeDesc type = descOf(shape_.type);
-        const bool done =
-            spec.tile_width > 0
-                ? input_->read_tiles(page_, 0, 0, spec.width, first, first + count, 0, 1, 0, 1, type,
-                                     out.data())
-                : input_->read_scanlines(page_, 0, first, first + count, 0, 0, 1, type, out.data());
+        const int top = spec.y + first; // of a picture that was cut from another, x and y are not 0
+        const bool done = spec.tile_width > 0
+                              ? input_->read_tiles(page_, 0, spec.x, spec.x + spec.width, top, top + count, 0,
+                                                   1, 0, 1, type, out.data())
+                              : input_->read_scanlines(page_, 0, top, top + count, 0, 0, 1, type, out.data());
         // A decoder that goes on behind a fault leaves its words.
         if (!done || input_->has_error())
             refuse(std::to_string(shape_.size.y) + " rows of pixels in page " + std::to_string(page + 1),
@@ -86,9 +86,9 @@ class OpenedPicture final : public PictureRows {
     void check() {
         const OIIO::ImageSpec& spec = input_->spec();
         const bool isHalf = spec.format == OIIO::TypeDesc::HALF && shape_.type == FileType::f32;
-        if (spec.width != shape_.size.x || spec.height != shape_.size.y || spec.nchannels != 1 ||
-            spec.depth > 1 || spec.x != 0 || spec.y != 0 || spec.deep ||
-            (spec.format != descOf(shape_.type) && !isHalf))
+        const bool isGrey = spec.nchannels == 1 || (shape_.isPalette && spec.nchannels == 3);
+        if (spec.width != shape_.size.x || spec.height != shape_.size.y || !isGrey || spec.depth > 1 ||
+            spec.deep || (spec.format != descOf(shape_.type) && !isHalf))
             refuse(std::to_string(shape_.size.x) + "x" + std::to_string(shape_.size.y) + " pixels of " +
                        name(shape_.type),
                    std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels of " +

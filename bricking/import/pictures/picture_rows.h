@@ -17,6 +17,7 @@ struct PictureShape {
     const char* format = "tiff"; // OpenImageIO's name of it
     glm::ivec2 size{0};
     FileType type = FileType::u8; // half floats: f32
+    bool isPalette = false;       // pages may have a palette, which is that of grey
 };
 
 class PictureRows {

@@ -9,5 +9,7 @@ namespace tessera {
 
 /// ".nii", ".nii.gz", ...: of all formats of bricking/import/files; empty in builds without importers.
 const std::vector<std::string>& volumeFileEndings();
+/// Of those, the endings of files that may name others, which hold the voxels.
+const std::vector<std::string>& namingFileEndings();
 
 } // namespace tessera

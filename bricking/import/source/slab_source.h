@@ -18,7 +18,8 @@ namespace tessera {
 /// The user's options for opening source files.
 struct SourceOptions {
     int series = 0; // DICOM: 1-based number from the list; 0: the only volume, or refuse with the list
-    bool resampleZ = false; // DICOM: uneven slices are interpolated to an even spacing
+    /// Uneven slices, and those missing from stacks of pictures, are interpolated to an even spacing.
+    bool resampleZ = false;
     /// Folder for spooled data if the slowest axis changes; "": the folder for temporary files.
     std::filesystem::path scratchFolder = {};
     bool largest = false;      // of several volumes the largest CT, or the largest if there is no CT

@@ -9,6 +9,9 @@
 #include "core/base/output_file.h"
 #include "core/base/ownership.h"
 #include "core/base/program_folders.h"
+#if TESSERA_WITH_IMPORT
+#include "bricking/import/catalogue.h"
+#endif
 
 #include <algorithm>
 #include <chrono>
@@ -70,6 +73,18 @@ std::string factsOf(const fs::path& path, const std::string& leftOut = {}) {
     for (const std::string& file : files)
         text += file + "\n";
     return text;
+}
+
+/// Of source files, and of all others that hold their voxels.
+/// @param given  as the importer gets it: names in a header are relative to its folder, not to a link's
+/// target
+std::string factsOfSource(const fs::path& given) {
+    std::string facts = factsOf(fs::canonical(given));
+#if TESSERA_WITH_IMPORT
+    for (const fs::path& named : namedFilesOf(given))
+        facts += factsOf(named);
+#endif
+    return facts;
 }
 
 /// Of a store in the cache. What is found at first use and kept in it (bricking/analysis/body/kept_table.h)
@@ -166,13 +181,13 @@ std::string about(const fs::path& store) {
 
 /// Imports into an entry that is locked for it.
 /// @param facts  of the source, when its key was made
-void makeEntry(const Entry& entry, const fs::path& source, const std::string& facts, json note,
+void makeEntry(const Entry& entry, const fs::path& given, const std::string& facts, json note,
                const MakeStore& make) {
     discard(entry);
     make(entry.store, true);
-    if (factsOf(source) != facts) {
+    if (factsOfSource(given) != facts) {
         discard(entry);
-        throw badFile(source.string(), "files that do not change during the import", "files that changed");
+        throw badFile(given.string(), "files that do not change during the import", "files that changed");
     }
     note["about"] = about(entry.store);
     note["store"] = hexHash(factsOfStore(entry.store));
@@ -229,14 +244,15 @@ std::uint64_t cacheLimitBytes() {
     return text && *text ? parseBytes(text, "TESSERA_CACHE_SIZE") : kDefaultLimitBytes;
 }
 
-fs::path cachedStore(const fs::path& source, const std::string& options, const CommonOptions& common,
+fs::path cachedStore(const fs::path& given, const std::string& options, const CommonOptions& common,
                      const MakeStore& make) {
     constexpr std::chrono::milliseconds kBetweenLooks{20};
     const std::uint64_t limit = cacheLimitBytes();
     const fs::path folder = cacheFolder();
     if (const std::string why = prepare(folder); !why.empty())
         return scratchStore(why, common, make);
-    const std::string facts = factsOf(source);
+    const fs::path source = fs::canonical(given);
+    const std::string facts = factsOfSource(given);
     const std::string key =
         std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
     const Entry entry(folder, hexHash(key));
@@ -266,7 +282,7 @@ fs::path cachedStore(const fs::path& source, const std::string& options, const C
                 return scratchStore(std::strerror(errno), common, make);
             recoverFolders(folder);
             try {
-                makeEntry(entry, source, facts, note, make);
+                makeEntry(entry, given, facts, note, make);
             } catch (const InputError&) {
                 throw;                     // the input files are faulty
             } catch (const Error& error) { // for example a full disk; temporary files may lie on another one

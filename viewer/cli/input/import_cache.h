@@ -26,7 +26,7 @@ using MakeStore = std::function<void(const std::filesystem::path& store, bool du
 /// The store for source files: a complete cache entry for the same files and options, else made now. It stays
 /// until the command ends. If the cache cannot be used, the store is made in a temporary folder, with a note.
 /// Waits for another process that makes the same one.
-/// @param source  canonical
+/// @param source  a file or folder; files that its headers name count as it does
 /// @param options  all that affects the result besides the files
 /// Throws what `make` throws, and InputError if the files change meanwhile.
 std::filesystem::path cachedStore(const std::filesystem::path& source, const std::string& options,

@@ -69,7 +69,7 @@ void importLabelsFor(const VolumeInfo& scan, Labels& labels, MemoryBudget& ram, 
         for (const std::string& line : report.notes)
             common.note(line);
     };
-    labels.store = cachedStore(fs::canonical(labels.path), keyOf(scan, labels), common, make);
+    labels.store = cachedStore(labels.path, keyOf(scan, labels), common, make);
 }
 #else
 void importLabelsFor(const VolumeInfo&, Labels& labels, MemoryBudget&, const CommonOptions&) {

@@ -203,7 +203,7 @@ fs::path storeFor(const fs::path& path, const InputOptions& options, MemoryBudge
         import.progress = common.progress.get();
         noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
     };
-    return cachedStore(fs::canonical(path), options.key(), common, make);
+    return cachedStore(path, options.key(), common, make);
 }
 
 fs::path storeFor(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,

@@ -17,6 +17,7 @@ struct ImportModule {
     decltype(&tableOf) table;
     decltype(&passedOverText) passedOver;
     decltype(&passesOverSomething) passesOver;
+    decltype(&namedFilesOf) namedFiles;
     decltype(&countPassed) count;
     decltype(&keyOf) key;
     decltype(&openSource) openPath;

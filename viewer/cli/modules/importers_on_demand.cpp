@@ -1,7 +1,13 @@
 // viewer/cli/modules/importers_on_demand.cpp: bricking/import/catalogue.h, open_source.h and others for
 // programs: the first import loads what reads scans.
+#include "bricking/import/source/format_endings.h"
 #include "viewer/cli/modules/import_module.h"
 #include "viewer/cli/modules/slice_module.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <system_error>
 
 namespace tessera {
 namespace {
@@ -9,6 +15,28 @@ namespace {
 const ImportModule& importModule() {
     static const auto* const table = static_cast<const ImportModule*>(loadModule("tessera_importers"));
     return *table;
+}
+
+bool mayNameOthers(const std::filesystem::path& file) {
+    std::string name = file.filename().string();
+    std::ranges::transform(name, name.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::ranges::any_of(namingFileEndings(),
+                               [&](const std::string& ending) { return name.ends_with(ending); });
+}
+
+/// At a path: itself, or a file below it.
+bool hasNamingFile(const std::filesystem::path& path) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored))
+        return mayNameOthers(path);
+    for (fs::recursive_directory_iterator entry(path, fs::directory_options::skip_permission_denied, ignored),
+         end;
+         !ignored && entry != end; entry.increment(ignored))
+        if (mayNameOthers(entry->path()))
+            return true;
+    return false;
 }
 
 } // namespace
@@ -31,6 +59,10 @@ std::string passedOverText(const Catalogue& catalogue, const CatalogueRow& row) 
 }
 bool passesOverSomething(const Catalogue& catalogue, const CatalogueRow& row) {
     return importModule().passesOver(catalogue, row);
+}
+/// Loads no importer where no file's name has an ending of formats that name others.
+std::vector<std::filesystem::path> namedFilesOf(const std::filesystem::path& path) {
+    return hasNamingFile(path) ? importModule().namedFiles(path) : std::vector<std::filesystem::path>();
 }
 std::string countPassed(const std::vector<PassedFile>& passed) {
     return importModule().count(passed);

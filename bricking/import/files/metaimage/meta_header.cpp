@@ -255,10 +255,10 @@ class MetaReader {
         DataFiles& files = header_.files;
         if (required("elementdatafile").empty())
             refuse("a name after \"ElementDataFile\"", "none (is it truncated?)");
-        const bool isLocal = required("elementdatafile") == "LOCAL";
+        const std::string& named = required("elementdatafile");
+        const bool isLocal = named == "LOCAL" || named == "Local" || named == "local"; // as MetaIO has it
         if (!isLocal)
-            files.dataFiles =
-                namedDataFiles("ElementDataFile", required("elementdatafile"), listed_, files.sizes, path_);
+            files.dataFiles = namedDataFiles("ElementDataFile", named, listed_, files.sizes, path_);
         if (field("headersize")) {
             files.byteSkip = whole("headersize", -1, std::int64_t{1} << 53);
             if (files.byteSkip != 0 && files.encoding != DataEncoding::raw)

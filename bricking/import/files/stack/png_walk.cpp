@@ -23,6 +23,11 @@ std::uint32_t bigWord(std::span<const std::byte> bytes, std::size_t at) {
     return word;
 }
 
+/// Of a chunk, by its first bytes: length and name.
+std::string_view nameIn(std::span<const std::byte, 8> frame) {
+    return {reinterpret_cast<const char*>(frame.data()) + 4, 4};
+}
+
 } // namespace
 
 PictureHead walkPng(const InputFile& file) {
@@ -40,7 +45,7 @@ PictureHead walkPng(const InputFile& file) {
         if (file.readSome(at, frame) < frame.size())
             refuse("PNG chunks up to IEND", "the end of the file (is it truncated?)");
         const std::uint64_t length = bigWord(frame, 0);
-        const std::string_view name(reinterpret_cast<const char*>(frame.data()) + 4, 4);
+        const std::string_view name = nameIn(frame);
         if (length > file.sizeBytes() || at + kChunkFrame + length > file.sizeBytes())
             refuse("PNG chunks up to IEND",
                    "a chunk that goes on behind the end of the file (is it truncated?)");
@@ -98,7 +103,11 @@ PictureHead walkPng(const InputFile& file) {
 void checkPngSums(const InputFile& file) {
     constexpr std::size_t kPieceBytes = 64 * 1024;
     std::vector<std::byte> piece(kPieceBytes);
-    for (std::uint64_t at = kPngMark.size(); at < file.sizeBytes();) {
+    bool isLast = false; // bytes may follow IEND
+    for (std::uint64_t at = kPngMark.size(); !isLast;) {
+        std::array<std::byte, 8> frame{};
+        file.readAt(at, frame);
+        isLast = nameIn(frame) == "IEND";
         std::array<std::byte, 4> word{};
         file.readAt(at, word);
         std::uint64_t left = std::uint64_t{bigWord(word, 0)} + 4; // its name is part of the sum

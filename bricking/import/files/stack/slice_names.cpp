@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace tessera {
 namespace {
 
 struct Name {
-    std::string pattern; // numbers are '#'
+    std::string pattern; // without the ending; numbers are '#'
     std::vector<std::uint64_t> numbers;
     std::filesystem::path file;
 };
@@ -21,7 +22,7 @@ struct Name {
 Name nameOf(const std::filesystem::path& file) {
     Name name;
     name.file = file;
-    const std::string text = file.filename().string();
+    const std::string text = file.stem().string();
     for (std::size_t i = 0; i < text.size();) {
         if (text[i] < '0' || text[i] > '9') {
             name.pattern += text[i++];
@@ -52,7 +53,7 @@ std::string shown(const Name& name, std::size_t varying) {
         } else {
             text += c;
         }
-    return printableName(text);
+    return printableName(text + name.file.extension().string());
 }
 
 } // namespace
@@ -87,25 +88,26 @@ SliceNames orderedSlices(const std::filesystem::path& folder, std::vector<std::f
               [at](const Name& a, const Name& b) { return a.numbers[at] < b.numbers[at]; });
     SliceNames out;
     out.pattern = shown(names.front(), at);
-    std::uint64_t step = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t step = 0;
     for (std::size_t i = 1; i < names.size(); ++i) {
         const std::uint64_t gap = names[i].numbers[at] - names[i - 1].numbers[at];
         if (gap == 0)
             throw badFile(names[i].file.string(), "every number once",
                           "that of " + printableName(names[i - 1].file.filename()));
-        step = std::min(step, gap);
+        step = std::gcd(step, gap);
     }
     constexpr std::size_t kMostShown = 8;
     std::size_t runs = 0;
     for (std::size_t i = 0; i < names.size(); ++i) {
         out.files.push_back(names[i].file);
+        out.places.push_back((names[i].numbers[at] - names.front().numbers[at]) / step);
         if (i == 0)
             continue;
         const std::uint64_t before = names[i - 1].numbers[at], gap = names[i].numbers[at] - before;
         if (gap == step)
             continue;
-        const std::uint64_t last = before + (gap - 1) / step * step;
-        out.missingCount += (gap - 1) / step;
+        const std::uint64_t last = before + gap - step;
+        out.missingCount += gap / step - 1;
         if (++runs <= kMostShown)
             out.missing += (runs == 1 ? "" : ", ") + std::to_string(before + step) +
                            (last == before + step ? "" : " to " + std::to_string(last));

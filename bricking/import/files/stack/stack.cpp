@@ -3,9 +3,12 @@
 // a time.
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
+#include "bricking/import/files/stack/imagej_lines.h"
 #include "bricking/import/files/stack/picture_walk.h"
+#include "bricking/import/files/stack/slice_gaps.h"
 #include "bricking/import/files/stack/slice_names.h"
 #include "bricking/import/files/stack/stack_spacing.h"
+#include "bricking/import/files/stack/stack_values.h"
 #include "bricking/import/source/plausible.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -109,9 +112,15 @@ VolumeInfo infoOf(const PictureHead& head, int slices, const StackLattice& latti
     info.type = storedTypeOf(head.shape.type);
     info.orientationKnown = false;
     info.lossy = head.isLossy;
+    StackRescale rescale = rescaleOf(head, where);
+    info.rescaleSlope = rescale.slope;
+    info.rescaleIntercept = rescale.intercept;
+    info.unit = std::move(rescale.unit);
     const glm::dvec3 mm =
         options.spacingMm ? *options.spacingMm : glm::dvec3(*lattice.pixelMm, *lattice.sliceMm);
     info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {mm.x, 0, 0}, {0, mm.y, 0}, {0, 0, mm.z});
+    if (head.shape.isPalette)
+        info.remarks.emplace_back("pictures with a palette that is an even scale of grey, taken as grey");
     if (options.spacingMm && (lattice.pixelMm || lattice.sliceMm))
         info.remarks.push_back("the stack says " + lattice.said() + "; --spacing is taken");
     requirePlausibleGeometry(info, {"--spacing", "--spacing", "--spacing"}, where);
@@ -147,7 +156,7 @@ std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions&
     const PictureHead head = walkPicture(file);
     const StackLattice lattice = latticeOf(head);
     const std::string where = path.string();
-    if (head.pages == 1 && lattice.images > 1 && head.description.starts_with("ImageJ="))
+    if (head.pages == 1 && lattice.images > 1 && isOfImageJ(head.description))
         return openAppended(std::move(file), head, lattice, options);
     if (head.pages == 1)
         throw badFile(where, "a TIFF file of several pages, or the name of a folder of slices",
@@ -164,9 +173,14 @@ std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions&
 std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector<fs::path>& files,
                                        const SourceOptions& options) {
     SliceNames names = orderedSlices(folder, files);
-    if (names.missingCount > 0 && !options.allowMissing)
-        throw badFile(folder.string(), "slices " + names.pattern + " without gaps, or --allow-missing",
+    if (names.missingCount > 0 && !options.resampleZ)
+        throw badFile(folder.string(),
+                      "slices " + names.pattern + " without gaps, or --resample-z, which interpolates",
                       std::to_string(names.missingCount) + " missing: " + names.missing);
+    constexpr std::uint64_t kMostPlaces = 65536;
+    if (names.missingCount > 0 && names.places.back() >= kMostPlaces)
+        throw badFile(folder.string(), std::to_string(kMostPlaces) + " slices at most where some are missing",
+                      std::to_string(names.places.back() + 1));
     PictureHead head;
     for (std::size_t i = 0; i < names.files.size(); ++i) {
         checkInterrupted();
@@ -176,26 +190,34 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
             throw badFile(where, "a slice: one page", std::to_string(next.pages) + " pages");
         if (i == 0)
             head = next;
-        if (next.shape.size != head.shape.size || next.shape.type != head.shape.type ||
-            std::string_view(next.shape.format) != head.shape.format)
+        const std::string first = printableName(names.files.front().filename());
+        if (std::string_view(next.shape.format) != head.shape.format)
+            throw badFile(where, "a picture of the kind of " + first + " (" + head.shape.format + ")",
+                          next.shape.format);
+        if (next.shape.size != head.shape.size || next.shape.type != head.shape.type)
             throw badFile(where,
                           std::to_string(head.shape.size.x) + "x" + std::to_string(head.shape.size.y) +
-                              " pixels of " + name(head.shape.type) + ", as in " +
-                              printableName(names.files.front().filename()),
+                              " pixels of " + name(head.shape.type) + ", as in " + first,
                           std::to_string(next.shape.size.x) + "x" + std::to_string(next.shape.size.y) +
                               " pixels of " + name(next.shape.type));
         if (next.tileRows != head.tileRows)
-            throw badFile(where, "tiles as in " + printableName(names.files.front().filename()), "others");
+            throw badFile(where, "tiles as in " + first, "others");
+        if (rescaleOf(next, where) != rescaleOf(head, where))
+            throw badFile(where, "ImageJ's calibration as in " + first, "another");
         head.isLossy = head.isLossy || next.isLossy;
+        head.shape.isPalette = head.shape.isPalette || next.shape.isPalette;
     }
     VolumeInfo info =
         infoOf(head, static_cast<int>(names.files.size()), latticeOf(head), options, folder.string());
     if (names.missingCount > 0)
         info.remarks.push_back(std::to_string(names.missingCount) +
-                               " slices missing by their numbers, left out: " + names.missing);
+                               " slices missing by their numbers, interpolated: " + names.missing);
     const std::string what = std::to_string(names.files.size()) + " slices, " + names.pattern;
-    return std::make_unique<StackSource>(std::move(names.files), head, std::move(info),
-                                         described(what, head.shape.type));
+    auto slices = std::make_unique<StackSource>(std::move(names.files), head, std::move(info),
+                                                described(what, head.shape.type));
+    if (names.missingCount == 0)
+        return slices;
+    return fillGaps(std::move(slices), names.places);
 }
 
 bool isVolumeByItself(const fs::path& path) {

@@ -2,9 +2,11 @@
 #include "bricking/import/files/stack/stack_spacing.h"
 
 #include "bricking/import/files/header_words.h"
+#include "bricking/import/files/stack/imagej_lines.h"
 #include "bricking/import/source/plausible.h"
 #include "core/base/shown_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -33,16 +35,6 @@ bool isLength(double mm) {
     return mm >= kLeastSpacingMm && mm <= kMostSpacingMm; // false for NaN
 }
 
-/// Of "key=value" in lines of their own, as ImageJ writes it.
-std::string lineOf(std::string_view text, const std::string& key) {
-    const std::string begin = "\n" + key + "=";
-    const std::size_t at = text.find(begin);
-    if (at == std::string_view::npos)
-        return "";
-    const std::string_view rest = text.substr(at + begin.size());
-    return std::string(withoutBlanks(rest.substr(0, rest.find('\n'))));
-}
-
 /// Of key="value" in an XML element.
 std::string attributeOf(std::string_view element, const std::string& key) {
     const std::string begin = " " + key + "=\"";
@@ -61,14 +53,20 @@ std::uint64_t countOf(const std::string& text, std::uint64_t fallback) {
 
 void takeImageJ(const PictureHead& head, StackLattice& lattice) {
     const std::string& text = head.description;
-    lattice.images = countOf(lineOf(text, "images"), 0);
-    lattice.others = countOf(lineOf(text, "channels"), 1) * countOf(lineOf(text, "frames"), 1);
-    const std::string unit = lineOf(text, "unit");
-    const double mm = unit.empty() ? head.unitMm : millimetresOf(unit);
+    lattice.images = countOf(imageJLine(text, "images"), 0);
+    lattice.others = countOf(imageJLine(text, "channels"), 1) * countOf(imageJLine(text, "frames"), 1);
+    const std::string unit = imageJLine(text, "unit"), yUnit = imageJLine(text, "yunit"),
+                      zUnit = imageJLine(text, "zunit"), spacing = imageJLine(text, "spacing");
+    const double mm = unit.empty() ? head.unitMm : millimetresOf(unit),
+                 yMm = yUnit.empty() ? mm : millimetresOf(yUnit),
+                 zMm = zUnit.empty() ? mm : millimetresOf(zUnit);
     lattice.pixelMm.reset(); // the tag's unit gives way to the description's
-    if (head.perUnit && isLength(mm / head.perUnit->x) && isLength(mm / head.perUnit->y))
-        lattice.pixelMm = mm / *head.perUnit;
-    const double between = mm * realNumberOf(lineOf(text, "spacing")).value_or(0);
+    if (head.perUnit && isLength(mm / head.perUnit->x) && isLength(yMm / head.perUnit->y))
+        lattice.pixelMm = glm::dvec2(mm, yMm) / *head.perUnit;
+    // ImageJ leaves out a spacing of 1.
+    const bool isOne = spacing.empty() && !(unit.empty() && zUnit.empty()) &&
+                       std::max(lattice.images, countOf(imageJLine(text, "slices"), 1)) > 1;
+    const double between = zMm * (isOne ? 1 : realNumberOf(spacing).value_or(0));
     if (isLength(between))
         lattice.sliceMm = between;
 }
@@ -112,7 +110,7 @@ StackLattice latticeOf(const PictureHead& head) {
     if (head.perUnit && head.unitMm > 0 && isLength(head.unitMm / head.perUnit->x) &&
         isLength(head.unitMm / head.perUnit->y))
         lattice.pixelMm = head.unitMm / *head.perUnit;
-    if (head.description.starts_with("ImageJ="))
+    if (isOfImageJ(head.description))
         takeImageJ(head, lattice);
     else if (head.description.find("<OME") != std::string::npos)
         takeOme(head, lattice);

@@ -29,6 +29,7 @@ enum Tag : int {
     kPerX = 282,
     kPerY = 283,
     kResolutionUnit = 296,
+    kPalette = 320,
     kTileWidth = 322,
     kTileHeight = 323,
     kTileOffsets = 324,
@@ -121,7 +122,8 @@ class TiffWalk {
                    std::to_string(samples) + " channels" +
                        (single(kPhotometric, 1) == 2 ? " (red, green, blue)" : ""));
         const std::uint64_t photometric = single(kPhotometric, 1);
-        if (photometric != 1)
+        head.shape.isPalette = photometric == 3 && isGreyPalette();
+        if (photometric != 1 && !head.shape.isPalette)
             refuse("grey values where 0 is black",
                    photometric == 0   ? "values where 0 is white (PhotometricInterpretation 0)"
                    : photometric == 3 ? "a palette of colours"
@@ -241,6 +243,22 @@ class TiffWalk {
         }
     }
 
+    /// Of 8 bits: each entry is the grey of its number, by OpenImageIO's rounding too.
+    bool isGreyPalette() const {
+        constexpr std::uint64_t kEntries = 256;
+        const Entry* const colours = entry(kPalette);
+        if (!colours || colours->type != 3 || colours->count != 3 * kEntries || single(kBits, 1) != 8 ||
+            single(kSampleFormat, 1) != 1)
+            return false;
+        bool isGrey = true;
+        std::uint64_t n = 0;
+        eachOf(*colours, [&](std::uint64_t colour) {
+            isGrey = isGrey && colour == 257 * (n % kEntries); // all 16 bits
+            ++n;
+        });
+        return isGrey;
+    }
+
     /// All parts lie in the file, and are as long as the pixels in them need.
     void checkData(PictureHead& head) {
         const bool isTiled = entry(kTileWidth) || entry(kTileOffsets);
@@ -338,6 +356,7 @@ PictureHead walkTiff(const InputFile& file) {
                         std::to_string(next.shape.size.x) + "x" + std::to_string(next.shape.size.y) +
                             " pixels of " + name(next.shape.type));
         head.isLossy = head.isLossy || next.isLossy;
+        head.shape.isPalette = head.shape.isPalette || next.shape.isPalette;
         head.tileRows = std::max(head.tileRows, next.tileRows);
         if (next.tileRows != head.tileRows)
             walk.refuse("tiles as in the first", "others");

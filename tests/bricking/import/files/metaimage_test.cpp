@@ -114,6 +114,40 @@ TEST(ImportMetaImage, HeadersBeforeTheDataTextAndManyFiles) {
     EXPECT_THAT(refusalOfOpening(folder / "a.mhd"), HasSubstr("s11.dat"));
 }
 
+// MetaIO's spellings.
+TEST(ImportMetaImage, LocalAndListsAreWrittenInSeveralWays) {
+    const ScratchFolder folder;
+    const std::vector<std::uint8_t> values = metaVoxels<std::uint8_t>();
+    const std::string data = voxelBytes(values);
+    const auto read = [&](const std::string& bytes) {
+        writeFile(folder / "a.mhd", bytes);
+        return readAll<std::uint8_t>(*openSource(folder / "a.mhd", {}));
+    };
+    for (const char* word : {"LOCAL", "Local", "local"}) {
+        EXPECT_EQ(read(metaHeader("MET_UCHAR", word) + data), values) << word;
+        const std::string end = metaHeader("MET_UCHAR", word, kElementSpacing + "HeaderSize = -1\n");
+        EXPECT_EQ(read(end + data), values) << word;
+        writeFile(folder / "a.mhd", end + data.substr(1));
+        EXPECT_THAT(refusalOfOpening(folder / "a.mhd"), HasSubstr("too short")) << word;
+    }
+    std::string slices, rows;
+    for (std::size_t n = 0; n < 20; ++n) {
+        writeFile(folder / ("r" + std::to_string(n)), data.substr(3 * n, 3));
+        rows += "r" + std::to_string(n) + "\n";
+    }
+    for (std::size_t z = 0; z < 5; ++z) {
+        writeFile(folder / ("s" + std::to_string(z)), data.substr(12 * z, 12));
+        slices += "s" + std::to_string(z) + "\n";
+    }
+    for (const char* list : {"LIST", "LIST 2", "LIST 2D", "LIST 2d"})
+        EXPECT_EQ(read(metaHeader("MET_UCHAR", list) + slices), values) << list;
+    EXPECT_EQ(read(metaHeader("MET_UCHAR", "LIST 1D") + rows), values);
+    for (const char* list : {"LIST 4D", "LIST D", "LIST 2DX", "LISTS"}) {
+        writeFile(folder / "a.mhd", metaHeader("MET_UCHAR", list) + slices);
+        EXPECT_THAT(refusalOfOpening(folder / "a.mhd"), HasSubstr("ElementDataFile")) << list;
+    }
+}
+
 // ITK: the matrix has the directions of the axes one after another; "Offset" is the first voxel's centre, in
 // LPS.
 TEST(ImportMetaImage, PlacesAreAsItkReadsThem) {

@@ -203,6 +203,67 @@ TEST(ImportNrrd, WhatIsNoVolumeIsRefused) {
     EXPECT_THAT(openSource(folder.path(), {})->describe(), HasSubstr("NRRD"));
 }
 
+// Text of the header would become voxels.
+TEST(ImportNrrd, DataAtTheEndDoNotReachIntoTheHeader) {
+    const ScratchFolder folder;
+    const std::vector<std::uint8_t> values = nrrdVoxels<std::uint8_t>();
+    const std::string data = voxelBytes(values),
+                      header = nrrdHeader("uchar", "raw", kNrrdPlace + "byte skip: -1\n") + "\n";
+    for (const char* before : {"", "some other bytes"}) {
+        writeFile(folder / "a.nrrd", header + before + data);
+        EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder / "a.nrrd", {})), values) << before;
+    }
+    for (const std::size_t left : {59u, 30u, 0u}) {
+        writeFile(folder / "a.nrrd", header + data.substr(0, left));
+        EXPECT_THAT(refusalOfOpening(folder / "a.nrrd"), AllOf(HasSubstr("a.nrrd"), HasSubstr("too short")))
+            << left;
+    }
+    writeFile(folder / "b.nhdr",
+              nrrdHeader("uchar", "raw", kNrrdPlace + "line skip: 2\nbyte skip: -1\ndata file: b.raw\n"));
+    writeFile(folder / "b.raw", "one line\nanother\n" + data);
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder / "b.nhdr", {})), values);
+    writeFile(folder / "b.raw", "one line\nanother\n" + data.substr(1));
+    EXPECT_THAT(refusalOfOpening(folder / "b.nhdr"), AllOf(HasSubstr("b.raw"), HasSubstr("too short")));
+}
+
+TEST(ImportNrrd, TextHasOneWordForEveryValue) {
+    const ScratchFolder folder;
+    const auto write = [&](const std::string& first, int others, const std::string& last) {
+        std::string text = first;
+        for (int i = 0; i < others; ++i)
+            text += i % 4 == 3 ? "\n5" : ", 5";
+        writeFile(folder / "a.nrrd", nrrdHeader("short", "text") + "\n" + text + last + "\n");
+        return nrrdHeader("short", "text").size() + 1;
+    };
+    const auto refused = [&] { return refusal([&] { readAll<float>(*openSource(folder / "a.nrrd", {})); }); };
+    write(std::string(60, '0') + "1234", 59, "");
+    std::vector<float> expected(60, 5);
+    expected[0] = 1234;
+    EXPECT_EQ(readAll<float>(*openSource(folder / "a.nrrd", {})), expected);
+    // Cut into two words, it would be as many values as there should be.
+    const std::size_t at = write(std::string(64, '0') + "1234", 58, "");
+    EXPECT_THAT(refused(), AllOf(HasSubstr("a.nrrd"), HasSubstr("64 characters at most"),
+                                 HasSubstr("before byte " + std::to_string(at + 65))));
+    write("5", 59, " 5");
+    EXPECT_THAT(refused(), AllOf(HasSubstr("a.nrrd"), HasSubstr("1 more")));
+    const std::size_t word = write("five", 59, "");
+    EXPECT_THAT(refused(), HasSubstr("\"five\" before byte " + std::to_string(word + 4)));
+}
+
+TEST(ImportNrrd, FilesOfAPatternAreCountedBeforeTheyAreNamed) {
+    const ScratchFolder folder;
+    const auto refused = [&](const std::string& sizes, const std::string& pattern) {
+        writeFile(folder / "a.nhdr",
+                  nrrdHeader("uchar", "raw", kNrrdPlace, sizes) + "data file: s%d.raw " + pattern + "\n");
+        return refusalOfOpening(folder / "a.nhdr");
+    };
+    EXPECT_THAT(refused("3 4 5", "0 999999999 1"),
+                HasSubstr("5 data files, as its sizes say, found 1000000000"));
+    EXPECT_THAT(refused("1 1 2000000", "1 2000000 1"), HasSubstr("65536 data files at most, found 2000000"));
+    EXPECT_THAT(refused("3 4 5", "1 2 1 3"), HasSubstr("5 data files"));
+    EXPECT_THAT(refused("3 4 5", "5 1 1"), HasSubstr("leads from its first number"));
+}
+
 TEST(ImportNrrd, EveryTruncationAndRandomDamageIsAnErrorOrRead) {
     const ScratchFolder folder;
     const std::string data = voxelBytes(nrrdVoxels<std::int16_t>());

@@ -4,6 +4,7 @@
 #include "tests/support/import_test_tools.h"
 
 #include <OpenImageIO/imageio.h>
+#include <functional>
 #include <gmock/gmock.h>
 #include <map>
 #include <random>
@@ -43,7 +44,7 @@ template <class T> OIIO::TypeDesc typeOfPixels() {
 struct OiioSpec {
     int width = 37, height = 45;
     const char* compression = "none";
-    int tile = 0, rowsPerStrip = 0, channels = 1;
+    int tile = 0, rowsPerStrip = 0, channels = 1, x = 0, y = 0;
     std::map<std::string, std::string> texts = {};
 };
 
@@ -55,6 +56,7 @@ void writeByOiio(const fs::path& path, const OiioSpec& from, int pages = 1, int 
     if (from.rowsPerStrip > 0)
         spec.attribute("tiff:RowsPerStrip", from.rowsPerStrip);
     spec.tile_width = spec.tile_height = from.tile;
+    spec.x = from.x, spec.y = from.y;
     for (const auto& [key, value] : from.texts)
         spec.attribute(key, value);
     const auto out = OIIO::ImageOutput::create(path.string());
@@ -81,6 +83,7 @@ struct OwnTiff {
     std::string description = {};
     std::uint32_t perX = 0, perY = 0, unit = 1; // resolution
     std::map<int, std::uint32_t> other = {};    // fields in place of these, or besides
+    std::vector<std::uint16_t> palette = {};
 
     std::string bytes() const {
         std::string file = big ? "MM" : "II";
@@ -112,6 +115,9 @@ struct OwnTiff {
             const std::size_t ratiosAt = file.size();
             for (const std::uint32_t number : {perX, 1u, perY, 1u})
                 append(file, number, 4);
+            const std::size_t paletteAt = file.size();
+            for (const std::uint16_t number : palette)
+                append(file, number, 2);
             struct Field {
                 int type;
                 std::uint64_t count, value;
@@ -139,6 +145,8 @@ struct OwnTiff {
                 fields[283] = {5, 1, ratiosAt + 8};
                 fields[296] = {3, 1, unit};
             }
+            if (!palette.empty())
+                fields[320] = {3, palette.size(), paletteAt};
             if (!description.empty())
                 fields[270] = {2, description.size() + 1, textAt};
             for (const auto& [tag, value] : other)
@@ -272,11 +280,8 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
         EXPECT_THAT(refusalOfOpening(folder.path(), kCubes), HasSubstr(what));
     };
     expectRefusal({"s1.tif", "s2.tif", "s4.tif", "s7.tif"}, "3 missing: 3, 5 to 6");
-    const auto left = openSource(folder.path(), {.allowMissing = true, .spacingMm = glm::dvec3(1)});
-    EXPECT_EQ(left->info().extentVoxels.z, 4);
-    EXPECT_THAT(left->notes(), testing::Contains(HasSubstr("3 slices missing")));
     expectRefusal({"s1.tif", "s2.tif", "t3.tif"}, "alike but for one number");
-    expectRefusal({"s1.tif", "s2.png"}, "alike but for one number");
+    expectRefusal({"s1.tif", "s2.png"}, "a picture of the kind of s1.tif (tiff)");
     expectRefusal({"c1_z1.tif", "c1_z2.tif", "c2_z1.tif", "c2_z2.tif"}, "2 that differ");
     expectRefusal({"s1.tif", "s01.tif", "s2.tif"}, "every number once");
     expectRefusal({"s1.tif"}, "two slices or more");
@@ -288,6 +293,188 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
         EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
                   stackValues<std::uint8_t>(37, 45, 3));
     }
+}
+
+// Slices keep the places that their numbers say.
+TEST(ImportStack, MissingSlicesAreInterpolatedOrRefused) {
+    const ScratchFolder folder;
+    const auto write = [&](std::initializer_list<int> numbers) {
+        for (const auto& entry : fs::directory_iterator(folder.path()))
+            fs::remove(entry.path());
+        for (const int number : numbers)
+            writeByOiio<std::int16_t>(folder / ("s" + std::to_string(number) + ".tif"), {}, 1, number);
+    };
+    write({1, 2, 4, 7});
+    for (const bool mayMiss : {false, true})
+        EXPECT_THAT(refusalOfOpening(folder.path(), {.allowMissing = mayMiss, .spacingMm = glm::dvec3(1)}),
+                    AllOf(HasSubstr("--resample-z"), HasSubstr("3 missing: 3, 5 to 6")))
+            << mayMiss;
+    const SourceOptions evenly{.resampleZ = true, .spacingMm = glm::dvec3(1, 1, 2)};
+    // Slices differ by a constant but for the columns' sign: between two of them lies their mean.
+    const auto source = openSource(folder.path(), evenly);
+    EXPECT_EQ(source->info().extentVoxels, glm::ivec3(37, 45, 7));
+    EXPECT_EQ(source->info().spacingMm().z, 2);
+    EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("3 slices missing by their numbers, interp")));
+    std::vector<std::int16_t> expected;
+    for (int number = 1; number <= 7; ++number)
+        for (const std::int16_t value : sliceValues<std::int16_t>(37, 45, number))
+            expected.push_back(value); // linear in the number
+    EXPECT_EQ(readAll<std::int16_t>(*source), expected);
+    write({10, 14, 20}); // they share steps of two
+    const auto shared = openSource(folder.path(), evenly);
+    EXPECT_EQ(shared->info().extentVoxels.z, 6);
+    expected.clear();
+    for (int number = 10; number <= 20; number += 2)
+        for (const std::int16_t value : sliceValues<std::int16_t>(37, 45, number))
+            expected.push_back(value);
+    EXPECT_EQ(readAll<std::int16_t>(*shared), expected);
+    write({1, 2, 200000});
+    EXPECT_THAT(refusalOfOpening(folder.path(), evenly), HasSubstr("65536 slices at most"));
+    // Eight bits without a sign, rounded to the nearest number; of half, to the even one.
+    for (const auto& entry : fs::directory_iterator(folder.path()))
+        fs::remove(entry.path());
+    for (const auto& [name, value] : {std::pair{"p1.tif", 1}, {"p2.tif", 250}, {"p4.tif", 5}}) {
+        OwnTiff tiff{.width = 1, .height = 1, .rows = 1, .pages = 1, .bits = 8};
+        tiff.pixels = std::string(1, static_cast<char>(value));
+        writeFile(folder / name, tiff.bytes());
+    }
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), evenly)),
+              (std::vector<std::uint8_t>{1, 250, 128, 5}));
+}
+
+TEST(ImportStack, EndingsOfNamesDoNotCount) {
+    const ScratchFolder folder;
+    for (const auto& [name, z] : {std::pair{"a1.TIF", 0}, {"a2.tif", 1}, {"a3.tiff", 2}}) {
+        writeByOiio<std::uint8_t>(folder / "w.tif", {}, 1, z);
+        fs::rename(folder / "w.tif", folder / name);
+    }
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
+              stackValues<std::uint8_t>(37, 45, 3));
+    writeByOiio<std::uint8_t>(folder / "a1.tif", {});
+    EXPECT_THAT(refusalOfOpening(folder.path(), kCubes), HasSubstr("every number once"));
+}
+
+// ImageJ keeps numbers with a sign so, and Hounsfield units.
+TEST(ImportStack, CalibrationsOfImageJBecomeTheRescale) {
+    const ScratchFolder folder;
+    const auto write = [&](const std::string& calibration, std::uint32_t format = 1) {
+        OwnTiff tiff = ownTiff();
+        tiff.format = format;
+        tiff.description = "ImageJ=1.53t\nimages=3\nslices=3\n" + calibration;
+        writeFile(folder / "a.tif", tiff.bytes());
+    };
+    const auto info = [&] { return openSource(folder / "a.tif", kCubes)->info(); };
+    write("cf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n");
+    EXPECT_EQ(info().rescaleIntercept, -32768);
+    EXPECT_EQ(info().rescaleSlope, 1);
+    EXPECT_EQ(info().unit, "");
+    EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder / "a.tif", kCubes)),
+              stackValues<std::uint16_t>(5, 6, 3));
+    write("cf=0\nc0=-1000\nc1=0.5\nvunit=HU\n");
+    EXPECT_EQ(info().rescaleIntercept, -1000);
+    EXPECT_EQ(info().rescaleSlope, 0.5);
+    EXPECT_EQ(info().unit, "HU");
+    for (const char* none : {"", "cf=20\n", "vunit=HU\n"}) {
+        write(none);
+        EXPECT_EQ(info().rescaleIntercept, 0) << none;
+        EXPECT_EQ(info().rescaleSlope, 1) << none;
+    }
+    const auto expectRefusal = [&](const std::string& calibration, const char* what) {
+        write(calibration);
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), AllOf(HasSubstr("a.tif"), HasSubstr(what)));
+    };
+    expectRefusal("cf=4\nc0=1\nc1=2\n", "found \"Exponential\"");
+    expectRefusal("cf=7\nc0=1\nc1=2\nc2=1\nc3=5\n", "found \"Rodbard\"");
+    expectRefusal("cf=21\n", "found \"Uncalibrated OD\"");
+    expectRefusal("cf=99\n", "found \"function 99\"");
+    expectRefusal("cf=0\nc0=5\n", "c0 and c1");
+    expectRefusal("cf=0\nc0=5\nc1=0\n", "c1");
+    expectRefusal("cf=0\nc0=5\nc1=1\nzeroclip=true\n", "zeroclip");
+    write("cf=0\nc0=-32768\nc1=1\n", 2);
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("without a sign"));
+    fs::remove(folder / "a.tif");
+    for (const char* name : {"s1.tif", "s2.tif"}) {
+        OwnTiff tiff{.pages = 1, .pixels = std::string(60, 'x')};
+        tiff.description = "ImageJ=1.53t\ncf=0\nc0=-32768\nc1=1\n";
+        writeFile(folder / name, tiff.bytes());
+    }
+    EXPECT_EQ(openSource(folder.path(), kCubes)->info().rescaleIntercept, -32768);
+    OwnTiff other{.pages = 1, .pixels = std::string(60, 'x')};
+    other.description = "ImageJ=1.53t\ncf=0\nc0=-1000\nc1=1\n";
+    writeFile(folder / "s2.tif", other.bytes());
+    EXPECT_THAT(refusalOfOpening(folder.path(), kCubes),
+                AllOf(HasSubstr("s2.tif"), HasSubstr("as in s1.tif")));
+}
+
+// A TIFF's XPosition and YPosition: where a picture was cut from a larger one.
+TEST(ImportStack, CroppedPicturesAreReadWhole) {
+    for (const int tile : {0, 16}) {
+        const ScratchFolder folder;
+        writeByOiio<std::uint16_t>(folder / "a.tif",
+                                   {.tile = tile, .rowsPerStrip = tile ? 0 : 7, .x = 20, .y = 35}, 3);
+        const auto source = openSource(folder / "a.tif", kCubes);
+        EXPECT_EQ(source->info().extentVoxels, glm::ivec3(37, 45, 3));
+        EXPECT_EQ(readAll<std::uint16_t>(*source), stackValues<std::uint16_t>(37, 45, 3)) << tile;
+    }
+}
+
+TEST(ImportStack, PalettesThatAreGreyAreTaken) {
+    const ScratchFolder folder;
+    const auto write = [&](const std::function<int(int)>& blue, int scale = 257) {
+        OwnTiff tiff{.pages = 2, .bits = 8};
+        tiff.pixels = voxelBytes(stackValues<std::uint8_t>(5, 6, 2));
+        tiff.other[262] = 3;
+        for (int channel = 0; channel < 3; ++channel)
+            for (int i = 0; i < 256; ++i)
+                tiff.palette.push_back(static_cast<std::uint16_t>((channel == 2 ? blue(i) : i) * scale));
+        writeFile(folder / "a.tif", tiff.bytes());
+    };
+    write([](int i) { return i; });
+    const auto source = openSource(folder / "a.tif", kCubes);
+    EXPECT_EQ(readAll<std::uint8_t>(*source), stackValues<std::uint8_t>(5, 6, 2));
+    EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("palette")));
+    write([](int i) { return i; }, 256); // other numbers once they are read
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("a palette of colours"));
+    write([](int i) { return i == 77 ? 78 : i; });
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("a palette of colours"));
+    write([](int i) { return 255 - i; });
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("a palette of colours"));
+}
+
+TEST(ImportStack, BytesBehindAPngAreIgnored) {
+    const ScratchFolder folder;
+    for (int z = 0; z < 3; ++z) {
+        const fs::path file = folder / ("p" + std::to_string(z) + ".png");
+        writeByOiio<std::uint8_t>(file, {}, 1, z);
+        std::ofstream(file, std::ios::binary | std::ios::app)
+            << std::string(static_cast<std::size_t>(3 + z), '\xff');
+    }
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
+              stackValues<std::uint8_t>(37, 45, 3));
+}
+
+// Other volumes that cannot be opened do not make pictures illustrations; those that wait for a spacing do.
+TEST(ImportStack, ADamagedVolumeDoesNotHideAStack) {
+    const ScratchFolder folder;
+    for (int z = 0; z < 3; ++z)
+        writeByOiio<std::uint8_t>(folder / ("p" + std::to_string(z) + ".tif"), {}, 1, z);
+    NiftiImage image;
+    image.voxels = std::string(48, '\0');
+    writeFile(folder / "a.nii", niftiBytes(image).substr(0, 380));
+    EXPECT_EQ(readAll<std::uint8_t>(*openSource(folder.path(), kCubes)),
+              stackValues<std::uint8_t>(37, 45, 3));
+    const Catalogue catalogue = lookThrough(folder.path(), kCubes);
+    EXPECT_THAT(passedOverText(catalogue, chooseRow(catalogue, kCubes)), HasSubstr("a.nii"));
+    fs::remove(folder / "a.nii");
+    writeFile(folder / "pages.tif", ownTiff().bytes()); // of several pages
+    EXPECT_THAT(refusalOfOpening(folder.path()), AllOf(HasSubstr("pages.tif"), HasSubstr("--spacing X,Y,Z")));
+    EXPECT_THAT(openSource(folder.path(), kCubes)->describe(), HasSubstr("TIFF of 3 pages"));
+    for (int z = 0; z < 3; ++z)
+        fs::remove(folder / ("p" + std::to_string(z) + ".tif"));
+    const std::string whole = ownTiff().bytes();
+    writeFile(folder / "pages.tif", whole.substr(0, whole.size() - 10)); // within its last page
+    EXPECT_THAT(refusalOfOpening(folder.path(), kCubes),
+                AllOf(HasSubstr("pages.tif"), HasSubstr("truncated")));
 }
 
 TEST(ImportStack, PicturesBesideAVolumeAreNoStack) {
@@ -337,8 +524,21 @@ TEST(ImportStack, SpacingsAreSaidOrAskedFor) {
                 testing::Contains(HasSubstr("--spacing is taken")));
     write("ImageJ=1.53t\nimages=2\nslices=2\nunit=pixel\nspacing=1.5\n", 4);
     expectAsked("no spacing");
-    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\n", 4);
+    // ImageJ leaves out a spacing of 1, and units that are that of x.
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=cm\n", 4);
+    expectNear({2.5, 5, 10});
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nyunit=cm\nzunit=micron\nspacing=500\n", 4);
+    expectNear({0.25, 5, 0.5});
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nzunit=inch\n", 4);
+    expectNear({0.25, 0.5, 25.4});
+    write("ImageJ=1.53t\nimages=2\nslices=2\n", 4);
+    expectAsked("2.5 x 5 mm within slices, nothing between them");
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nzunit=pixel\nspacing=2\n", 4);
     expectAsked("nothing between them");
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nspacing=0\n", 4);
+    expectAsked("nothing between them");
+    write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nyunit=pixel\nspacing=2\n", 4);
+    expectAsked("nothing within them");
     write("ImageJ=1.53t\nimages=2\nchannels=2\nunit=mm\nspacing=1\n", 4);
     EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("one channel"));
     write("ImageJ=1.53t\nimages=3\nslices=3\nunit=mm\nspacing=1\n", 4);
