@@ -358,7 +358,7 @@ TEST(NrrdLabels, LiesAreRefused) {
     expectRefusal(good + "Segment0_Name:=a\nSegment1_Name:=b\n", data, "different label values");
     expectRefusal(good + "data file: s%s.raw 1 5 1\n", data, "one %d");
     expectRefusal(good + "data file: s%d%n.raw 1 5 1\n", data, "one %d");
-    expectRefusal(good + "data file: s%d.raw 1 999999999 1\n", data, "one data file a slice");
+    expectRefusal(good + "data file: s%d.raw 1 999999999 1\n", data, "data files, as its sizes say");
     writeBytes(folder / "gone.nhdr", good + "data file: gone.raw\n");
     EXPECT_THAT(refusalOfReading(folder / "gone.nhdr"), HasSubstr("gone.raw"));
     writeBytes(folder / "b.nrrd", good);
