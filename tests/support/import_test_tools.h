@@ -14,6 +14,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 #include <zlib.h>
@@ -175,6 +176,40 @@ inline std::string niftiBytes(const NiftiImage& image) {
         put(b, 400 + 8 * i, image.srow[i], big);
     put<std::int32_t>(b, 500, 2, big);
     return b + image.voxels;
+}
+
+/// A source is read, or refused by an InputError; nothing is allocated on a lie.
+inline void expectHarmless(const std::filesystem::path& path, const SourceOptions& options) {
+    try {
+        const auto source = openSource(path, options);
+        ASSERT_LT(source->info().voxelCount(), 1u << 22);
+        std::vector<std::byte> out(bytesPerValue(source->info().type) * source->info().voxelCount());
+        source->readSlices(source->info().extentVoxels.z, out);
+    } catch (const InputError&) {
+    }
+}
+
+/// Every prefix of a file of int16 is refused, by a message that has `named`.
+inline void expectPrefixesRefused(const std::filesystem::path& path, const std::string& whole,
+                                  const std::string& named) {
+    for (std::size_t n = 0; n < whole.size(); ++n) {
+        writeFile(path, whole.substr(0, n));
+        const std::string said = refusal([&] { readAll<std::int16_t>(*openSource(path, {})); });
+        ASSERT_NE(said.find(named), std::string::npos) << n << ": " << said;
+    }
+}
+
+/// 600 times some bytes of the header are others, digits most of all.
+inline void expectDamageHarmless(const std::filesystem::path& path, const std::string& whole,
+                                 std::size_t headerBytes) {
+    std::mt19937 random(4711);
+    for (int n = 0; n < 600; ++n) {
+        std::string bytes = whole;
+        for (std::size_t i = 0; i < 1 + random() % 3; ++i)
+            bytes[random() % headerBytes] = static_cast<char>(n % 3 ? '0' + random() % 10 : random());
+        writeFile(path, bytes);
+        expectHarmless(path, {});
+    }
 }
 
 } // namespace tessera::test

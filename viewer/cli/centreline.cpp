@@ -13,7 +13,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <memory>
-#include <sstream>
+#include <optional>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -31,21 +32,10 @@ struct CentrelineArguments {
 
 /// "12.5,-40,103": patient space, mm.
 glm::dvec3 parsePlace(const std::string& text, const std::string& option) {
-    const auto refuse = [&] {
-        return badFile(option, "a point as x,y,z, millimetres in patient space", "'" + text + "'");
-    };
-    glm::dvec3 place;
-    std::istringstream words(text);
-    for (int axis = 0; axis < 3; ++axis) {
-        std::string word;
-        std::getline(words, word, axis < 2 ? ',' : '\0');
-        word = withoutUnit(word, "mm");
-        char* end = nullptr;
-        place[axis] = std::strtod(word.c_str(), &end);
-        if (word.empty() || *end != '\0' || !(std::abs(place[axis]) <= kMostMm))
-            throw refuse();
-    }
-    return place;
+    const std::optional<std::vector<double>> mm = lengthsOf(text, 3);
+    if (!mm || !std::ranges::all_of(*mm, [](double one) { return std::abs(one) <= kMostMm; }))
+        throw badFile(option, "a point as x,y,z, millimetres in patient space", "'" + text + "'");
+    return {(*mm)[0], (*mm)[1], (*mm)[2]};
 }
 
 CentrelineRequest requestOf(const CentrelineArguments& arguments) {

@@ -29,12 +29,7 @@ class PlainFileSource final : public RandomSlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
-    std::vector<std::string> notes() const override {
-        std::vector<std::string> lines = info_.remarks;
-        for (std::string& line : converter_.notes())
-            lines.push_back(std::move(line));
-        return lines;
-    }
+    std::vector<std::string> notes() const override { return converter_.notes(info_); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
@@ -172,12 +167,7 @@ class ForwardFileSource final : public SlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
-    std::vector<std::string> notes() const override {
-        std::vector<std::string> lines = info_.remarks;
-        for (std::string& line : converter_.notes())
-            lines.push_back(std::move(line));
-        return lines;
-    }
+    std::vector<std::string> notes() const override { return converter_.notes(info_); }
 
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t sliceBytes = sliceBytesOf(info_);

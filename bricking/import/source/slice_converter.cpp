@@ -235,11 +235,12 @@ void SliceConverter::convert(std::span<const std::byte> in, std::span<std::byte>
         info.remarks.push_back(std::move(remark));
 }
 
-std::vector<std::string> SliceConverter::notes() const {
-    if (rounded_ == 0)
-        return {};
-    return {std::to_string(rounded_) +
-            " whole numbers beyond 2^24 rounded to float32: labels may have become one"};
+std::vector<std::string> SliceConverter::notes(const VolumeInfo& info) const {
+    std::vector<std::string> lines = info.remarks;
+    if (rounded_ > 0)
+        lines.push_back(std::to_string(rounded_) +
+                        " whole numbers beyond 2^24 rounded to float32: labels may have become one");
+    return lines;
 }
 
 void SliceConverter::findLowest(VolumeInfo& info) const {

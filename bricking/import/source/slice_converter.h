@@ -92,8 +92,8 @@ class SliceConverter {
     /// Converts as storeVoxels() does and updates info: nonFiniteVoxels, absentStored, clampedVoxels, and
     /// after the last voxel a remark on labels. Throws what visitAll throws.
     void convert(std::span<const std::byte> in, std::span<std::byte> out, VolumeInfo& info);
-    /// A loss that info does not count: whole numbers that float32 cannot hold.
-    std::vector<std::string> notes() const;
+    /// A volume's remarks, and a loss that info does not count: whole numbers that float32 cannot hold.
+    std::vector<std::string> notes(const VolumeInfo& info) const;
 
   private:
     void findLowest(VolumeInfo& info) const;

@@ -13,9 +13,9 @@
 #endif
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
-#include <sstream>
+#include <optional>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -259,18 +259,10 @@ void addSelectionOptions(Command& command, InputOptions& input) {
 namespace {
 glm::dvec3 parseSpacing(const std::string& text) {
     constexpr double kLeastMm = 1e-6, kMostMm = 1e6;
-    glm::dvec3 mm;
-    std::istringstream words(text);
-    for (int axis = 0; axis < 3; ++axis) {
-        std::string word;
-        std::getline(words, word, axis < 2 ? ',' : '\0');
-        word = withoutUnit(word, "mm");
-        char* end = nullptr;
-        mm[axis] = std::strtod(word.c_str(), &end);
-        if (word.empty() || *end != '\0' || !(mm[axis] >= kLeastMm && mm[axis] <= kMostMm))
-            throw badFile("--spacing", "X,Y,Z: three lengths in mm, from 1e-6 to 1e6", "'" + text + "'");
-    }
-    return mm;
+    const std::optional<std::vector<double>> mm = lengthsOf(text, 3);
+    if (!mm || !std::ranges::all_of(*mm, [](double one) { return one >= kLeastMm && one <= kMostMm; }))
+        throw badFile("--spacing", "X,Y,Z: three lengths in mm, from 1e-6 to 1e6", "'" + text + "'");
+    return {(*mm)[0], (*mm)[1], (*mm)[2]};
 }
 } // namespace
 

@@ -113,6 +113,21 @@ std::string withoutUnit(const std::string& text, const std::string& unit) {
     return end == std::string::npos ? text : number.substr(0, end + 1);
 }
 
+std::optional<std::vector<double>> lengthsOf(const std::string& text, std::size_t count) {
+    std::vector<double> lengths;
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        word = withoutUnit(word, "mm");
+        char* end = nullptr;
+        lengths.push_back(std::strtod(word.c_str(), &end));
+        if (word.empty() || *end != '\0' || !std::isfinite(lengths.back()))
+            return {};
+    }
+    if (lengths.size() != count || text.ends_with(','))
+        return {};
+    return lengths;
+}
+
 Option& Option::required() {
     option_->required();
     return *this;

@@ -2,6 +2,7 @@
 // one sentence each. Only command.cpp includes the parser.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -27,6 +28,8 @@ ValueCheck numberWithin(double lowest, double highest, const std::string& what);
 /// A number's text without its unit: "5mm" and "5 mm" are "5". Text without the unit, or the unit alone, is
 /// unchanged.
 std::string withoutUnit(const std::string& text, const std::string& unit);
+/// Finite numbers between commas, each of which may have "mm" behind it; nullopt unless they are `count`.
+std::optional<std::vector<double>> lengthsOf(const std::string& text, std::size_t count);
 
 /// A declared option. All functions return it, for chaining.
 class Option {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <sstream>
+#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -182,19 +182,10 @@ namespace {
 /// Numbers between commas; lengths may have their unit behind them.
 std::vector<double> numbers(const std::string& text, std::size_t count, const std::string& option,
                             const std::string& expected) {
-    std::vector<double> out;
-    std::istringstream words(text);
-    for (std::string word; std::getline(words, word, ',');) {
-        word = withoutUnit(word, "mm");
-        char* end = nullptr;
-        const double value = std::strtod(word.c_str(), &end);
-        if (word.empty() || *end != '\0' || !std::isfinite(value))
-            throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
-        out.push_back(value);
-    }
-    if (out.size() != count || text.back() == ',')
+    const std::optional<std::vector<double>> lengths = lengthsOf(text, count);
+    if (!lengths)
         throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
-    return out;
+    return *lengths;
 }
 
 constexpr char kSliceForm[] = "axial, coronal or sagittal, with :MM where it lies, or "

@@ -37,12 +37,7 @@ class StackSource final : public RandomSlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
-    std::vector<std::string> notes() const override {
-        std::vector<std::string> lines = info_.remarks;
-        for (std::string& line : converter_.notes())
-            lines.push_back(std::move(line));
-        return lines;
-    }
+    std::vector<std::string> notes() const override { return converter_.notes(info_); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));

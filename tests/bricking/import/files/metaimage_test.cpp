@@ -5,7 +5,6 @@
 
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
-#include <random>
 #include <vtkMetaImageReader.h>
 
 namespace tessera::test {
@@ -243,26 +242,9 @@ TEST(ImportMetaImage, EveryTruncationAndRandomDamageIsAnErrorOrRead) {
                                          kElementSpacing + "ElementByteOrderMSB = False\nCompressedData = " +
                                              (packed ? "True\n" : "False\n")),
                           whole = header + (packed ? zlibPacked(data) : data);
-        for (std::size_t n = 0; n < whole.size(); ++n) {
-            writeFile(folder / "cut.mha", whole.substr(0, n));
-            ASSERT_THAT(refusal([&] { readAll<std::int16_t>(*openSource(folder / "cut.mha", {})); }),
-                        HasSubstr(folder.path().string() + "/")) // LOC: a data file of that name
-                << n;
-        }
-        std::mt19937 random(4711);
-        for (int n = 0; n < 600; ++n) {
-            std::string bytes = whole;
-            for (std::size_t i = 0; i < 1 + random() % 3; ++i)
-                bytes[random() % header.size()] = static_cast<char>(n % 3 ? '0' + random() % 10 : random());
-            writeFile(folder / "d.mha", bytes);
-            try {
-                const auto source = openSource(folder / "d.mha", {});
-                ASSERT_LT(source->info().voxelCount(), 1u << 20);
-                std::vector<std::byte> out(bytesPerValue(source->info().type) * source->info().voxelCount());
-                source->readSlices(source->info().extentVoxels.z, out);
-            } catch (const InputError&) {
-            }
-        }
+        expectPrefixesRefused(folder / "a.mha", whole,
+                              folder.path().string() + "/"); // LOC: a data file of that name
+        expectDamageHarmless(folder / "a.mha", whole, header.size());
     }
 }
 

@@ -6,7 +6,6 @@
 
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
-#include <random>
 #include <vtkNrrdReader.h>
 
 namespace tessera::test {
@@ -272,26 +271,8 @@ TEST(ImportNrrd, EveryTruncationAndRandomDamageIsAnErrorOrRead) {
                               nrrdHeader("short", packed ? "gzip" : "raw", kNrrdPlace + "endian: little\n") +
                               "\n",
                           whole = header + (packed ? gzip(data) : data);
-        for (std::size_t n = 0; n < whole.size(); ++n) {
-            writeFile(folder / "cut.nrrd", whole.substr(0, n));
-            ASSERT_THAT(refusal([&] { readAll<std::int16_t>(*openSource(folder / "cut.nrrd", {})); }),
-                        HasSubstr("cut.nrrd"))
-                << n;
-        }
-        std::mt19937 random(4711);
-        for (int n = 0; n < 600; ++n) {
-            std::string bytes = whole;
-            for (std::size_t i = 0; i < 1 + random() % 3; ++i)
-                bytes[random() % header.size()] = static_cast<char>(n % 3 ? '0' + random() % 10 : random());
-            writeFile(folder / "d.nrrd", bytes);
-            try {
-                const auto source = openSource(folder / "d.nrrd", {});
-                ASSERT_LT(source->info().voxelCount(), 1u << 20);
-                std::vector<std::byte> out(bytesPerValue(source->info().type) * source->info().voxelCount());
-                source->readSlices(source->info().extentVoxels.z, out);
-            } catch (const InputError&) {
-            }
-        }
+        expectPrefixesRefused(folder / "a.nrrd", whole, "a.nrrd");
+        expectDamageHarmless(folder / "a.nrrd", whole, header.size());
     }
 }
 
