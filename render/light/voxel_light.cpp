@@ -14,7 +14,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kChunkTexels = std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent;
 constexpr std::size_t kChunksAtATime = 16, kBricksAtATime = 32;
 constexpr std::size_t kLeastChunks = 128; // kept for neighbours
 
@@ -38,21 +37,20 @@ ChunkKey chunkHolding(const glm::ivec3& sample, int level) {
 
 } // namespace
 
-std::uint16_t lightTexel(float light) {
-    // Not std::lround(), which is a call: of numbers from 0 on this is the same. What is no number is dark.
-    const double rounded = static_cast<double>(light * leaf::kLightOne) + 0.5;
-    return static_cast<std::uint16_t>(std::min(std::max(0.0, rounded), 65535.0));
-}
-
 VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,
                        int threads)
-    : info_(info), occlusion_(lighting.occlusion),
-      threads_(threads > 0 ? threads : defaultThreads()), channels_{ambientChannels(lighting),
-                                                                    lightChannels(lighting) -
-                                                                        ambientChannels(lighting)},
+    : info_(info), threads_(threads > 0 ? threads : defaultThreads()),
       occluder_(info, statistics, lighting.occlusion),
-      finest_(std::max(occluder_.finestLevel(), std::clamp(lighting.finestLevel, 0, kLevelCount - 1))) {
-    TESSERA_CHECK(channels_[0] + channels_[1] <= leaf::kMostLightChannels);
+      shadows_(info, occluder_.target(), lightChannels(lighting) - ambientChannels(lighting)),
+      finest_(std::clamp(lighting.finestLevel, 0, kLevelCount - 1)) {
+    if (lighting.occlusion)
+        ambient_ = std::make_unique<OcclusionLight>(occluder_, *lighting.occlusion);
+    sources_ = {ambient_.get(), shadows_.channels() > 0 ? &shadows_ : nullptr};
+    for (const LightSource* source : sources_)
+        if (source)
+            finest_ = std::max(finest_, source->finestLevel());
+    TESSERA_CHECK(channelsOf(0) == ambientChannels(lighting));
+    TESSERA_CHECK(channelsOf(0) + channelsOf(1) <= leaf::kMostLightChannels);
 }
 
 std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads,
@@ -70,19 +68,19 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
 
 void VoxelLight::functionChanged(const TransferTable& table, const Optics& optics) {
     occluder_.setFunction(table, optics);
+    for (LightSource* source : sources_)
+        if (source)
+            source->functionChanged(table, optics);
     chunks_.clear();
 }
 
 void VoxelLight::setShadows(std::span<const ShadowMaps> shadows) {
-    TESSERA_CHECK(shadows.empty() || static_cast<int>(shadows.size()) == channels_[1]);
-    shadows_ = shadows;
+    shadows_.setShadows(shadows);
     forgetPart(1);
 }
 
 void VoxelLight::setOtherShadows(std::vector<std::span<const ShadowMaps>> others) {
-    for (const auto& shadows : others)
-        TESSERA_CHECK(static_cast<int>(shadows.size()) == channels_[1]);
-    otherShadows_ = std::move(others);
+    shadows_.setOtherShadows(std::move(others));
     forgetPart(1);
 }
 
@@ -110,46 +108,16 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
                 states[b] = State::lit;
             }
     }
-    occluder_.find(key, bricks, wanted[0], cache, room);
+    occluder_.find(key, bricks, wanted[0] && sources_[0]->readsTissue(), cache, room);
     if (room.runs.empty())
         return; // invisible: its texels are never read
     for (std::size_t part = 0; part < kLightParts; ++part)
-        if (wanted[part] && chunk.parts[part].texels.empty())
-            chunk.parts[part].texels.assign(kChunkTexels * static_cast<std::size_t>(channels_[part]),
-                                            lightTexel(1));
-    if (wanted[0]) {
-        std::uint16_t* to = chunk.parts[0].texels.data();
-        occluder_.occlude(key, room);
-        const auto bias = static_cast<float>(occlusion_->bias), gamma = static_cast<float>(occlusion_->gamma);
-        const std::size_t colours = occluder_.gathersEmission() ? 3 : 1;
-        for (std::size_t c = 0; c < colours; ++c, to += kChunkTexels)
-            for (const OcclusionRoom::Run& run : room.runs)
-                for (std::size_t n = run.to; n < run.to + native::kOcclusionRun; ++n)
-                    to[n] = lightTexel(
-                        std::pow(bias + room.light[n] + (colours > 1 ? room.shine[c][n] : 0.0f), gamma));
-    }
-    if (!wanted[1])
-        return;
-    std::uint16_t* to = chunk.parts[1].texels.data();
-    const double voxels = std::ldexp(1, key.level);
-    for (std::size_t caster = 0; caster < shadows_.size(); ++caster) {
-        for (const OcclusionRoom::Run& run : room.runs) {
-            const glm::dvec3 first = (glm::dvec3(placeOf(key) * kChunkExtent + run.at) + 0.5) * voxels;
-            const glm::dvec3 place(info_.patientFromVoxel * glm::dvec4(first, 1)),
-                step = voxels * glm::dvec3(info_.patientFromVoxel[0]);
-            float light[native::kOcclusionRun];
-            shadows_[caster].light(place, step, key.level, occluder_.target(), light);
-            for (const auto& others : otherShadows_) {
-                float more[native::kOcclusionRun];
-                others[caster].light(place, step, key.level, occluder_.target(), more);
-                for (int n = 0; n < native::kOcclusionRun; ++n)
-                    light[n] *= more[n];
-            }
-            for (int n = 0; n < native::kOcclusionRun; ++n)
-                to[run.to + static_cast<std::size_t>(n)] = lightTexel(light[n]);
+        if (wanted[part]) {
+            std::vector<std::uint16_t>& texels = chunk.parts[part].texels;
+            if (texels.empty())
+                texels.assign(kChunkTexels * static_cast<std::size_t>(channelsOf(part)), lightTexel(1));
+            sources_[part]->fill(key, room, texels.data());
         }
-        to += kChunkTexels;
-    }
 }
 
 void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) {
@@ -201,7 +169,7 @@ void VoxelLight::fillAndPut(const std::vector<Ordered>& ordered, std::size_t fir
     std::vector<Filled> filled;
     for (std::size_t b = first; b < end; ++b)
         for (std::size_t part = 0; part < kLightParts; ++part)
-            for (int n = 0; (parts >> part & 1u) != 0 && n < channels_[part]; ++n)
+            for (int n = 0; (parts >> part & 1u) != 0 && n < channelsOf(part); ++n)
                 filled.push_back({b, part, n, {}});
     const auto give = [&](Filled& f) {
         const BrickToLight& b = ordered[f.brick].second;
@@ -257,9 +225,9 @@ void VoxelLight::want(const ChunkKey& key, LitPart& lit, const glm::ivec3& lowes
 void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected,
                        LightParts parts, BrickCache& cache, const Put& put, bool manyAtOnce) {
     for (std::size_t part = 0; part < kLightParts; ++part)
-        if (channels_[part] == 0)
+        if (!sources_[part])
             parts &= ~(1u << part);
-    TESSERA_CHECK((parts & kShadowLight) == 0 || !shadows_.empty());
+    TESSERA_CHECK((parts & kShadowLight) == 0 || shadows_.hasMaps());
     const glm::ivec3 grid = brickGrid(info_.extentVoxels);
     std::vector<Ordered> ordered;
     for (const BrickToLight& b : bricks) {

@@ -5,6 +5,7 @@
 
 #include "bricking/cache/brick_cache.h"
 #include "core/scene/lighting.h"
+#include "render/light/light_source.h"
 #include "render/light/occlusion.h"
 #include "render/light/shadow_maps.h"
 
@@ -13,18 +14,14 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 namespace tessera {
 
-/// The stored value of full light: leaf::kLightOne.
-std::uint16_t lightTexel(float light);
-
-/// Parts of light with different inputs: occlusion (and emitted light) depends on the function, shadows also
-/// on shadow maps.
+/// Parts of light with different inputs: ambient light depends on the function, shadows also on shadow maps.
+/// Each has one source.
 using LightParts = unsigned;
 constexpr LightParts kAmbientLight = 1, kShadowLight = 2, kAllLight = kAmbientLight | kShadowLight;
 constexpr std::size_t kLightParts = 2;
@@ -48,8 +45,8 @@ class VoxelLight {
     static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads, bool amongOthers);
 
     /// Channels of a part, and the first of them.
-    int channelsOf(std::size_t part) const { return channels_[part]; }
-    int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channels_[0]; }
+    int channelsOf(std::size_t part) const { return sources_[part] ? sources_[part]->channels() : 0; }
+    int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channelsOf(0); }
     /// Finest level at which light is computed.
     int finestLevel() const { return finest_; }
     /// Labels, or null; they outlive this. functionChanged() must follow.
@@ -105,12 +102,11 @@ class VoxelLight {
     void fill(const BrickToLight& brick, std::size_t part, int n, std::uint16_t* out) const;
 
     const VolumeInfo& info_;
-    std::vector<std::span<const ShadowMaps>> otherShadows_;
-    std::span<const ShadowMaps> shadows_;
-    std::optional<Occlusion> occlusion_;
     int threads_;
-    std::array<int, kLightParts> channels_;
-    Occluder occluder_;
+    Occluder occluder_; // finds what shows
+    std::unique_ptr<LightSource> ambient_;
+    ShadowLight shadows_;
+    std::array<LightSource*, kLightParts> sources_{}; // of the parts; null: it has no channels
     int finest_; // level of light; finer bricks interpolate from it
     Chunks chunks_;
     std::uint64_t turn_ = 0;
