@@ -26,6 +26,7 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
 #if TESSERA_WITH_WINDOW
     addViewCommand(program, common, action);
 #endif
+    addExportCommand(program, common, action);
     addPhantomCommand(program, common, action);
     addCentrelineCommand(program, common, action);
     addCoverageCommand(program, common, action);

@@ -17,7 +17,7 @@ namespace tessera {
 
 /// Raise it with every change of the result for the same files: voxels, values, geometry, or the store's
 /// metadata. Cached imports of another version are made again.
-constexpr int kImportVersion = 5;
+constexpr int kImportVersion = 6;
 
 struct ImportOptions {
     bool force = false;           // replace an existing store

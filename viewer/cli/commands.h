@@ -8,6 +8,7 @@ namespace tessera {
 
 void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action);
 void addCoverageCommand(Command& program, const CommonOptions& common, Action& action);
+void addExportCommand(Command& program, const CommonOptions& common, Action& action);
 void addImportCommand(Command& program, const CommonOptions& common, Action& action);
 void addInfoCommand(Command& program, const CommonOptions& common, Action& action);
 void addRenderCommand(Command& program, const CommonOptions& common, Action& action);

@@ -295,13 +295,13 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     pixels.named = true; // so that the manifest's scene is the picture's
 }
 
-namespace {
-
 bool inHu(const StoreReader& store, const std::string& unit, MemoryBudget& ram) {
     if (store.info().unit == "HU" || unit == "HU")
         return true;
     return looksLikeHu(summarise(loadStatistics(store, ram, 0), store.info(), unit));
 }
+
+namespace {
 
 std::string along(const char* axis, double low, double high) {
     return std::string(axis) + " " + formatNumber(low) + " to " + formatNumber(high);

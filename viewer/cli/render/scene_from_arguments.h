@@ -66,4 +66,7 @@ EngineKind engineOf(const RenderArguments& arguments);
 void cropToBody(const RenderArguments& arguments, Stores stores, Scene& scene, MemoryBudget& ram,
                 const CommonOptions& common);
 
+/// True for values in HU, as the store or unit says, or that look like HU.
+bool inHu(const StoreReader& store, const std::string& unit, MemoryBudget& ram);
+
 } // namespace tessera

@@ -38,6 +38,8 @@ std::unique_ptr<SlabSource> openNrrd(const fs::path& path, const SourceOptions& 
         throw badFile(where, "a file that does not say its spacing, for --spacing", "one that does");
     checkDataLengths(header, path);
     grid.info.type = storedTypeOf(dataType(header));
+    if (header.sampleUnits == "HU" || header.sampleUnits == "\"HU\"")
+        grid.info.unit = "HU";
     grid.info.remarks.insert(grid.info.remarks.end(), grid.notes.begin(), grid.notes.end());
     const bool isPacked = header.encoding == DataEncoding::gzip;
     return openDataFiles(header, path, grid.info,

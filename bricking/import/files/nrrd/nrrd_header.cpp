@@ -186,6 +186,8 @@ class HeaderReader {
                 header_.kinds.push_back(lowered(word));
         if (const std::string* text = optional("spaceunits"))
             header_.spaceUnits = textsOf(*text);
+        if (const std::string* text = optional("sampleunits"))
+            header_.sampleUnits = *text;
         if (const std::string* text = optional("units"))
             header_.units = textsOf(*text);
     }

@@ -21,6 +21,7 @@ struct NrrdHeader : DataFiles {                        // of 1 to kMostNrrdAxes 
     std::optional<glm::dvec3> origin;                  // of the first voxel's centre
     std::vector<double> spacings;                      // of each axis; NaN: unknown; empty: no such field
     std::vector<std::string> kinds, spaceUnits, units; // empty: no such field
+    std::string sampleUnits;                           // of the values; "": no such field
     std::map<std::string, std::string> pairs;          // key:=value, with escapes undone
 };
 

@@ -1,0 +1,164 @@
+// viewer/cli/export.cpp: `tessera export SOURCE OUT`: a volume, or a box of it at a level, as a file that
+// other programs read.
+#include "bricking/analysis/body/body_box.h"
+#include "bricking/export/exported_place.h"
+#include "bricking/export/volume_writer.h"
+#include "bricking/store/store_reader.h"
+#include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/base/shown_text.h"
+#include "viewer/cli/commands.h"
+#include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/render/scene_from_arguments.h" // inHu
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr char kBoxForm[] = "X0,Y0,Z0,X1,Y1,Z1", kCropForms[] = "body or X0,X1,Y0,Y1,Z0,Z1";
+
+struct ExportArguments {
+    std::string in, out, format, box, crop, unit, ram;
+    int level = 0;
+    bool compress = false, force = false;
+    InputOptions input;
+};
+
+std::vector<double> sixNumbers(const std::string& text, const std::string& option, const char* expected) {
+    const std::optional<std::vector<double>> numbers = lengthsOf(text, 6);
+    if (!numbers)
+        throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
+    return *numbers;
+}
+
+PatientBox bodyOf(const ExportArguments& arguments, const StoreReader& store, MemoryBudget& ram,
+                  const CommonOptions& common) {
+    if (!inHu(store, arguments.unit, ram))
+        throw badFile("--crop body", "values in HU, by which a body is found",
+                      "values without a unit that do not look like HU; --unit HU takes them for HU");
+    const BodyBox body = findBody(store, ram);
+    common.note("--crop body: a body of " + formatNumber(body.litres, 3) + " l; " +
+                formatNumber(body.litresLeftOut, 3) + " l of table and the like left out");
+    return {body.low, body.high};
+}
+
+LevelBox boxOf(const ExportArguments& arguments, const StoreReader& store, MemoryBudget& ram,
+               const CommonOptions& common) {
+    const VolumeInfo& info = store.info();
+    const int level = arguments.level;
+    if (!arguments.box.empty()) {
+        const std::vector<double> n = sixNumbers(arguments.box, "--box", kBoxForm);
+        return levelBoxOf(info, level, {n[0], n[1], n[2]}, {n[3], n[4], n[5]}, "--box");
+    }
+    if (arguments.crop.empty())
+        return wholeLevel(info, level);
+    PatientBox mm;
+    if (arguments.crop == "body") {
+        mm = bodyOf(arguments, store, ram, common);
+    } else {
+        const std::vector<double> n = sixNumbers(arguments.crop, "--crop", kCropForms);
+        mm = {{n[0], n[2], n[4]}, {n[1], n[3], n[5]}};
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(mm.low[axis] < mm.high[axis]))
+                throw badFile("--crop", "a box whose upper bounds are above the lower ones", arguments.crop);
+    }
+    const PatientBox voxels = voxelBoxAround(info, mm);
+    return levelBoxOf(info, level, voxels.low, voxels.high, "--crop");
+}
+
+/// Refuses what is there already, unless it may be replaced.
+void checkTarget(const ExportArguments& arguments, const ExportFormat& format) {
+    const std::filesystem::path out(arguments.out);
+    if (format.writesFolder)
+        return; // its writer does
+    checkOutputFile(out);
+    std::error_code ignored;
+    if (!arguments.force && std::filesystem::exists(outputTarget(out), ignored))
+        throw badFile(arguments.out, "a new name, or --force to replace", "a file of that name");
+}
+
+void tell(const ExportArguments& arguments, const BoxSource& box, const ExportReport& report, double seconds,
+          const CommonOptions& common) {
+    const VolumeInfo& info = box.info();
+    const glm::dvec3 mm = info.spacingMm();
+    common.progress->end();
+    common.note("wrote " + arguments.out + ": " + formatExtent(info.extentVoxels) + " voxels of " +
+                formatNumber(mm.x) + " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm, level " +
+                std::to_string(box.box().level) + ", " + report.values + ", " + formatBytes(report.bytes) +
+                " in " + formatNumber(seconds, 3) + " s");
+    for (const std::string& note : report.notes)
+        common.note(note);
+    if (!info.orientationKnown)
+        common.note("the source does not say how the patient lies: axes are taken as left, posterior, superior");
+}
+
+void runExport(const ExportArguments& arguments, const CommonOptions& common) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!arguments.unit.empty() && arguments.unit != "HU")
+        throw badFile("--unit", "HU", "\"" + arguments.unit.substr(0, 40) + "\"");
+    const ExportFormat& format = exportFormatOf(arguments.format, arguments.out);
+    if (arguments.compress && !format.compresses)
+        throw badFile("--compress", "a format that can be compressed", format.name);
+    checkTarget(arguments, format);
+    if (format.name == "ome-zarr")
+        requireStorePath(arguments.out, arguments.force);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
+    BoxSource box(store, boxOf(arguments, store, ram, common), ram);
+    common.detail("exporting " + box.describe() + " as " + format.name + " to " + arguments.out);
+    const ExportReport report =
+        format.write(box, {arguments.out, arguments.compress, arguments.force, ram, *common.progress});
+    tell(arguments, box, report, secondsSince(start), common);
+    common.detail("RAM: " + formatBytes(ram.peakBytes()) + " of " + formatBytes(ram.limitBytes()));
+}
+
+/// "nrrd (3D Slicer, ITK), ..."
+std::string formatsText() {
+    std::string text;
+    for (const ExportFormat& format : exportFormats()) {
+        text += (text.empty() ? "" : ", ") + format.name + " (";
+        for (const std::string& ending : format.endings)
+            text += ending + ", ";
+        text += format.about + ")";
+    }
+    return text;
+}
+
+} // namespace
+
+void addExportCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command =
+        program.command("export", "Write a volume, or a box of it, as a file for other programs");
+    auto arguments = std::make_shared<ExportArguments>();
+    command.option("SOURCE", arguments->in, "store, or source files").required();
+    command.option("OUT", arguments->out, "file to write; its ending chooses the format").required();
+    command.option("--format", arguments->format, formatsText() + " (default: by the ending of OUT)");
+    command.option("--level", arguments->level, "level to write: 0 is the finest, each next one has half as "
+                                                "many voxels along each axis")
+        .showsDefault();
+    command.option("--box", arguments->box,
+                   std::string("only a box, in voxels of level 0 along the volume's axes: ") + kBoxForm +
+                       ", whose second corner is the first voxel beyond");
+    command
+        .option("--crop", arguments->crop,
+                std::string("only the voxels that touch a box along the patient's axes, mm: ") + kCropForms +
+                    "; body: the patient's, without the table (CT)")
+        .excludes("--box");
+    command.option("--unit", arguments->unit, "HU: the values are in HU, though the source cannot say so");
+    command.flag("--compress", arguments->compress, "deflate the values, where the format allows it");
+    command.flag("--force", arguments->force, "replace an existing file or store");
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    addSelectionOptions(command, arguments->input);
+    addSpacingOption(command, arguments->input);
+    command.footer("Example:\n  tessera export abdomen.zarr liver.nrrd --box 60,140,20,300,380,90 --compress");
+    command.whenChosen(
+        [arguments, &common, &action] { action = [arguments, &common] { runExport(*arguments, common); }; });
+}
+
+} // namespace tessera
