@@ -30,6 +30,7 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
     addPhantomCommand(program, common, action);
     addCentrelineCommand(program, common, action);
     addCoverageCommand(program, common, action);
+    addMeshCommand(program, common, action);
     for (const auto& [name, about] : kStudies)
         program.command(name, about);
     addPresetCommand(program, common, action);

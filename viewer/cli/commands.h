@@ -11,6 +11,7 @@ void addCoverageCommand(Command& program, const CommonOptions& common, Action& a
 void addExportCommand(Command& program, const CommonOptions& common, Action& action);
 void addImportCommand(Command& program, const CommonOptions& common, Action& action);
 void addInfoCommand(Command& program, const CommonOptions& common, Action& action);
+void addMeshCommand(Command& program, const CommonOptions& common, Action& action);
 void addRenderCommand(Command& program, const CommonOptions& common, Action& action);
 void addPhantomCommand(Command& program, const CommonOptions& common, Action& action);
 void addPresetCommand(Command& program, const CommonOptions& common, Action& action);

@@ -1,0 +1,105 @@
+// tests/program/mesh_test.cpp: `tessera mesh` from outside: what it writes and says, and what it refuses.
+#include "tests/support/program_fixture.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <utility>
+
+namespace tessera::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Triangles of a binary STL file; every side of one must be a side of another, the other way round.
+struct Triangles {
+    std::vector<std::array<std::array<float, 3>, 3>> all;
+    double volume = 0;
+    bool closed = false;
+
+    explicit Triangles(const std::string& stl) {
+        std::uint32_t count = 0;
+        std::memcpy(&count, stl.data() + 80, 4);
+        EXPECT_EQ(stl.size(), 84 + 50 * std::size_t{count});
+        std::map<std::pair<std::array<float, 3>, std::array<float, 3>>, int> sides;
+        for (std::size_t t = 0; t < count; ++t) {
+            std::array<std::array<float, 3>, 3> c;
+            std::memcpy(&c, stl.data() + 84 + 50 * t + 12, sizeof c);
+            all.push_back(c);
+            for (std::size_t i = 0; i < 3; ++i)
+                ++sides[{c[i], c[(i + 1) % 3]}], --sides[{c[(i + 1) % 3], c[i]}];
+            const auto at = [&](std::size_t i, std::size_t axis) { return static_cast<double>(c[i][axis]); };
+            volume += (at(0, 0) * (at(1, 1) * at(2, 2) - at(1, 2) * at(2, 1)) -
+                       at(0, 1) * (at(1, 0) * at(2, 2) - at(1, 2) * at(2, 0)) +
+                       at(0, 2) * (at(1, 0) * at(2, 1) - at(1, 1) * at(2, 0))) /
+                      6;
+        }
+        closed = std::ranges::all_of(sides, [](const auto& side) { return side.second == 0; });
+    }
+};
+
+TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
+    ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
+    const Outcome whole = run("mesh t.zarr bone.stl --isovalue 300 -v");
+    ASSERT_EQ(whole.exitCode, 0) << whole.problems;
+    EXPECT_THAT(whole.problems, HasSubstr("wrote bone.stl: "));
+    EXPECT_THAT(whole.problems, HasSubstr(" triangles, "));
+    EXPECT_THAT(whole.problems, HasSubstr("looked at "));
+    const Triangles bone(readAll(folder_ / "bone.stl"));
+    EXPECT_TRUE(bone.closed);
+    EXPECT_GT(bone.volume, 0);
+    ASSERT_EQ(run("mesh t.zarr skin.stl --isovalue=-300 -q --ram 32MiB").exitCode, 0);
+    const Triangles skin(readAll(folder_ / "skin.stl"));
+    EXPECT_TRUE(skin.closed);
+    EXPECT_GT(skin.volume, 5 * bone.volume);
+    ASSERT_EQ(run("mesh t.zarr coarse.stl --isovalue=-300 --level 1 -q").exitCode, 0);
+    const Triangles coarse(readAll(folder_ / "coarse.stl"));
+    EXPECT_LT(coarse.all.size(), skin.all.size() / 2);
+    EXPECT_NEAR(coarse.volume, skin.volume, 0.05 * skin.volume);
+    // two halves of a body
+    ASSERT_EQ(run("mesh t.zarr a.stl --isovalue=-300 -q --crop-voxels 0,60,0,45,0,31").exitCode, 0);
+    ASSERT_EQ(run("mesh t.zarr b.stl --isovalue=-300 -q --crop-voxels 0,60,0,45,31,70").exitCode, 0);
+    const Triangles a(readAll(folder_ / "a.stl")), b(readAll(folder_ / "b.stl"));
+    EXPECT_TRUE(a.closed && b.closed);
+    EXPECT_NEAR(a.volume + b.volume, skin.volume, 0.003 * skin.volume);
+    ASSERT_EQ(run("mesh t.zarr c.stl --isovalue=-300 -q --crop-voxels 0,60,0,45,31,70 --crop "
+                  "-1e4,1e4,-1e4,0,-1e4,1e4")
+                  .exitCode,
+              0);
+    const Triangles c(readAll(folder_ / "c.stl"));
+    EXPECT_TRUE(c.closed);
+    EXPECT_LT(c.volume, b.volume);
+    EXPECT_GT(c.volume, 0.2 * b.volume);
+    float behind = -1e9f;
+    for (const auto& triangle : c.all)
+        for (const auto& corner : triangle)
+            behind = std::max(behind, corner[1]);
+    EXPECT_NEAR(behind, 0, 1e-5);
+}
+
+TEST_F(Program, MeshRefusesWhatItCannotDo) {
+    ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
+    expectRefused("mesh t.zarr m.ply", {"--isovalue: expected a value, or --labels, found neither"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --labels x.nrrd", {"found both"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --label liver", {"--label", "--labels with it"});
+    expectRefused("mesh t.zarr m.off --isovalue 1", {"m.off", ".ply, .stl, .obj, .glb"});
+    expectRefused("mesh t.zarr m.ply --isovalue 9999", {"--isovalue", "whose values are", "found 9999 HU"});
+    expectRefused("mesh t.zarr m.ply --isovalue nan", {"--isovalue"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --level 6", {"--level"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --crop-voxels 0,1,2",
+                  {"--crop-voxels", "X0,X1,Y0,Y1,Z0,Z1"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --crop-voxels 70,90,0,9,0,9",
+                  {"--crop-voxels", "found none along axis x"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --ram 1MiB", {"--ram"});
+    expectRefused("mesh t.zarr m.ply --labels none.nrrd", {"none.nrrd"});
+    EXPECT_FALSE(fs::exists(folder_ / "m.ply"));
+    EXPECT_EQ(std::count_if(fs::directory_iterator(folder_.path()), fs::directory_iterator(),
+                            [](const auto& entry) {
+                                return entry.path().filename().string().find("m.ply") != std::string::npos;
+                            }),
+              0);
+}
+
+} // namespace
+} // namespace tessera::test

@@ -1,0 +1,248 @@
+// viewer/cli/mesh.cpp: `tessera mesh IN OUT.ply --isovalue 300`: the surface of one value, or of labels, as
+// a watertight mesh.
+#include "bricking/analysis/surface/label_shares.h"
+#include "bricking/analysis/surface/surface_mesh.h"
+#include "bricking/export/meshes/mesh_writer.h"
+#include "bricking/labels/label_names.h"
+#include "bricking/labels/label_volume.h"
+#include "bricking/statistics/statistics.h"
+#include "bricking/store/store_reader.h"
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
+#include "core/base/names.h"
+#include "core/base/shown_text.h"
+#include "core/scene/cuts.h"
+#include "core/scene/labels.h"
+#include "viewer/cli/commands.h"
+#include "viewer/cli/input/label_input.h"
+#include "viewer/cli/input/volume_input.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <memory>
+#include <optional>
+
+namespace tessera {
+namespace {
+
+struct MeshArguments {
+    std::string in, out, ram, labels, names;
+    std::optional<double> isovalue;
+    std::vector<std::string> label, boxes, boxesInVoxels;
+    bool sameFrame = false;
+    int level = 0;
+    InputOptions input;
+};
+
+constexpr const char* kBoxForm = "X0,X1,Y0,Y1,Z0,Z1";
+
+CropBox boxOf(const std::string& text, const char* option, CropBox::Space space) {
+    const std::optional<std::vector<double>> n = lengthsOf(text, 6);
+    if (!n)
+        throw badFile(option, kBoxForm, "\"" + text.substr(0, 60) + "\"");
+    const CropBox box{{(*n)[0], (*n)[2], (*n)[4]}, {(*n)[1], (*n)[3], (*n)[5]}, space, Keep::inside};
+    checkBox(box, option);
+    return box;
+}
+
+/// A box along the patient's axes as one along the volume's.
+VoxelBox inVoxels(const CropBox& box, const VolumeInfo& info) {
+    const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
+    const glm::dvec3 spacing = info.spacingMm();
+    constexpr double kAlong = 1e-6; // of a spacing
+    for (int column = 0; column < 3; ++column) {
+        int along = 0;
+        for (int row = 0; row < 3; ++row)
+            along += std::abs(info.patientFromVoxel[column][row]) > kAlong * spacing[column];
+        if (along != 1)
+            throw badFile("--crop", "a volume along the patient's axes",
+                          "an oblique one: --crop-voxels takes a box along its own axes");
+    }
+    const glm::dvec3 a(voxelFromPatient * glm::dvec4(box.low, 1)),
+        b(voxelFromPatient * glm::dvec4(box.high, 1));
+    return {glm::min(a, b), glm::max(a, b)};
+}
+
+VoxelBox regionOf(const MeshArguments& a, const VolumeInfo& info) {
+    VoxelBox region{glm::dvec3(0), glm::dvec3(info.extentVoxels)};
+    const auto keep = [&region](const VoxelBox& box) {
+        region.low = glm::max(region.low, box.low), region.high = glm::min(region.high, box.high);
+    };
+    for (const std::string& text : a.boxes)
+        keep(inVoxels(boxOf(text, "--crop", CropBox::Space::patient), info));
+    for (const std::string& text : a.boxesInVoxels) {
+        const CropBox box = boxOf(text, "--crop-voxels", CropBox::Space::voxels);
+        keep({box.low, box.high});
+    }
+    return region;
+}
+
+std::string regionOption(const MeshArguments& a) {
+    return !a.boxes.empty() ? "--crop" : !a.boxesInVoxels.empty() ? "--crop-voxels" : a.in;
+}
+
+/// What a mesh is taken from, and is found in.
+struct MeshField {
+    const ChunkSource* source = nullptr;
+    CellRanges ranges;
+    double value = 0;
+    std::string about; // "isosurface of 300 HU"
+    std::string notThere;
+};
+
+struct MeshJob {
+    const MeshArguments& arguments;
+    const StoreReader& store;
+    MemoryBudget& ram;
+    const CommonOptions& common;
+
+    void write(const MeshField& field) const {
+        const auto began = std::chrono::steady_clock::now();
+        const VolumeInfo& info = store.info();
+        const SurfaceLattice lattice(info, regionOf(arguments, info), arguments.level,
+                                     regionOption(arguments));
+        SurfaceRequest request;
+        request.value = field.value;
+        MeshWriter writer(arguments.out,
+                          "Tessera: " + field.about + ", level " + std::to_string(arguments.level) +
+                              "; millimetres in patient space, LPS; closed, seen from outside turning left",
+                          ram);
+        common.progress->stage("finding the surface");
+        const SurfaceCounts found = extractSurface(*field.source, lattice, field.ranges, request, ram, writer,
+                                                   common.progress->shares());
+        if (found.triangles == 0)
+            throw InputError(field.notThere);
+        common.progress->stage("writing " + arguments.out);
+        const std::uint64_t bytes = writer.finish();
+        common.progress->end();
+        const double ml = found.volumeMm3 / 1000, cm2 = found.areaMm2 / 100;
+        common.note("wrote " + arguments.out + ": " + std::to_string(found.triangles) + " triangles, " +
+                    std::to_string(found.points) + " points, " +
+                    formatBytes(static_cast<std::size_t>(bytes)) + "; " + numberText(ml) + " ml within " +
+                    numberText(cm2) + " cm2");
+        common.detail("looked at " + std::to_string(found.cellsSeen) + " of " + std::to_string(found.cells) +
+                      " cells, decoded " + std::to_string(found.chunksDecoded) + " chunks, in " +
+                      numberText(secondsSince(began), 3) + " s");
+        common.detail("RAM: " + formatBytes(ram.peakBytes()) + " of " + formatBytes(ram.limitBytes()));
+    }
+
+    void meshOfValue() const {
+        const VolumeInfo& info = store.info();
+        const Statistics statistics = loadStatistics(store, ram, 0);
+        const double ends[] = {info.rescaleSlope * statistics.lowest + info.rescaleIntercept,
+                               info.rescaleSlope * statistics.highest + info.rescaleIntercept};
+        const auto text = [&](double value) {
+            return numberText(value) + (info.unit.empty() ? "" : " " + info.unit);
+        };
+        MeshField field{&store,
+                        {statistics.cells, statistics.cellMin, statistics.cellMax, 1},
+                        *arguments.isovalue,
+                        "isosurface of " + text(*arguments.isovalue),
+                        {}};
+        field.notThere =
+            badFile("--isovalue",
+                    "a value that something of the volume reaches, whose values are " +
+                        text(std::min(ends[0], ends[1])) + " to " + text(std::max(ends[0], ends[1])),
+                    text(*arguments.isovalue))
+                .what();
+        write(field);
+    }
+
+    void meshOfLabels() const {
+        Labels labels;
+        labels.path = arguments.labels;
+        labels.names = arguments.names;
+        labels.sameFrame = arguments.sameFrame;
+        importLabelsFor(store.info(), labels, ram, common);
+        const LabelVolume volume(labels.store, ram);
+        requireSameGrid(volume.voxels(), store.info());
+        LabelTable table = volume.table();
+        if (arguments.names == Labels::kTotalSegmentator)
+            applyNames(table, totalSegmentatorNames());
+        else if (!arguments.names.empty())
+            applyNames(table, readLabelNames(arguments.names));
+        applyKnownNames(table);
+        std::vector<bool> chosen(table.labels.size(), arguments.label.empty());
+        std::vector<std::string> names;
+        const LabelMatcher matcher(table.labels);
+        for (const std::string& pattern : arguments.label)
+            if (!matcher.forEach(pattern, [&](std::size_t n) { chosen[n] = true; }))
+                throw badFile("--label", "the name, the value or the group of a label",
+                              "\"" + printable(pattern) +
+                                  "\"; nearest: " + joinNames(nearestNames(table, pattern)));
+        for (std::size_t n = 0; n < chosen.size(); ++n)
+            if (chosen[n])
+                names.push_back(table.labels[n].name);
+        const LabelShares shares(volume, chosen, ram, 0);
+        write({&shares, shares.ranges(), 0.5, "surface of " + joinNames(names),
+               badFile("--label", "a label that some voxel of the box has", "none").what()});
+    }
+};
+
+void runMesh(const MeshArguments& arguments, const CommonOptions& common) {
+    if (arguments.labels.empty() == !arguments.isovalue)
+        throw badFile("--isovalue", "a value, or --labels", arguments.isovalue ? "both" : "neither");
+    if (arguments.labels.empty() && !arguments.label.empty())
+        throw badFile("--label", "--labels with it, the file of the label", "none");
+    checkMeshFile(arguments.out);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
+    const MeshJob job{arguments, store, ram, common};
+    if (arguments.isovalue)
+        job.meshOfValue();
+    else
+        job.meshOfLabels();
+}
+
+} // namespace
+
+void addMeshCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command(
+        "mesh", "Write the surface of a value, or of labels, as a watertight mesh, in bounded memory");
+    auto arguments = std::make_shared<MeshArguments>();
+    command.option("IN", arguments->in, "store, or source files").required();
+    command
+        .option("OUT", arguments->out,
+                "mesh to write: " + joinNames(meshFileEndings()) + "; replaced if it exists")
+        .required();
+    command.option("--isovalue", arguments->isovalue, "value of the surface, physical units (CT: HU)")
+        .check(numberWithin(-kLargestValue, kLargestValue, "a value"));
+    command.option("--labels", arguments->labels,
+                   "in place of a value: a segmentation of the volume, as for tessera render --labels");
+    command
+        .option("--label", arguments->label,
+                "with --labels: a label by its name (* and ?), value or group:NAME; of several, one surface "
+                "around all; may be repeated (default: all)")
+        .oneValueEach();
+    command.option("--label-colours", arguments->names,
+                   "with --labels: a file of their names, or totalsegmentator (default: the labels' own)");
+    command.flag("--same-frame", arguments->sameFrame,
+                 "with --labels: take labels of another frame of reference");
+    command
+        .option("--level", arguments->level,
+                "level of detail: 0 for all samples, each further one halves them along every axis")
+        .showsDefault()
+        .check(numberWithin(0, kLevelCount - 1, "a level from 0 to " + std::to_string(kLevelCount - 1)));
+    command
+        .option("--crop", arguments->boxes,
+                std::string("mesh only the inside of a box along the patient's axes, mm, closed at its "
+                            "faces: ") +
+                    kBoxForm + "; of several, their intersection")
+        .oneValueEach();
+    command
+        .option("--crop-voxels", arguments->boxesInVoxels,
+                std::string("the same along the volume's axes, in voxels from 0: ") + kBoxForm)
+        .oneValueEach();
+    command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
+    addSelectionOptions(command, arguments->input);
+    addSpacingOption(command, arguments->input);
+    command.footer("Example:\n  tessera mesh abdomen.zarr bone.ply --isovalue 300");
+    command.whenChosen(
+        [arguments, &common, &action] { action = [arguments, &common] { runMesh(*arguments, common); }; });
+}
+
+} // namespace tessera
