@@ -35,6 +35,7 @@ const std::vector<Command>& commands() {
          "s.zarr --from 0,0,0 -o out.json", // nothing of kNoValues ends in .json
          {{"--threshold", numbers}, {"--generations", zero}}},
         {"coverage", "s.zarr --path path.json", {{"--smallest", zero}}},
+        {"mesh", "s.zarr made.ply --isovalue 100", {{"--isovalue", numbers}, {"--level", zero}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--turn", {"-1"}},
@@ -91,7 +92,8 @@ TEST_F(Program, TheGuidesTablesHaveEveryOptionOnce) {
     const std::string guide = readAll(sourceFolder() / "docs/user-guide.md");
     for (const auto& [command, from, to] :
          std::vector<std::array<std::string, 3>>{{"centreline", "Centreline", "Coverage"},
-                                                 {"coverage", "Coverage", "Render"},
+                                                 {"coverage", "Coverage", "Mesh"},
+                                                 {"mesh", "Mesh", "Render"},
                                                  {"render", "Render", "The window"},
                                                  {"view", "The window", "Presets"}}) {
         const std::string cells = optionCells(guide, from, to);
@@ -128,6 +130,7 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                 const bool needsOut = command.name != "render" && command.name != "import" &&
                                       command.name != "info" && command.name != "view" &&
                                       command.name != "centreline" && command.name != "coverage" &&
+                                      command.name != "mesh" &&
                                       option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +

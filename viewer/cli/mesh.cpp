@@ -122,11 +122,11 @@ struct MeshJob {
         const double ml = found.volumeMm3 / 1000, cm2 = found.areaMm2 / 100;
         common.note("wrote " + arguments.out + ": " + std::to_string(found.triangles) + " triangles, " +
                     std::to_string(found.points) + " points, " +
-                    formatBytes(static_cast<std::size_t>(bytes)) + "; " + numberText(ml) + " ml within " +
-                    numberText(cm2) + " cm2");
+                    formatBytes(static_cast<std::size_t>(bytes)) + "; " + formatNumber(ml) + " ml within " +
+                    formatNumber(cm2) + " cm2");
         common.detail("looked at " + std::to_string(found.cellsSeen) + " of " + std::to_string(found.cells) +
                       " cells, decoded " + std::to_string(found.chunksDecoded) + " chunks, in " +
-                      numberText(secondsSince(began), 3) + " s");
+                      formatNumber(secondsSince(began), 3) + " s");
         common.detail("RAM: " + formatBytes(ram.peakBytes()) + " of " + formatBytes(ram.limitBytes()));
     }
 
@@ -136,7 +136,7 @@ struct MeshJob {
         const double ends[] = {info.rescaleSlope * statistics.lowest + info.rescaleIntercept,
                                info.rescaleSlope * statistics.highest + info.rescaleIntercept};
         const auto text = [&](double value) {
-            return numberText(value) + (info.unit.empty() ? "" : " " + info.unit);
+            return formatNumber(value) + (info.unit.empty() ? "" : " " + info.unit);
         };
         MeshField field{&store,
                         {statistics.cells, statistics.cellMin, statistics.cellMax, 1},

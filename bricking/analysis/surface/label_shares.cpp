@@ -54,11 +54,11 @@ void LabelShares::readChunk(const ChunkKey& key, std::span<std::byte> out) const
     };
     const glm::ivec3 first = kChunkExtent * glm::ivec3(key.i, key.j, key.k), grid(kChunkExtent);
     std::memset(out.data(), 0, out.size());
-    const auto add = [&](std::size_t at, float share) {
-        float sum;
-        std::memcpy(&sum, out.data() + sizeof sum * at, sizeof sum);
-        sum += share;
-        std::memcpy(out.data() + sizeof sum * at, &sum, sizeof sum);
+    const auto change = [&](std::size_t at, const auto& to) {
+        float share;
+        std::memcpy(&share, out.data() + sizeof share * at, sizeof share);
+        share = to(share);
+        std::memcpy(out.data() + sizeof share * at, &share, sizeof share);
     };
     const int pitch = 1 << key.level;
     const glm::ivec3 chunks = chunkGrid(info_.extentVoxels, 0);
@@ -74,12 +74,16 @@ void LabelShares::readChunk(const ChunkKey& key, std::span<std::byte> out) const
                         for (int x = 0; x < count.x; ++x)
                             if (isChosen(linearIndex({x, y, z}, grid))) {
                                 const glm::ivec3 sample = (corner + glm::ivec3(x, y, z)) / pitch;
-                                const glm::ivec3 held =
-                                    glm::min(pitch * (sample + 1), info_.extentVoxels) - pitch * sample;
-                                add(linearIndex(sample - first, grid),
-                                    1.f / static_cast<float>(cellCount(held)));
+                                change(linearIndex(sample - first, grid),
+                                       [](float count) { return count + 1; });
                             }
             }
+    for (std::size_t at = 0; pitch > 1 && at < cellCount(grid); ++at) {
+        const glm::ivec3 low = pitch * (first + gridPosition(at, grid)), // of a sample at the end, fewer
+            held = glm::clamp(info_.extentVoxels - low, glm::ivec3(0), glm::ivec3(pitch));
+        if (const std::size_t voxels = cellCount(held); voxels > 0)
+            change(at, [voxels](float count) { return count / static_cast<float>(voxels); });
+    }
 }
 
 } // namespace tessera

@@ -29,6 +29,22 @@ struct Segmentation {
     }
 };
 
+std::vector<float> levelOf(const ChunkSource& source, int level) {
+    const glm::ivec3 extent = levelExtent(source.info().extentVoxels, level),
+                     chunks = chunkGrid(source.info().extentVoxels, level);
+    std::vector<float> all(cellCount(extent)), chunk(cellCount(glm::ivec3(kChunkExtent)));
+    for (std::size_t n = 0; n < cellCount(chunks); ++n) {
+        const glm::ivec3 at = gridPosition(n, chunks);
+        source.readChunk({level, at.x, at.y, at.z}, std::as_writable_bytes(std::span(chunk)));
+        for (std::size_t i = 0; i < chunk.size(); ++i) {
+            const glm::ivec3 sample = kChunkExtent * at + gridPosition(i, glm::ivec3(kChunkExtent));
+            if (glm::min(sample, extent - 1) == sample)
+                all[linearIndex(sample, extent)] = chunk[i];
+        }
+    }
+    return all;
+}
+
 TEST(LabelShares, AreMeansOverTheVoxelsOfASample) {
     Segmentation s;
     for (const std::set<std::uint32_t>& values : {std::set<std::uint32_t>{5}, {3, 9}, {}}) {
@@ -38,7 +54,7 @@ TEST(LabelShares, AreMeansOverTheVoxelsOfASample) {
             return values.contains(s.first[at]) || values.contains(s.second[at]);
         };
         for (const int level : {0, 1, 3, 5}) {
-            const std::vector<double> read = readLevel(shares, level);
+            const std::vector<float> read = levelOf(shares, level);
             const glm::ivec3 extent = levelExtent(kExtent, level);
             ASSERT_EQ(read.size(), cellCount(extent));
             for (std::size_t n = 0; n < read.size(); ++n) {
@@ -49,7 +65,9 @@ TEST(LabelShares, AreMeansOverTheVoxelsOfASample) {
                     for (int y = low.y; y < high.y; ++y)
                         for (int x = low.x; x < high.x; ++x)
                             sum += chosen(linearIndex({x, y, z}, kExtent));
-                ASSERT_NEAR(read[n], sum / static_cast<double>(cellCount(high - low)), 2e-5) << level;
+                ASSERT_NEAR(static_cast<double>(read[n]), sum / static_cast<double>(cellCount(high - low)),
+                            1e-7)
+                    << level;
             }
         }
         const CellRanges ranges = shares.ranges();
@@ -83,7 +101,9 @@ TEST(LabelShares, SurfacesAreClosedAroundTheVoxelsOfLabels) {
             for (std::size_t at = 0; at < s.first.size(); ++at)
                 voxels += values.contains(s.first[at]) || values.contains(s.second[at]);
             EXPECT_NEAR(found.volumeMm3, voxels * 0.8 * 0.9 * 1.5, 0.03 * voxels) << level;
-            EXPECT_LT(found.cellsSeen, found.cells);
+            if (level == 0) {
+                EXPECT_LT(found.cellsSeen, found.cells);
+            }
         }
 }
 
