@@ -82,7 +82,7 @@ TEST_F(Program, MeshRefusesWhatItCannotDo) {
     ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
     expectRefused("mesh t.zarr m.ply", {"--isovalue: expected a value, or --labels, found neither"});
     expectRefused("mesh t.zarr m.ply --isovalue 1 --labels x.nrrd", {"found both"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --label liver", {"--label", "--labels with it"});
+    expectRefused("mesh t.zarr m.ply --isovalue 1 --label liver", {"--label", "--labels"});
     expectRefused("mesh t.zarr m.off --isovalue 1", {"m.off", ".ply, .stl, .obj, .glb"});
     expectRefused("mesh t.zarr m.ply --isovalue 9999", {"--isovalue", "whose values are", "found 9999 HU"});
     expectRefused("mesh t.zarr m.ply --isovalue nan", {"--isovalue"});

@@ -130,8 +130,7 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                 const bool needsOut = command.name != "render" && command.name != "import" &&
                                       command.name != "info" && command.name != "view" &&
                                       command.name != "centreline" && command.name != "coverage" &&
-                                      command.name != "mesh" &&
-                                      option != "--output";
+                                      command.name != "mesh" && option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");

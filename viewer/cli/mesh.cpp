@@ -186,8 +186,6 @@ struct MeshJob {
 void runMesh(const MeshArguments& arguments, const CommonOptions& common) {
     if (arguments.labels.empty() == !arguments.isovalue)
         throw badFile("--isovalue", "a value, or --labels", arguments.isovalue ? "both" : "neither");
-    if (arguments.labels.empty() && !arguments.label.empty())
-        throw badFile("--label", "--labels with it, the file of the label", "none");
     checkMeshFile(arguments.out);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
@@ -217,11 +215,16 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
         .option("--label", arguments->label,
                 "with --labels: a label by its name (* and ?), value or group:NAME; of several, one surface "
                 "around all; may be repeated (default: all)")
+        .needs("--labels")
         .oneValueEach();
-    command.option("--label-colours", arguments->names,
-                   "with --labels: a file of their names, or totalsegmentator (default: the labels' own)");
-    command.flag("--same-frame", arguments->sameFrame,
-                 "with --labels: take labels of another frame of reference");
+    command
+        .option("--label-colours", arguments->names,
+                "with --labels: a file of their names, or totalsegmentator (default: the labels' own)")
+        .needs("--labels");
+    command
+        .flag("--same-frame", arguments->sameFrame,
+              "with --labels: take labels of another frame of reference")
+        .needs("--labels");
     command
         .option("--level", arguments->level,
                 "level of detail: 0 for all samples, each further one halves them along every axis")
