@@ -38,12 +38,12 @@ struct MeshArguments {
     InputOptions input;
 };
 
-constexpr const char* kBoxForm = "X0,X1,Y0,Y1,Z0,Z1";
+constexpr const char* kMeshBoxForm = "X0,X1,Y0,Y1,Z0,Z1";
 
-CropBox boxOf(const std::string& text, const char* option, CropBox::Space space) {
+CropBox cropBoxOf(const std::string& text, const char* option, CropBox::Space space) {
     const std::optional<std::vector<double>> n = lengthsOf(text, 6);
     if (!n)
-        throw badFile(option, kBoxForm, "\"" + text.substr(0, 60) + "\"");
+        throw badFile(option, kMeshBoxForm, "\"" + text.substr(0, 60) + "\"");
     const CropBox box{{(*n)[0], (*n)[2], (*n)[4]}, {(*n)[1], (*n)[3], (*n)[5]}, space, Keep::inside};
     checkBox(box, option);
     return box;
@@ -73,9 +73,9 @@ VoxelBox regionOf(const MeshArguments& a, const VolumeInfo& info) {
         region.low = glm::max(region.low, box.low), region.high = glm::min(region.high, box.high);
     };
     for (const std::string& text : a.boxes)
-        keep(inVoxels(boxOf(text, "--crop", CropBox::Space::patient), info));
+        keep(inVoxels(cropBoxOf(text, "--crop", CropBox::Space::patient), info));
     for (const std::string& text : a.boxesInVoxels) {
-        const CropBox box = boxOf(text, "--crop-voxels", CropBox::Space::voxels);
+        const CropBox box = cropBoxOf(text, "--crop-voxels", CropBox::Space::voxels);
         keep({box.low, box.high});
     }
     return region;
@@ -234,11 +234,11 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
         .option("--crop", arguments->boxes,
                 std::string("mesh only the inside of a box along the patient's axes, mm, closed at its "
                             "faces: ") +
-                    kBoxForm + "; of several, their intersection")
+                    kMeshBoxForm + "; of several, their intersection")
         .oneValueEach();
     command
         .option("--crop-voxels", arguments->boxesInVoxels,
-                std::string("the same along the volume's axes, in voxels from 0: ") + kBoxForm)
+                std::string("the same along the volume's axes, in voxels from 0: ") + kMeshBoxForm)
         .oneValueEach();
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     addSelectionOptions(command, arguments->input);
