@@ -43,7 +43,8 @@ Rational rationalOf(double value) {
             break;
         rest = 1 / (rest - whole);
     }
-    return {static_cast<std::uint32_t>(above1), static_cast<std::uint32_t>(std::max<std::uint64_t>(below1, 1))};
+    return {static_cast<std::uint32_t>(above1),
+            static_cast<std::uint32_t>(std::max<std::uint64_t>(below1, 1))};
 }
 
 /// One page's directory, entry by entry in ascending order of tags.
@@ -108,16 +109,18 @@ bool needsBig(const TiffLayout& layout) {
                                  static_cast<std::uint64_t>(layout.size.y) *
                                  static_cast<std::uint64_t>(layout.pages) * bytesPerFileValue(layout.type);
     // What does not deflate grows by a thousandth, and each strip has sixteen bytes in the tables.
-    const std::uint64_t strips = layout.isPacked ? pixels / 512 + static_cast<std::uint64_t>(layout.pages) * 64 : 0;
+    const std::uint64_t strips =
+        layout.isPacked ? pixels / 512 + static_cast<std::uint64_t>(layout.pages) * 64 : 0;
     return pixels + strips + static_cast<std::uint64_t>(layout.pages) * kDirectoryBytes > kMostClassic;
 }
 
 } // namespace
 
 TiffPages::TiffPages(const std::filesystem::path& path, TiffLayout layout)
-    : layout_(std::move(layout)), rowsPerStrip_(rowsPerStripOf(layout_)), isBig_(needsBig(layout_)),
-      file_(path) {
-    constexpr std::string_view kClassic("II\x2a\0\0\0\0\0", 8), kBig("II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0", 16);
+    : layout_(std::move(layout)), rowsPerStrip_(rowsPerStripOf(layout_)),
+      isBig_(layout_.isBig || needsBig(layout_)), file_(path) {
+    constexpr std::string_view kClassic("II\x2a\0\0\0\0\0", 8),
+        kBig("II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0", 16);
     file_.append(isBig_ ? kBig : kClassic);
     pixelsBegin_ = file_.size();
     if (layout_.isPacked)
@@ -129,8 +132,7 @@ std::size_t TiffPages::bytesNeeded(const TiffLayout& layout) {
     if (!layout.isPacked)
         return 0;
     const auto rows = static_cast<std::size_t>(rowsPerStripOf(layout));
-    const std::size_t strip =
-        rows * static_cast<std::size_t>(layout.size.x) * bytesPerFileValue(layout.type);
+    const std::size_t strip = rows * static_cast<std::size_t>(layout.size.x) * bytesPerFileValue(layout.type);
     const std::size_t strips = static_cast<std::size_t>(layout.pages) *
                                ((static_cast<std::size_t>(layout.size.y) + rows - 1) / rows);
     return 3 * strip + 2 * 2 * sizeof(std::uint64_t) * strips; // tables grow by doubling
@@ -168,8 +170,9 @@ void TiffPages::append(std::span<const std::byte> pixels) {
 void TiffPages::flushStrip() {
     uLongf size = compressBound(static_cast<uLong>(strip_.size()));
     packed_.resize(size);
-    const int result = compress(reinterpret_cast<Bytef*>(packed_.data()), &size,
-                                reinterpret_cast<const Bytef*>(strip_.data()), static_cast<uLong>(strip_.size()));
+    const int result =
+        compress(reinterpret_cast<Bytef*>(packed_.data()), &size,
+                 reinterpret_cast<const Bytef*>(strip_.data()), static_cast<uLong>(strip_.size()));
     TESSERA_CHECK(result == Z_OK);
     offsets_.push_back(file_.size());
     sizes_.push_back(size);
@@ -195,7 +198,8 @@ void TiffPages::writeDirectories() {
         return at;
     };
     const bool hasTables = layout_.isPacked && stripsOfPage() > 1;
-    const std::uint64_t offsetTable = hasTables ? table(offsets_) : 0, sizeTable = hasTables ? table(sizes_) : 0;
+    const std::uint64_t offsetTable = hasTables ? table(offsets_) : 0,
+                        sizeTable = hasTables ? table(sizes_) : 0;
     align();
     const std::uint64_t first = file_.size();
     file_.replace(isBig_ ? 8 : 4, bytesOf(first).first(isBig_ ? 8 : 4));

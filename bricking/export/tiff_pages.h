@@ -1,6 +1,6 @@
-// bricking/export/tiff_pages.h: a TIFF file of equal grey pages, written from its beginning to its end. Rules:
-// TIFF 6.0; BigTIFF where 4 GiB do not suffice. Pages of whole slices are one strip, so that programs can map
-// them; deflated ones (Compression 8) are strips of a quarter of a megabyte.
+// bricking/export/tiff_pages.h: a TIFF file of equal grey pages, written from its beginning to its end.
+// Rules: TIFF 6.0; BigTIFF where 4 GiB do not suffice. Pages of whole slices are one strip, so that programs
+// can map them; deflated ones (Compression 8) are strips of a quarter of a megabyte.
 #pragma once
 
 #include "bricking/export/volume_file.h"
@@ -19,10 +19,11 @@ namespace tessera {
 struct TiffLayout {
     glm::ivec2 size{0}; // pixels of a page
     int pages = 1;
-    FileType type = FileType::u8;  // u8, i16, u16 or f32
-    glm::dvec2 pixelMm{1};         // along x and y
-    std::string description;       // of the first page
+    FileType type = FileType::u8; // u8, i16, u16 or f32
+    glm::dvec2 pixelMm{1};        // along x and y
+    std::string description;      // of the first page
     bool isPacked = false;
+    bool isBig = false; // BigTIFF even where 4 GiB suffice
 };
 
 class TiffPages {

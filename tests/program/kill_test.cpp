@@ -155,6 +155,21 @@ TEST_F(Kill, AReplacedStoreIsTheOldOrTheNew) {
     std::printf("the old store %d times, else the new one\n", old);
 }
 
+TEST_F(Kill, AnExportLeavesTheOldFileOrTheNew) {
+    ASSERT_EQ(run("import v.json s.zarr").exitCode, 0);
+    ASSERT_EQ(run("export s.zarr out.nrrd --compress").exitCode, 0);
+    const std::string whole = readAll(folder_ / "out.nrrd");
+    killAtRandom(
+        "export s.zarr out.nrrd --compress --force", [&] { write("out.nrrd", "old"); },
+        [&] {
+            const std::string now = readAll(folder_ / "out.nrrd");
+            EXPECT_TRUE(now == "old" || now == whole);
+            EXPECT_EQ(run("export s.zarr out.nrrd --compress --force").exitCode, 0);
+            EXPECT_EQ(readAll(folder_ / "out.nrrd"), whole);
+            EXPECT_EQ(names(), givenAnd({"out.nrrd", "s.zarr"}));
+        });
+}
+
 TEST_F(Kill, ARenderLeavesTheOldPictureOrTheNewAndAWholeCache) {
     const std::string render = "render v.json -o a.png --engine mirror --size 96x96 --step 2 --preset auto";
     ASSERT_EQ(run(render).exitCode, 0);

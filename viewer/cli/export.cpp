@@ -1,13 +1,16 @@
 // viewer/cli/export.cpp: `tessera export SOURCE OUT`: a volume, or a box of it at a level, as a file that
 // other programs read.
 #include "bricking/analysis/body/body_box.h"
-#include "bricking/export/exported_place.h"
+#include "bricking/export/label_numbers.h"
 #include "bricking/export/volume_writer.h"
+#include "bricking/labels/label_files.h" // readLabelTable
+#include "bricking/labels/label_volume.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
 #include "viewer/cli/commands.h"
+#include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/scene_from_arguments.h" // inHu
 
@@ -24,9 +27,9 @@ namespace {
 constexpr char kBoxForm[] = "X0,Y0,Z0,X1,Y1,Z1", kCropForms[] = "body or X0,X1,Y0,Y1,Z0,Z1";
 
 struct ExportArguments {
-    std::string in, out, format, box, crop, unit, ram;
+    std::string in, out, format, box, crop, labels, unit, ram;
     int level = 0;
-    bool compress = false, force = false;
+    bool compress = false, force = false, sameFrame = false;
     InputOptions input;
 };
 
@@ -95,7 +98,47 @@ void tell(const ExportArguments& arguments, const BoxSource& box, const ExportRe
     for (const std::string& note : report.notes)
         common.note(note);
     if (!info.orientationKnown)
-        common.note("the source does not say how the patient lies: axes are taken as left, posterior, superior");
+        common.note(
+            "the source does not say how the patient lies: axes are taken as left, posterior, superior");
+}
+
+/// The labels beside a scan, or a store that holds labels itself; null: neither.
+struct ExportedLabels {
+    std::unique_ptr<StoreReader> sets; // null: the store itself
+    std::unique_ptr<LabelNumbers> numbers;
+};
+
+ExportedLabels labelsOf(const ExportArguments& arguments, const ExportFormat& format,
+                        const StoreReader& store, MemoryBudget& ram, const CommonOptions& common) {
+    ExportedLabels found;
+    std::error_code ignored;
+    const bool areLabels = std::filesystem::exists(store.path() / "sets" / "zarr.json", ignored);
+    if (arguments.labels.empty() && !areLabels) {
+        if (arguments.sameFrame)
+            throw badFile("--same-frame", "--labels, which it is for", "none");
+        return found;
+    }
+    if (format.name == "ome-zarr")
+        throw badFile(arguments.out, "a format without levels for labels (a store's levels are means)",
+                      format.name);
+    if (areLabels) {
+        if (!arguments.labels.empty())
+            throw badFile("--labels", "a scan for them", arguments.in + ", which holds labels itself");
+    } else {
+        Labels labels;
+        labels.path = arguments.labels;
+        labels.sameFrame = arguments.sameFrame;
+        importLabelsFor(store.info(), labels, ram, common);
+        found.sets = std::make_unique<StoreReader>(labels.store, ram);
+        requireSameGrid(*found.sets, store.info());
+    }
+    const StoreReader& sets = found.sets ? *found.sets : store;
+    const LabelTable table = readLabelTable(sets, ram);
+    found.numbers = std::make_unique<LabelNumbers>(sets, table, sets.path().string());
+    common.note("the values of " + std::to_string(table.labels.size()) +
+                " labels, 0 where there is none; "
+                "their names are left out");
+    return found;
 }
 
 void runExport(const ExportArguments& arguments, const CommonOptions& common) {
@@ -110,7 +153,9 @@ void runExport(const ExportArguments& arguments, const CommonOptions& common) {
         requireStorePath(arguments.out, arguments.force);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
-    BoxSource box(store, boxOf(arguments, store, ram, common), ram);
+    const LevelBox part = boxOf(arguments, store, ram, common);
+    const ExportedLabels labels = labelsOf(arguments, format, store, ram, common);
+    BoxSource box(labels.numbers ? static_cast<const ChunkSource&>(*labels.numbers) : store, part, ram);
     common.detail("exporting " + box.describe() + " as " + format.name + " to " + arguments.out);
     const ExportReport report =
         format.write(box, {arguments.out, arguments.compress, arguments.force, ram, *common.progress});
@@ -139,8 +184,10 @@ void addExportCommand(Command& program, const CommonOptions& common, Action& act
     command.option("SOURCE", arguments->in, "store, or source files").required();
     command.option("OUT", arguments->out, "file to write; its ending chooses the format").required();
     command.option("--format", arguments->format, formatsText() + " (default: by the ending of OUT)");
-    command.option("--level", arguments->level, "level to write: 0 is the finest, each next one has half as "
-                                                "many voxels along each axis")
+    command
+        .option("--level", arguments->level,
+                "level to write: 0 is the finest, each next one has half as "
+                "many voxels along each axis")
         .showsDefault();
     command.option("--box", arguments->box,
                    std::string("only a box, in voxels of level 0 along the volume's axes: ") + kBoxForm +
@@ -150,13 +197,18 @@ void addExportCommand(Command& program, const CommonOptions& common, Action& act
                 std::string("only the voxels that touch a box along the patient's axes, mm: ") + kCropForms +
                     "; body: the patient's, without the table (CT)")
         .excludes("--box");
+    command.option("--labels", arguments->labels,
+                   "labels of voxels to write in place of values, on the volume's lattice: files that render "
+                   "takes. At coarser levels the label of most of 2 x 2 x 2 voxels");
+    command.flag("--same-frame", arguments->sameFrame, "take --labels in any frame of reference");
     command.option("--unit", arguments->unit, "HU: the values are in HU, though the source cannot say so");
     command.flag("--compress", arguments->compress, "deflate the values, where the format allows it");
     command.flag("--force", arguments->force, "replace an existing file or store");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     addSelectionOptions(command, arguments->input);
     addSpacingOption(command, arguments->input);
-    command.footer("Example:\n  tessera export abdomen.zarr liver.nrrd --box 60,140,20,300,380,90 --compress");
+    command.footer(
+        "Example:\n  tessera export abdomen.zarr liver.nrrd --box 60,140,20,300,380,90 --compress");
     command.whenChosen(
         [arguments, &common, &action] { action = [arguments, &common] { runExport(*arguments, common); }; });
 }

@@ -1,6 +1,8 @@
 // tests/bricking/export/round_trip_test.cpp: what is exported is read again by the importers: the same values
 // and places, for every type, format, box and level.
 #include "bricking/export/exported_place.h"
+#include "bricking/export/label_numbers.h"
+#include "bricking/export/tiff_pages.h"
 #include "bricking/import/open_source.h"
 #include "tests/support/export_tools.h"
 
@@ -199,6 +201,65 @@ TEST(Export, TheAffineComesBackBitByBit) {
     }
     // The centre of a corner that is nearer to 0 than half a voxel has fewer bits behind the point than it.
     EXPECT_GE(exact, 180);
+}
+
+// What files above 4 GiB are.
+TEST(Export, BigTiffReadsBack) {
+    const ScratchFolder scratch;
+    std::vector<std::uint16_t> pixels(300 * 500 * 3);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<std::uint16_t>(mixed(i) % 500 * (i % 7));
+    for (const bool packed : {false, true}) {
+        TiffLayout layout{{300, 500},
+                          3,
+                          FileType::u16,
+                          {0.7, 0.9},
+                          "ImageJ=1.53t\nimages=3\nslices=3\nunit=mm\nspacing=2.5\n",
+                          packed,
+                          true};
+        TiffPages pages(scratch / "b.tif", layout);
+        const auto bytes = std::as_bytes(std::span(pixels));
+        for (std::size_t at = 0; at < bytes.size(); at += 99991) // portions that end anywhere
+            pages.append(bytes.subspan(at, std::min<std::size_t>(99991, bytes.size() - at)));
+        pages.finish();
+        EXPECT_EQ(fileText(scratch / "b.tif").substr(0, 4), std::string("II\x2b\0", 4));
+        const auto read = openSource(scratch / "b.tif", {});
+        EXPECT_EQ(physicalValuesOf(*read), std::vector<double>(pixels.begin(), pixels.end())) << packed;
+        const glm::dvec3 mm = read->info().spacingMm();
+        EXPECT_NEAR(mm.x, 0.7, 1e-9);
+        EXPECT_NEAR(mm.y, 0.9, 1e-9);
+        EXPECT_EQ(mm.z, 2.5);
+    }
+}
+
+TEST(Export, LabelsHaveTheirOwnValues) {
+    const ScratchFolder scratch;
+    for (const std::uint32_t value : {200u, 4000u}) {
+        HashSource source(asymmetricInfo(ValueType::u8), [](int x, int y, int z) { return (x + y + z) % 3; });
+        import(scratch / "sets.zarr", source, true);
+        MemoryBudget ram("RAM", "--ram", kPlenty);
+        const StoreReader sets(scratch / "sets.zarr", ram);
+        LabelTable table;
+        table.labels = {{7, "liver"}, {value, "spleen"}};
+        table.sets = {{}, {0}, {1}};
+        const LabelNumbers numbers(sets, table, "labels");
+        EXPECT_EQ(numbers.info().type, value > 255 ? ValueType::u16 : ValueType::u8);
+        const LevelBox box = levelBoxOf(numbers.info(), 0, {3, 30, 7}, {36, 65, 41}, "--box");
+        BoxSource source2(numbers, box, ram);
+        const std::vector<double> found = physicalValuesOf(source2);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const glm::ivec3 at = box.low + gridPosition(i, box.extent());
+            const int set = (at.x + at.y + at.z) % 3;
+            ASSERT_EQ(found[i], set == 0 ? 0 : set == 1 ? 7 : value) << i;
+        }
+        table.sets.push_back({0, 1});
+        EXPECT_THAT([&] { LabelNumbers(sets, table, "labels"); },
+                    ThrowsMessage<InputError>(HasSubstr("overlap")));
+        table.sets.pop_back();
+        table.labels[1].value = 70000;
+        EXPECT_THAT([&] { LabelNumbers(sets, table, "labels"); },
+                    ThrowsMessage<InputError>(HasSubstr("65535")));
+    }
 }
 
 TEST(Export, LongDimensionsBecomeNifti2) {
