@@ -29,6 +29,7 @@ const std::vector<Command>& commands() {
     const std::set<std::string> names = {"0", "-1", "nan", "inf", "1e400"};
     static const std::vector<Command> all = {
         {"import", "s.json out.zarr", {}},
+        {"export", "s.zarr out.nrrd --force", {{"--level", zero}}},
         {"info", "s.zarr", {}},
         {"phantom", "sphere", {}},
         {"centreline",
