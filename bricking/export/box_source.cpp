@@ -65,7 +65,8 @@ PatientBox voxelBoxAround(const VolumeInfo& info, const PatientBox& mm) {
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     PatientBox box{glm::dvec3(1e300), glm::dvec3(-1e300)};
     for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec4 at((corner & 1) != 0 ? mm.high.x : mm.low.x, (corner & 2) != 0 ? mm.high.y : mm.low.y,
+        const glm::dvec4 at((corner & 1) != 0 ? mm.high.x : mm.low.x,
+                            (corner & 2) != 0 ? mm.high.y : mm.low.y,
                             (corner & 4) != 0 ? mm.high.z : mm.low.z, 1);
         const glm::dvec3 voxel(voxelFromPatient * at);
         box.low = glm::min(box.low, voxel), box.high = glm::max(box.high, voxel);
@@ -121,11 +122,10 @@ void BoxSource::readSlices(int count, std::span<std::byte> out) {
         const std::size_t rowBytes = static_cast<std::size_t>(to.x - from.x) * bytes;
         for (int z = from.z; z < to.z; ++z)
             for (int y = from.y; y < to.y; ++y)
-                std::memcpy(
-                    out.data() + bytes * linearIndex(glm::ivec3(from.x, y, z) - low, extent),
-                    lease.bytes().data() +
-                        bytes * linearIndex(glm::ivec3(from.x, y, z) - corner, glm::ivec3(kChunkExtent)),
-                    rowBytes);
+                std::memcpy(out.data() + bytes * linearIndex(glm::ivec3(from.x, y, z) - low, extent),
+                            lease.bytes().data() + bytes * linearIndex(glm::ivec3(from.x, y, z) - corner,
+                                                                       glm::ivec3(kChunkExtent)),
+                            rowBytes);
     });
     next_ += count;
 }

@@ -37,7 +37,8 @@ const ExportFormat& exportFormatOf(const std::string& name, const std::filesyste
     }
     if (!name.empty())
         return exportFormats()[indexOfName(name, names, "--format")];
-    std::string file = out.filename().empty() ? out.parent_path().filename().string() : out.filename().string();
+    std::string file =
+        out.filename().empty() ? out.parent_path().filename().string() : out.filename().string();
     std::transform(file.begin(), file.end(), file.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const ExportFormat* found = nullptr;

@@ -18,8 +18,8 @@ double ExportedPlace::shear() const {
     double most = 0;
     for (std::size_t a = 0; a < 3; ++a) {
         const std::size_t b = (a + 1) % 3;
-        most = std::max(most, std::abs(glm::dot(step[a], step[b])) /
-                                  (glm::length(step[a]) * glm::length(step[b])));
+        most = std::max(most,
+                        std::abs(glm::dot(step[a], step[b])) / (glm::length(step[a]) * glm::length(step[b])));
     }
     return most;
 }

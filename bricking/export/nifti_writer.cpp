@@ -1,5 +1,5 @@
-// bricking/export/nifti_writer.cpp: NIfTI-1 and NIfTI-2 in single files, .nii or .nii.gz. Offsets are those of
-// nifti1.h and nifti2.h. Slope and intercept are kept as scl_slope and scl_inter.
+// bricking/export/nifti_writer.cpp: NIfTI-1 and NIfTI-2 in single files, .nii or .nii.gz. Offsets are those
+// of nifti1.h and nifti2.h. Slope and intercept are kept as scl_slope and scl_inter.
 #include "bricking/export/exported_place.h"
 #include "bricking/export/exported_values.h"
 #include "bricking/export/volume_file.h"
@@ -28,7 +28,8 @@ constexpr int kMostNifti1 = std::numeric_limits<std::int16_t>::max();
 /// A header that is filled in by offsets.
 class NiftiBytes {
   public:
-    explicit NiftiBytes(int version) : version_(version), bytes_((version == 1 ? kBytes1 : kBytes2) + kExtension) {}
+    explicit NiftiBytes(int version)
+        : version_(version), bytes_((version == 1 ? kBytes1 : kBytes2) + kExtension) {}
     template <class T> void put(std::size_t at, T value) {
         std::memcpy(bytes_.data() + at, &value, sizeof value);
     }
@@ -121,7 +122,8 @@ NiftiBytes niftiHeader(const VolumeInfo& info, FileType type, int version, bool 
         header.put((isFirst ? 344 : 4) + i, magic[i]);
     header.put(isFirst ? 70 : 12, niftiType(type));
     header.put(isFirst ? 72 : 14, static_cast<std::int16_t>(8 * bytesPerFileValue(type)));
-    const std::array<int, 8> dims = {3, info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z, 1, 1, 1, 1};
+    const std::array<int, 8> dims = {
+        3, info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z, 1, 1, 1, 1};
     for (std::size_t i = 0; i < dims.size(); ++i)
         header.whole<std::int64_t>(40, 16, i, dims[i]);
     const auto offset = isFirst ? kBytes1 + kExtension : kBytes2 + kExtension;

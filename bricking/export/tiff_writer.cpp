@@ -24,7 +24,8 @@ std::string imageJText(const VolumeInfo& info, bool isCalibrated) {
     const std::string slices = std::to_string(info.extentVoxels.z);
     std::string text = "ImageJ=1.53t\nimages=" + slices + "\nslices=" + slices + "\nunit=mm\n";
     if (isCalibrated)
-        text += "cf=0\nc0=" + exactText(info.rescaleIntercept) + "\nc1=" + exactText(info.rescaleSlope) + "\n";
+        text +=
+            "cf=0\nc0=" + exactText(info.rescaleIntercept) + "\nc1=" + exactText(info.rescaleSlope) + "\n";
     if (info.unit == "HU")
         text += "vunit=HU\n";
     return text + "spacing=" + exactText(info.spacingMm().z) + "\nloop=false\n";
@@ -55,7 +56,8 @@ ExportReport writeTiff(BoxSource& box, const ExportRequest& request) {
     ExportReport report{pages.size(), sayValues(info, values, keeps), {}};
     report.notes.emplace_back("TIFF has spacings alone: the place and the axes in the patient are left out");
     if (placeOf(info).shear() > kMostShear)
-        report.notes.emplace_back("the slices are tilted, which TIFF cannot say: they look like a straight stack");
+        report.notes.emplace_back(
+            "the slices are tilted, which TIFF cannot say: they look like a straight stack");
     if (pages.isBig())
         report.notes.emplace_back("more than 4 GiB: a BigTIFF, which ImageJ opens by Bio-Formats");
     return report;

@@ -49,10 +49,10 @@ const ExportFormat& exportFormatOf(const std::string& name, const std::filesyste
 
 // The writers.
 WriteVolume writeNrrd;
-WriteVolume writeNifti;  // NIfTI-1, or NIfTI-2 where a dimension is too long for it
-WriteVolume writeNifti2; // positions as doubles
-WriteVolume writeVti;    // of axes at right angles
-WriteVolume writeTiff;   // pages of one file; spacings alone
+WriteVolume writeNifti;             // NIfTI-1, or NIfTI-2 where a dimension is too long for it
+WriteVolume writeNifti2;            // positions as doubles
+WriteVolume writeVti;               // of axes at right angles
+WriteVolume writeTiff;              // pages of one file; spacings alone
 WriteVolume writeVdb, writeHalfVdb; // floats; whole in RAM
 WriteVolume writeOmeZarr;
 

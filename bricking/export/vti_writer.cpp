@@ -52,11 +52,12 @@ std::string vtiHeader(const VolumeInfo& info, FileType type, bool isPacked) {
     const std::string array = info.unit == "HU" ? "HU" : "values";
     return "<?xml version=\"1.0\"?>\n"
            "<VTKFile type=\"ImageData\" version=\"2.2\" byte_order=\"LittleEndian\" header_type=\"UInt64\"" +
-           std::string(isPacked ? " compressor=\"vtkZLibDataCompressor\"" : "") + ">\n  <ImageData WholeExtent=\"" +
-           extent + "\" Origin=\"" + exactText(place.firstCentre) + "\" Spacing=\"" + exactText(spacing) +
-           "\" Direction=\"" + direction + "\">\n    <Piece Extent=\"" + extent +
-           "\">\n      <PointData Scalars=\"" + array + "\">\n        <DataArray type=\"" + vtkType(type) +
-           "\" Name=\"" + array + "\" format=\"appended\" offset=\"0\"/>\n"
+           std::string(isPacked ? " compressor=\"vtkZLibDataCompressor\"" : "") +
+           ">\n  <ImageData WholeExtent=\"" + extent + "\" Origin=\"" + exactText(place.firstCentre) +
+           "\" Spacing=\"" + exactText(spacing) + "\" Direction=\"" + direction +
+           "\">\n    <Piece Extent=\"" + extent + "\">\n      <PointData Scalars=\"" + array +
+           "\">\n        <DataArray type=\"" + vtkType(type) + "\" Name=\"" + array +
+           "\" format=\"appended\" offset=\"0\"/>\n"
            "      </PointData>\n      <CellData/>\n    </Piece>\n  </ImageData>\n"
            "  <AppendedData encoding=\"raw\">\n   _";
 }

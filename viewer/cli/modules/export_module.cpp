@@ -2,6 +2,5 @@
 #include "viewer/cli/modules/export_module.h"
 
 extern "C" const tessera::ExportModule tesseraModule;
-const tessera::ExportModule tesseraModule = {
-    {TESSERA_VERSION}, tessera::writeNrrd, tessera::writeNifti, tessera::writeNifti2, tessera::writeVti,
-    tessera::writeTiff};
+const tessera::ExportModule tesseraModule = {{TESSERA_VERSION},    tessera::writeNrrd, tessera::writeNifti,
+                                             tessera::writeNifti2, tessera::writeVti,  tessera::writeTiff};
