@@ -41,6 +41,11 @@ template <> const NameTable<TransportColours>& namesOf() {
         {{TransportColours::albedo, "albedo"}, {TransportColours::reflectance, "reflectance"}}};
     return names;
 }
+template <> const NameTable<ScatteringNormals>& namesOf() {
+    static const NameTable<ScatteringNormals> names{{ScatteringNormals::shading, "shading"},
+                                                    {ScatteringNormals::sobel, "sobel"}};
+    return names;
+}
 template <> const NameTable<PathPreview>& namesOf() {
     static const NameTable<PathPreview> names{
         {{PathPreview::none, "none"}, {PathPreview::few, "few"}, {PathPreview::squared, "squared"}}};
@@ -258,6 +263,11 @@ const Fields<Transport>& transportFields() {
               "Light with a bias, in less time. few: from the third scattering on tissue takes light and "
               "scatters none. squared: light of the second scattering comes as if by a way like that between "
               "the first and it, from all around, and there is no third.")
+            .unlessDefault();
+        f.add("normals", &Transport::normals, named<ScatteringNormals>(),
+              "Gradients by which surfaces scatter. shading: those of shading.gradient. sobel: smooth ones, "
+              "so "
+              "that noise and the lattice do not show on skin; opacity by gradient keeps those of shading.")
             .unlessDefault();
         return f;
     }();

@@ -102,6 +102,10 @@ enum class TransportResponse { physical, contract };
 /// that from the first to it.
 enum class PathPreview { none, few, squared };
 
+/// By which gradients surfaces are turned where light is scattered: the operator of shading, or Sobel's,
+/// whose normals are smooth.
+enum class ScatteringNormals { shading, sobel };
+
 /// How light gets through a scene: along paths, which tissue scatters.
 struct Transport {
     static constexpr int kMostBounces = 256;
@@ -113,6 +117,7 @@ struct Transport {
     std::optional<SurfaceScattering> surface = {}; // none: a medium everywhere
     TransportColours colours = TransportColours::albedo;
     PathPreview preview = PathPreview::none;
+    ScatteringNormals normals = ScatteringNormals::shading;
     bool operator==(const Transport&) const = default;
 };
 

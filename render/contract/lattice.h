@@ -173,8 +173,9 @@ template <typename Real> struct UniformField {
     Gradient kind;
     Real value(const glm::vec<3, Real>& p) { return fieldValue(samples, p, samplesPerVoxel); }
     Real pitch(const glm::vec<3, Real>&) const { return Real(1) / samplesPerVoxel; }
-    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) {
-        return fieldGradient(samples, p, samplesPerVoxel, kind);
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return gradient(p, kind); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p, Gradient by) {
+        return fieldGradient(samples, p, samplesPerVoxel, by);
     }
 };
 
@@ -189,7 +190,10 @@ template <typename Real> struct MixedField {
         const std::uint32_t code = map.at(place.corner).code(place.current);
         return static_cast<Real>(1 << (code == BrickCorner::kEmpty ? map.finest : code));
     }
-    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return interblockGradient(samples, p, kind); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return gradient(p, kind); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p, Gradient by) {
+        return interblockGradient(samples, p, by);
+    }
 };
 
 /// visit(field).

@@ -27,6 +27,8 @@ LEAF V strideMiddle(V i, V length) {
     LEAF_LET middle = i + V(0.5f) * length;
     return middle;
 }
+/// Parts of a segment in which the place is sought where a path of light begins.
+const int kPlaceParts = 4;
 
 /// Clips [t0, t1] to the part between two planes, of the volume's box or of a slab. True where a line runs
 /// along them outside, or they are one plane. It divides and does not multiply by a reciprocal, which would

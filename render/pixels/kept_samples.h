@@ -23,7 +23,7 @@ class KeptSamples {
     using Parts = std::map<std::string, std::string>;
 
     /// Of what samples are, by the program: to be raised where the same scene gives other bits.
-    static constexpr int kArithmetic = 2;
+    static constexpr int kArithmetic = 3;
 
     /// Checks the file, if there is one. Throws InputError naming it where it is damaged, no such file, or of
     /// other parts.

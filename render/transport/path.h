@@ -181,7 +181,7 @@ template <typename Field> class PathTracer {
         begin(path);
         Way way;
         do {
-            if (aim(path, takesGradients() ? field_.gradient(path.p) : glm::vec3(0), way))
+            if (aim(path, takesGradients() ? field_.gradient(path.p, scene_.normals) : glm::vec3(0), way))
                 shineBy(path, isSquared(scene_, path) ? path.passed : left(way, path.numbers));
             if (!turn(path, way))
                 break;

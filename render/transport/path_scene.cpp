@@ -104,6 +104,9 @@ PathScene pathScene(const Lighting& lighting, const Camera& camera, const Volume
     scene.occupancy = occupancy;
     scene.transport = lighting.transport.value();
     scene.environment = lighting.environment;
+    const bool smooth = scene.transport.response == TransportResponse::physical &&
+                        scene.transport.normals == ScatteringNormals::sobel;
+    scene.normals = smooth ? Gradient::sobel : optics.gradient;
     scene.seed = seed;
     const SurfaceFinish finish = scene.transport.surface ? scene.transport.surface->finish : SurfaceFinish();
     const Phase& phase = scene.transport.phase;

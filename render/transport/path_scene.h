@@ -56,6 +56,7 @@ struct PathScene {
     /// By values: the first is that of all which no other one holds.
     std::vector<TissueResponse> tissues;
     std::vector<SurfaceResponses> isosurfaces; // of optics->surfaces
+    Gradient normals = Gradient::central;      // of surfaces that scatter
     float steepFrom = 0, perSteep = 0; // gradient lengths, stored units per mm; 1 over their difference
     glm::mat3 voxelFromPatient{1};     // linear part
     glm::vec3 extent{0};               // voxels

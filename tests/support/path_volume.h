@@ -44,6 +44,7 @@ class PathVolume {
     float at(const glm::ivec3& i) const { return values_[linearIndex(i, extent_)]; }
     float value(const glm::vec3& p) const { return fieldValue(*this, p, 1.0f); }
     glm::vec3 gradient(const glm::vec3&) const { return glm::vec3(0); }
+    glm::vec3 gradient(const glm::vec3&, Gradient) const { return glm::vec3(0); }
     float pitch(const glm::vec3&) const { return 1; }
     glm::vec3 mediumGradient(const glm::vec3&) const { return glm::vec3(0); }
     leaf::LabelShares<float> labels(const glm::vec3&) const { return {}; }

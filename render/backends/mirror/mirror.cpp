@@ -49,6 +49,7 @@ template <typename Real, typename Values> struct LitField {
     Real value(const glm::vec<3, Real>& p) { return values.value(p); }
     Real pitch(const glm::vec<3, Real>& p) { return values.pitch(p); }
     glm::vec<3, Real> gradient(const glm::vec<3, Real>& p) { return values.gradient(p); }
+    glm::vec<3, Real> gradient(const glm::vec<3, Real>& p, Gradient by) { return values.gradient(p, by); }
     leaf::ReceivedLight<Real> received(const glm::vec<3, Real>& p, const leaf::LightingNumbers& lighting) {
         return light->at(p, lighting);
     }

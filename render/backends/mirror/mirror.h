@@ -7,6 +7,7 @@
 #include "core/base/work.h"
 #include "render/backends/mirror/mirror_fused.h"
 #include "render/backends/mirror/mirror_input.h"
+#include "render/backends/mirror/mirror_places.h"
 #include "render/backends/mirror/mirror_sample.h"
 #include "render/backends/mirror/mirror_surfaces.h"
 #include "render/contract/integrators.h"
@@ -117,8 +118,11 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
             };
             if (at && seen.opacity > Real(0) &&
                 takePlace(sum.a, seen.opacity, seen.extinction * (length * ray.segmentMm), seen.colour, -1,
-                          placeOf, *at))
+                          placeOf, *at)) {
+                if (at->parts && !ends)
+                    seekInParts(optics, field, ray.direction, length * ray.segmentMm, placeOf, work, *at);
                 return;
+            }
             composite(sum, seen.colour, seen.opacity);
             if (Real(1) - sum.a < static_cast<Real>(optics.termination))
                 break;
@@ -209,6 +213,7 @@ glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, c
     TracedPath path(scene, start.place, start.number);
     SeenPlace<float> at;
     at.alpha = path.numbers.pair(0).x * alpha;
+    at.parts = scene.transport.response == TransportResponse::physical;
     glm::vec4 sum(0);
     for (const SegmentedRay<float>& part : parts)
         if (!at.found && !isOpaque(*input.optics, sum))
@@ -223,7 +228,7 @@ glm::vec4 pathColour(std::span<const SegmentedRay<float>> parts, Field& field, c
     else
         tracer.start(path, at.place, at.colour, direction, field.value(at.place));
     if (beginning)
-        *beginning = beginningOf(scene, path, field.gradient(at.place));
+        *beginning = beginningOf(scene, path, field.gradient(at.place, scene.normals));
     if (scene.transport.response == TransportResponse::contract)
         return {alpha * tracer.contractColour(path, path.tissue.albedo, direction), alpha};
     return {alpha * tracer.lightFrom(path), alpha};

@@ -4,13 +4,13 @@
 
 #include "core/base/work.h"
 #include "render/backends/mirror/mirror_input.h"
+#include "render/backends/mirror/mirror_places.h"
 #include "render/contract/cell_roots.h"
 #include "render/contract/integrators.h"
 #include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
 #include "render/contract/sampler.h" // gradientValues
 #include "render/light/surface_light.h"
-#include "render/transport/path_numbers.h" // exponentialOf
 
 #include <limits>
 #include <vector>
@@ -27,33 +27,6 @@ Real nextPlane(const glm::vec<3, Real>& start, const glm::vec<3, Real>& step, Re
         if (step[axis] != Real(0))
             next = std::min(next, leaf::planeBehind(start[axis], step[axis], w, pitch, least));
     return next;
-}
-
-/// The place at which a ray has gathered an opacity; of rays that gather less, the last that shows something.
-template <typename Real> struct SeenPlace {
-    Real alpha = 0; // sought
-    bool shows = false, found = false;
-    int isosurface = -1;                   // that it is on, by number
-    glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
-};
-
-/// A part of a ray that shows something. True where it holds the place that is sought.
-/// @param before  opacity in front of it
-/// @param depth  optical, of its opacity; of an isosurface any
-/// @param placeOf  of a share of the part, from 0 to 1: f(share)
-template <typename Real, typename PlaceOf>
-bool takePlace(Real before, Real opacity, Real depth, const glm::vec<3, Real>& colour, int isosurface,
-               const PlaceOf& placeOf, SeenPlace<Real>& at) {
-    // Not below 0 by rounding.
-    const Real share = std::max(Real(0), (at.alpha - before) / (Real(1) - before)); // of opacity, up to it
-    at.shows = true;
-    at.found = share < opacity;
-    at.colour = colour;
-    at.isosurface = isosurface;
-    at.place = placeOf(
-        at.found ? std::min(Real(1), static_cast<Real>(exponentialOf(static_cast<float>(share))) / depth)
-                 : Real(1));
-    return at.found;
 }
 
 /// The progress of a ray: its next segment, and what it has gathered.

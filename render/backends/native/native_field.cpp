@@ -83,13 +83,13 @@ float NativeField::pitch(const glm::vec3& p) const {
     return static_cast<float>(1 << (map_ ? map_->levelAt(p) : level_));
 }
 
-glm::vec3 NativeField::gradient(const glm::vec3& p) {
+glm::vec3 NativeField::gradient(const glm::vec3& p, Gradient by) {
     if (map_)
-        return interblockGradient(*this, p, kind_);
-    if (kind_ != Gradient::analytic)
+        return interblockGradient(*this, p, by);
+    if (by != Gradient::analytic)
         return differences(
-            kind_, [this](const glm::vec3& at) { return value(at); }, p, static_cast<float>(1 << level_));
-    return fieldGradient(*this, p, 1.0f / static_cast<float>(1 << level_), kind_);
+            by, [this](const glm::vec3& at) { return value(at); }, p, static_cast<float>(1 << level_));
+    return fieldGradient(*this, p, 1.0f / static_cast<float>(1 << level_), by);
 }
 
 void NativeField::setLight(const std::vector<std::unique_ptr<HostPlane>>& planes) {

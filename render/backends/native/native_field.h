@@ -35,7 +35,8 @@ class NativeField {
     float value(const glm::vec3& p);
     /// Distance of samples at p, voxels: of the brick that it lies in.
     float pitch(const glm::vec3& p) const;
-    glm::vec3 gradient(const glm::vec3& p);
+    glm::vec3 gradient(const glm::vec3& p) { return gradient(p, kind_); }
+    glm::vec3 gradient(const glm::vec3& p, Gradient by);
     /// Shares of light that reach p; setLight() must have been called.
     leaf::ReceivedLight<float> received(const glm::vec3& p, const leaf::LightingNumbers& lighting);
     /// Labels' shares at p; setLabels() must have been called.

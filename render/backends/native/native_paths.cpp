@@ -127,6 +127,7 @@ void NativePaths::sample(const List& of, bool gradients) {
     }
     result_.resize(room);
     samples.value = result_.data();
+    samples.kind = packetGradient(scene_.normals);
     places_.samples(packets_, samples);
 }
 

@@ -72,6 +72,24 @@ native::PacketFusion packetFusionOf(const FramePlan& plan, const Strides& stride
     return fusion;
 }
 
+native::PacketGradient packetGradient(Gradient gradient) {
+    switch (gradient) {
+    case Gradient::central:
+        return native::PacketGradient::central;
+    case Gradient::centralHalf:
+        return native::PacketGradient::centralHalf;
+    case Gradient::forward:
+        return native::PacketGradient::forward;
+    case Gradient::sobel:
+        return native::PacketGradient::sobel;
+    case Gradient::analytic:
+        return native::PacketGradient::analytic;
+    case Gradient::cubic:
+        return native::PacketGradient::cubic;
+    }
+    return native::PacketGradient::central;
+}
+
 native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     const HostPlane& plane = in.plane;
     const Layer& volume = in.plan.layer();
@@ -157,26 +175,7 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     o.preintegrationEdge = Preintegration2d::kEdge;
     o.firstLayer = optics.seen.firstLayer();
     o.lit = optics.shading;
-    switch (optics.gradient) {
-    case Gradient::central:
-        o.gradient = native::PacketGradient::central;
-        break;
-    case Gradient::centralHalf:
-        o.gradient = native::PacketGradient::centralHalf;
-        break;
-    case Gradient::forward:
-        o.gradient = native::PacketGradient::forward;
-        break;
-    case Gradient::sobel:
-        o.gradient = native::PacketGradient::sobel;
-        break;
-    case Gradient::analytic:
-        o.gradient = native::PacketGradient::analytic;
-        break;
-    case Gradient::cubic:
-        o.gradient = native::PacketGradient::cubic;
-        break;
-    }
+    o.gradient = packetGradient(optics.gradient);
     o.ambient = optics.phong.x, o.diffuse = optics.phong.y, o.specular = optics.phong.z;
     o.power = optics.specularPower;
     o.hasLights = optics.hasLights;

@@ -29,6 +29,8 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in);
 /// Several volumes: all but their packets' scenes.
 native::PacketFusion packetFusionOf(const FramePlan& plan, const Strides& strides);
 
+native::PacketGradient packetGradient(Gradient gradient);
+
 native::PacketFrame packetFrameOf(const RayFrame<float>& frame);
 
 } // namespace tessera

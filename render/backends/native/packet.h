@@ -285,7 +285,8 @@ struct PacketSamples {
     std::int32_t count = 0;
     const float* at[3] = {};
     float* value = nullptr;
-    float* gradient[3] = {}; // null: not wanted; not of the kind analytic or cubic
+    float* gradient[3] = {};                       // null: not wanted
+    PacketGradient kind = PacketGradient::central; // not analytic or cubic
 };
 /// Of a packet's rays, where they have gathered an opacity.
 struct PacketSeen {

@@ -23,9 +23,59 @@ template <SampleKind K, bool Mixed> void takeSamples(const PacketScene& s, Packe
         if (!list.gradient[0])
             continue;
         there = all;
-        const F3 g = gradientAt<K>(s.field, s.help, here, s.optics.gradient, p, there);
+        const F3 g = gradientAt<K>(s.field, s.help, here, list.kind, p, there);
         store(list.gradient[0] + first, g.x), store(list.gradient[1] + first, g.y);
         store(list.gradient[2] + first, g.z);
+    }
+}
+
+/// What a midpoint has of the function, by gradients and labels too.
+/// @param m  rays that ask
+template <SampleKind K, bool Mixed>
+TESSERA_LANE TableLook lookOf(const PacketScene& s, Here<Mixed>& here, const F3& middle, M& m) {
+    const PacketOptics& o = s.optics;
+    PacketRows rows;
+    PacketRows* const kept = rowsToKeep(o, rows);
+    TableLook look = lookUp(o, entriesOf(o, valueOf<K, true>(s, here, middle, m, kept)));
+    if (isGraded(o)) {
+        Beside beside;
+        look.extinction = gradedExtinction<K>(s, here, middle, look.extinction, beside, m, kept);
+        if (o.labels.count > 0 && o.labels.colour >= 0)
+            look.colour = colouredByLabels(beside, look.colour);
+    }
+    return look;
+}
+
+/// Segments that hold the places sought, a ray each.
+struct FoundSegments {
+    F start, length, passed; // segments; the share of its opacity in front of the place
+};
+/// As seekInParts() (render/backends/mirror/mirror_places.h).
+/// @param found  rays that have such a segment
+template <SampleKind K, bool Mixed>
+void seekPartsOf(const PacketScene& s, const PacketRays& rays, F segmentMm, Here<Mixed>& here,
+                 const FoundSegments& of, M found, F3& place, F3& colour) {
+    constexpr int kParts = leaf::kPlaceParts;
+    const F part(1.0f / kParts), one(1.0f);
+    const auto placeOf = [&](F share) { return along(rays, of.start + share * of.length); };
+    F depths[kParts], depth(0.0f);
+    F3 colours[kParts];
+    for (int n = 0; n < kParts; ++n) {
+        M m = found;
+        const TableLook look =
+            lookOf<K, Mixed>(s, here, placeOf((F(static_cast<float>(n)) + F(0.5f)) * part), m);
+        depths[n] = look.extinction * (part * (of.length * segmentMm));
+        colours[n] = look.colour;
+        depth = depth + depths[n];
+    }
+    F left = exponential(of.passed * opacityOf(depth, found));
+    M sought = found;
+    for (int n = 0; n < kParts; ++n) {
+        const M shows = sought & (depths[n] > F(0.0f));
+        place = select(shows, placeOf((F(static_cast<float>(n)) + min(one, left / depths[n])) * part), place);
+        colour = select(shows, colours[n], colour);
+        sought = sought & ~(shows & (left < depths[n]));
+        left = select(shows, left - depths[n], left);
     }
 }
 
@@ -45,6 +95,7 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
     F alpha = load(seen.alpha);
     F3 place = load3(seen.place), colour = load3(seen.colour);
     M active = i < rays.count, ready = none(), shows = fromBits(seen.shows), all = none();
+    FoundSegments of{F(0.0f), F(1.0f), F(0.0f)};
     std::uint64_t segments = 0;
     while (any(active)) {
         const I k = stridesAt<Mixed>(s, rays, strides, i, active), n = shl(I(1), k);
@@ -61,15 +112,7 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
             continue;
         M m = ready;
         ready = none();
-        PacketRows rows;
-        PacketRows* const kept = rowsToKeep(o, rows);
-        TableLook look = lookUp(o, entriesOf(o, valueOf<K, true>(s, here, middle, m, kept)));
-        if (isGraded(o)) {
-            Beside beside;
-            look.extinction = gradedExtinction<K>(s, here, middle, look.extinction, beside, m, kept);
-            if (o.labels.count > 0 && o.labels.colour >= 0)
-                look.colour = colouredByLabels(beside, look.colour);
-        }
+        const TableLook look = lookOf<K, Mixed>(s, here, middle, m);
         const M adds = m & (look.extinction > F(0.0f));
         segments += static_cast<unsigned>(count(m));
         if (any(adds)) {
@@ -79,6 +122,8 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
             const M seen_ = adds & (opacity > F(0.0f)), found = seen_ & (share < opacity);
             const F part = select(found, min(one, exponential(share) / depth), one);
             place = select(seen_, along(rays, number(i) + part * length), place);
+            of.start = select(found, number(i), of.start), of.length = select(found, length, of.length);
+            of.passed = select(found, share / opacity, of.passed);
             colour = select(seen_, look.colour, colour);
             shows = shows | seen_;
             all = all | found;
@@ -88,6 +133,8 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
         i = select(m, i + n, i);
         active = active & (i < rays.count);
     }
+    if (any(all))
+        seekPartsOf<K, Mixed>(s, rays, segmentMm, here, of, all, place, colour);
     for (int axis = 0; axis < 3; ++axis) {
         store(seen.place[axis], axis == 0 ? place.x : axis == 1 ? place.y : place.z);
         store(seen.colour[axis], axis == 0 ? colour.x : axis == 1 ? colour.y : colour.z);

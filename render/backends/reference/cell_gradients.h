@@ -45,11 +45,10 @@ inline double planesOfGradient(Gradient gradient) {
 
 /// At a place in a cell of the field, voxel space. The analytic gradient jumps between cells, so there the
 /// cell decides, not the rounded position.
-inline glm::dvec3 gradientInCell(const Neighbourhood& around, const glm::ivec3& low, const Optics& optics,
+inline glm::dvec3 gradientInCell(const Neighbourhood& around, const glm::ivec3& low, Gradient by,
                                  const glm::dvec3& p) {
-    return optics.gradient == Gradient::analytic
-               ? trilinearSlope(around, low, low + 1, p - 0.5 - glm::dvec3(low)).slope
-               : fieldGradient(around, p, 1.0, optics.gradient);
+    return by == Gradient::analytic ? trilinearSlope(around, low, low + 1, p - 0.5 - glm::dvec3(low)).slope
+                                    : fieldGradient(around, p, 1.0, by);
 }
 
 /// In patient space, per mm, at ta, two points between and tb: between them every component is a cubic.
@@ -59,7 +58,9 @@ std::array<glm::dvec3, 4> gradientsInCell(LatticeReader& samples, const glm::ive
                                           const Position& position, double ta, double tb) {
     const Neighbourhood around(samples, low);
     const glm::dmat3 toPatient(optics.voxelFromPatientTransposed);
-    const auto at = [&](double t) { return toPatient * gradientInCell(around, low, optics, position(t)); };
+    const auto at = [&](double t) {
+        return toPatient * gradientInCell(around, low, optics.gradient, position(t));
+    };
     return {at(ta), at(ta + (tb - ta) / 3), at(ta + 2 * (tb - ta) / 3), at(tb)};
 }
 

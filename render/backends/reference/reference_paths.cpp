@@ -31,9 +31,9 @@ ReferencePaths::ReferencePaths(const IntegralInput& of, LatticeReader& samples)
             labels_ ? &*labels_ : nullptr, of.given.panels),
       tracer_(scene_, noField_, work_) {}
 
-glm::dvec3 ReferencePaths::gradientAt(const glm::dvec3& p) {
+glm::dvec3 ReferencePaths::gradientAt(const glm::dvec3& p, Gradient by) {
     const glm::ivec3 low = cellOf(p);
-    return gradientInCell(Neighbourhood(samples_, low), low, optics_, p);
+    return gradientInCell(Neighbourhood(samples_, low), low, by, p);
 }
 
 PathTissue ReferencePaths::tissueAt(const glm::dvec3& p) {
@@ -44,7 +44,7 @@ PathTissue ReferencePaths::tissueAt(const glm::dvec3& p) {
     if (labels_ && optics_.labels.colour >= 0) {
         double extinction = piece.extinctionAt(value);
         if (optics_.grades())
-            extinction *= gradientFactor<double>(optics_, gradientAt(p));
+            extinction *= gradientFactor<double>(optics_, gradientAt(p, optics_.gradient));
         LabelsAt labels{*labels_};
         LabelledSample<double> labelled(optics_, labels, p);
         labelled.take(extinction);
@@ -103,8 +103,9 @@ glm::dvec4 ReferencePaths::operator()(const ReferenceRay& ray, std::span<const R
     tracer_.begin(path);
     Way way;
     do {
-        const glm::vec3 gradient =
-            tracer_.takesGradients() ? glm::vec3(gradientAt(glm::dvec3(path.p))) : glm::vec3(0);
+        const glm::vec3 gradient = tracer_.takesGradients()
+                                       ? glm::vec3(gradientAt(glm::dvec3(path.p), scene_.normals))
+                                       : glm::vec3(0);
         const bool isLit = tracer_.aim(path, gradient, way), squared = isSquared(scene_, path);
         if (isLit)
             Tracer::shineBy(path, squared ? path.passed : static_cast<float>(left(way)));

@@ -32,7 +32,7 @@ class ReferencePaths {
 
     PathTissue tissueAt(const glm::dvec3& p);
     /// Voxel space.
-    glm::dvec3 gradientAt(const glm::dvec3& p);
+    glm::dvec3 gradientAt(const glm::dvec3& p, Gradient by);
     /// Share of light.
     double left(const Way& way);
     /// mm; below 0: there is none.

@@ -107,6 +107,43 @@ TEST(PictureLayers, AreThoseOfAPlane) {
     EXPECT_GT(whole, 50u) << "nothing is tested";
 }
 
+/// An opaque plane in front of a segment's middle is where it is to an eighth of the segment; one behind it is
+/// where the next segment begins.
+TEST(PictureLayers, DepthIsFinerThanSteps) {
+    HalfSpace half;
+    for (const EngineKind engine : {EngineKind::native, EngineKind::mirror}) {
+        Scene scene = half.scene(0, 1);
+        scene.quality.stepVoxels = 2;
+        const Camera& eye = std::get<Camera>(scene.camera);
+        const RenderResult result =
+            drawn(scene, half.reader, engine, {true, false}, nullptr, nullptr, LevelChoice::finest);
+        const glm::dmat4& patientFromVoxel = half.stored.info.patientFromVoxel;
+        const glm::dvec3 normal = half.normal(),
+                         on(patientFromVoxel * glm::dvec4(24, 24, HalfSpace::kPlane, 1));
+        const RayPlane plane = rayPlane(eye, half.stored.info, scene.imageSize);
+        std::size_t whole = 0;
+        double least = 1e9, most = -1e9;
+        for (int y = 0; y < scene.imageSize.y; ++y)
+            for (int x = 0; x < scene.imageSize.x; ++x) {
+                const glm::vec4 found = result.layers->normal.at(x, y);
+                if (!(result.image.at(x, y).a > 0.999f))
+                    continue;
+                ++whole;
+                // A sample's place within its pixel is not known: planes of depth are told by the pixel's
+                // middle.
+                const PatientRay ray = pixelRay(plane, {x + 0.5, y + 0.5}, scene.imageSize);
+                const glm::dvec3 way = glm::normalize(ray.direction);
+                const double behind =
+                    double{found.a} - glm::dot(normal, on - eye.position) / glm::dot(normal, way);
+                const double stepMm = 2 / glm::length(glm::inverse(glm::dmat3(patientFromVoxel)) * way);
+                least = std::min(least, behind / stepMm), most = std::max(most, behind / stepMm);
+            }
+        EXPECT_GT(whole, 50u) << "nothing is tested";
+        EXPECT_LT(most - least, 0.65) << "steps";
+        EXPECT_GT(least, -0.15) << "steps";
+    }
+}
+
 /// Along the view, from the camera's position.
 TEST(PictureLayers, DepthOfAParallelPictureIsAlongItsView) {
     VolumeInfo info;

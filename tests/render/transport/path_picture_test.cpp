@@ -159,6 +159,8 @@ std::vector<Scene> manyScenes(const Torso& torso, const BallsOfLabels& labels) {
     scenes.push_back(underFile(cutScene(torso, labels, true)));
     scenes.push_back(lit(torso.scene("bone-1")));
     scenes.back().lighting.environment->sky = Sky::softboxes;
+    scenes.push_back(cutScene(torso, labels, false));
+    scenes.back().lighting.transport->normals = ScatteringNormals::sobel;
     for (const PathPreview preview : {PathPreview::few, PathPreview::squared}) {
         scenes.push_back(cutScene(torso, labels, true));
         scenes.back().lighting.transport->preview = preview;
@@ -228,6 +230,54 @@ TEST(PathPicture, TellsWhatGoesOneByOne) {
     }
 }
 
+/// Smooth normals are those that Sobel's operator gives shading; opacity by gradient keeps that of shading.
+TEST(PathPicture, ScattersBySmoothNormals) {
+    Torso torso;
+    Scene own = lit(torso.scene("bone-1", 1, {16, 12}), 2);
+    own.lighting.transport->surface = SurfaceScattering{{20, 150}, {}};
+    Scene smooth = own, graded = own;
+    own.shading.gradient = Gradient::sobel;
+    smooth.lighting.transport->normals = ScatteringNormals::sobel;
+    grade(graded);
+    Scene gradedSmooth = graded;
+    gradedSmooth.lighting.transport->normals = ScatteringNormals::sobel;
+    for (const EngineKind engine : {EngineKind::mirror, EngineKind::native, EngineKind::reference}) {
+        SCOPED_TRACE(static_cast<int>(engine));
+        EXPECT_EQ(differing(torso.draw(smooth, engine).image, torso.draw(own, engine).image), 0u);
+        const Image other = torso.draw(gradedSmooth, engine).image, plain = torso.draw(graded, engine).image;
+        EXPECT_GT(differing(other, plain), 0u) << "nothing is tested";
+        for (std::size_t n = 0; n < other.pixels.size(); ++n)
+            ASSERT_EQ(other.pixels[n].a, plain.pixels[n].a);
+    }
+}
+
+/// Tissue of all values scatters as a scene whose own phase function and finish are the tissue's: from the
+/// first scattering on, which rays begin, to the last.
+TEST(PathPicture, TissueOfAllValuesIsTheScenesOwn) {
+    Torso torso;
+    const Phase phase{PhaseKind::henyeyGreenstein, 0.8};
+    const SurfaceFinish finish{0.6, 0.4};
+    for (const int bounces : {1, 3}) {
+        auto function = TransferFunction::fromExtinction({{-300, 0}, {200, 0.03}, {1500, 0.3}},
+                                                         {{-300, {0.9, 0.3, 0.2}}, {800, {0.9, 0.9, 0.7}}});
+        Scene without = lit(torso.scene("bone-1", 1, {16, 12}), bounces);
+        without.lighting.transport->surface = SurfaceScattering{{20, 150}, {}};
+        without.lighting.transport->colours = TransportColours::reflectance;
+        without.volumes[0].transferFunction = function;
+        Scene own = without, other = without;
+        own.lighting.transport->phase = phase;
+        own.lighting.transport->surface->finish = finish;
+        function.setTissues({{-5000, 50000, phase, finish}});
+        other.volumes[0].transferFunction = function;
+        for (const EngineKind engine : {EngineKind::mirror, EngineKind::native, EngineKind::reference}) {
+            SCOPED_TRACE(static_cast<int>(engine));
+            const Image image = torso.draw(own, engine).image;
+            EXPECT_EQ(differing(torso.draw(other, engine).image, image), 0u);
+            EXPECT_GT(differing(torso.draw(without, engine).image, image), 0u) << "nothing is tested";
+        }
+    }
+}
+
 /// Of themselves, they go side by side, whatever the transfer function.
 TEST(PathPicture, TakesTheMidpointRuleWhereNoneIsNamed) {
     Torso torso;
@@ -263,7 +313,10 @@ TEST(PathPicture, NativeHasTheMirrorsBitsWhereLevelsMix) {
     const std::size_t small = std::size_t{3} << 20;
     Scene graded = lit(torso.scene("bone-1"));
     grade(graded);
-    for (const Scene& scene : {lit(torso.scene("bone-1")), graded, cutScene(torso, labels, true)}) {
+    Scene smooth = graded;
+    smooth.lighting.transport->surface = SurfaceScattering{{20, 150}, {}};
+    smooth.lighting.transport->normals = ScatteringNormals::sobel;
+    for (const Scene& scene : {lit(torso.scene("bone-1")), graded, cutScene(torso, labels, true), smooth}) {
         const RenderResult native = torso.draw(scene, EngineKind::native, 2, small);
         std::size_t levels = 0;
         for (const std::size_t bricks : native.bricksOfLevel)
