@@ -27,8 +27,28 @@ LEAF V strideMiddle(V i, V length) {
     LEAF_LET middle = i + V(0.5f) * length;
     return middle;
 }
-/// Parts of a segment in which the place is sought where a path of light begins.
-const int kPlaceParts = 4;
+/// Where a ray has seen nothing yet; of firstSeen.
+const float kNothingSeen = -1.0e9f;
+/// The stretch of a ray that is sought again for the place where a path of light begins: from where the ray
+/// first saw something, and half a stride before, if that is near; else the stride alone. Segments.
+/// @param i, length  the stride that holds the place
+/// @param firstSeen  the start of the first stride that shows something
+LEAF V soughtFrom(V i, V length, V firstSeen) {
+    LEAF_LET early = max(V(0.0f), firstSeen - V(0.5f) * length), far = i - firstSeen;
+    return select(far > V(2.0f) * length, i, early);
+}
+/// The share of the stretch's opacity in front of the place.
+/// @param from  soughtFrom()
+/// @param sought  opacity of the ray at the place
+/// @param before  opacity in front of the stride
+/// @param opacity, share  of the stride: all of it, and what is in front of the place
+LEAF V soughtShare(V i, V from, V sought, V before, V opacity, V share) {
+    LEAF_LET all = before + (V(1.0f) - before) * opacity;
+    LEAF_LET ofStride = share / opacity, ofRay = min(V(1.0f), sought / all);
+    return select(from < i, ofRay, ofStride);
+}
+/// Parts of the stretch.
+const int kSoughtParts = 8;
 
 /// Clips [t0, t1] to the part between two planes, of the volume's box or of a slab. True where a line runs
 /// along them outside, or they are one plane. It divides and does not multiply by a reciprocal, which would

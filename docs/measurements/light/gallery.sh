@@ -14,7 +14,7 @@ draw() { # NAME STORE OPTIONS...: in every look
     local name=$1 store=$2 look
     shift 2
     for look in plain studio soft dramatic cinematic; do
-        "$tessera" render "$store" --verify quick --size 320x320 --light "$look" "$@" -o "$out/$name-$look.png"
+        "$tessera" render "$store" --verify quick --size 384x384 --light "$look" "$@" -o "$out/$name-$look.png"
     done
 }
 scan() { # NAME SOURCE OPTIONS...
@@ -35,8 +35,7 @@ if [[ -e $stores/abdomen.zarr ]]; then # tissue that sends light, and the same w
         "$tessera" render "$stores/$scene.json" --verify quick -o "$out/$scene.png"
     done
 fi
-scan chest ct-thorax-dicom --preset skin --view right
-scan head nifti/CT_AVM.nii.gz --preset auto --view left
-scan bonsai scivis/OpenSciVis/bonsai.nii.gz --preset auto --view superior
-"$tessera" phantom torso --size 256x192x300 -o "$stores/torso.zarr" > /dev/null
-draw torso "$stores/torso.zarr" --preset soft-tissue
+scan chest ct-thorax-dicom --preset skin
+scan lungs ct-thorax-dicom --preset lung
+scan vessels nifti/CT_AVM.nii.gz --preset auto
+scan skull nifti/CT_pitch.nii.gz --preset auto --crop-voxels 0,175,0,248,9,58

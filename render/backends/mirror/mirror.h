@@ -88,6 +88,7 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
     const bool ends = needsEnds(optics.integrator);
     SegmentEnd<Real> front; // at the start of segment i
     bool known = false;     // front is
+    [[maybe_unused]] Real firstSeen = Real(leaf::kNothingSeen);
     for (int i = 0; i < ray.count;) {
         ++work.iterations;
         const int n = strideAt(input.strides, ray, i);
@@ -116,11 +117,22 @@ void compositeAlong(const SegmentedRay<Real>& ray, Field& field, const MirrorInp
             const auto placeOf = [&](Real share) {
                 return leaf::placeAlong(ray.entry, ray.step, static_cast<Real>(i) + share * length);
             };
+            if (seen.opacity > Real(0) && sum.a == Real(0))
+                firstSeen = static_cast<Real>(i);
             if (at && seen.opacity > Real(0) &&
                 takePlace(sum.a, seen.opacity, seen.extinction * (length * ray.segmentMm), seen.colour, -1,
                           placeOf, *at)) {
-                if (at->parts && !ends)
-                    seekInParts(optics, field, ray.direction, length * ray.segmentMm, placeOf, work, *at);
+                if (at->parts && !ends) {
+                    const Real from = leaf::soughtFrom(static_cast<Real>(i), length, firstSeen),
+                               steps = (static_cast<Real>(i) - from) + length;
+                    const auto partOf = [&](Real share) {
+                        return leaf::placeAlong(ray.entry, ray.step, from + share * steps);
+                    };
+                    seekInParts(optics, field, ray.direction, steps * ray.segmentMm,
+                                leaf::soughtShare(static_cast<Real>(i), from, at->alpha, sum.a, seen.opacity,
+                                                  at->share),
+                                partOf, work, *at);
+                }
                 return;
             }
             composite(sum, seen.colour, seen.opacity);

@@ -15,8 +15,8 @@ template <typename Real> struct SeenPlace {
     Real alpha = 0;     // sought
     bool parts = false; // it is sought in parts of its segment, too
     bool shows = false, found = false;
-    Real passed = 0;     // where it is found: the share of its segment's opacity in front of it
-    int isosurface = -1; // that it is on, by number
+    Real share = 0;                        // where it is found: opacity of its segment in front of it
+    int isosurface = -1;                   // that it is on, by number
     glm::vec<3, Real> place{0}, colour{0}; // voxels; not premultiplied
 };
 
@@ -31,7 +31,7 @@ bool takePlace(Real before, Real opacity, Real depth, const glm::vec<3, Real>& c
     const Real share = std::max(Real(0), (at.alpha - before) / (Real(1) - before)); // of opacity, up to it
     at.shows = true;
     at.found = share < opacity;
-    at.passed = at.found ? share / opacity : Real(1);
+    at.share = share;
     at.colour = colour;
     at.isosurface = isosurface;
     at.place = placeOf(
@@ -40,15 +40,16 @@ bool takePlace(Real before, Real opacity, Real depth, const glm::vec<3, Real>& c
     return at.found;
 }
 
-/// Seeks a place that takePlace() has found again, in parts of its segment, by the midpoint rule in each. It
-/// stays where it is if no part shows anything.
+/// Seeks a place that takePlace() has found again, in parts of a stretch of the ray, by the midpoint rule in
+/// each. It stays where it is if no part shows anything.
 /// @param direction  voxels
-/// @param lengthMm  of the segment
-/// @param placeOf  as takePlace()'s
+/// @param lengthMm  of the stretch
+/// @param passed  share of its opacity in front of the place
+/// @param placeOf  of a share of it, from 0 to 1: f(share)
 template <typename Real, typename Field, typename PlaceOf>
 void seekInParts(const Optics& optics, Field& field, const glm::vec<3, Real>& direction, Real lengthMm,
-                 const PlaceOf& placeOf, Work& work, SeenPlace<Real>& at) {
-    constexpr int kParts = leaf::kPlaceParts;
+                 Real passed, const PlaceOf& placeOf, Work& work, SeenPlace<Real>& at) {
+    constexpr int kParts = leaf::kSoughtParts;
     constexpr Real kPart = Real(1) / kParts;
     SeenSegment<Real> parts[kParts];
     Real depths[kParts], depth = 0;
@@ -60,7 +61,7 @@ void seekInParts(const Optics& optics, Field& field, const glm::vec<3, Real>& di
         depth += depths[n];
     }
     work.samples += kParts;
-    Real left = static_cast<Real>(exponentialOf(static_cast<float>(at.passed * opacityOf(depth))));
+    Real left = static_cast<Real>(exponentialOf(static_cast<float>(passed * opacityOf(depth))));
     for (int n = 0; n < kParts; ++n) {
         if (!(depths[n] > Real(0)))
             continue;

@@ -46,16 +46,16 @@ TESSERA_LANE TableLook lookOf(const PacketScene& s, Here<Mixed>& here, const F3&
     return look;
 }
 
-/// Segments that hold the places sought, a ray each.
-struct FoundSegments {
-    F start, length, passed; // segments; the share of its opacity in front of the place
+/// Stretches that are sought again, a ray each: segments; the share of their opacity in front of the place.
+struct Stretches {
+    F start, length, passed;
 };
 /// As seekInParts() (render/backends/mirror/mirror_places.h).
 /// @param found  rays that have such a segment
 template <SampleKind K, bool Mixed>
 void seekPartsOf(const PacketScene& s, const PacketRays& rays, F segmentMm, Here<Mixed>& here,
-                 const FoundSegments& of, M found, F3& place, F3& colour) {
-    constexpr int kParts = leaf::kPlaceParts;
+                 const Stretches& of, M found, F3& place, F3& colour) {
+    constexpr int kParts = leaf::kSoughtParts;
     const F part(1.0f / kParts), one(1.0f);
     const auto placeOf = [&](F share) { return along(rays, of.start + share * of.length); };
     F depths[kParts], depth(0.0f);
@@ -95,7 +95,8 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
     F alpha = load(seen.alpha);
     F3 place = load3(seen.place), colour = load3(seen.colour);
     M active = i < rays.count, ready = none(), shows = fromBits(seen.shows), all = none();
-    FoundSegments of{F(0.0f), F(1.0f), F(0.0f)};
+    F firstSeen(leaf::kNothingSeen);
+    Stretches of{F(0.0f), F(1.0f), F(0.0f)};
     std::uint64_t segments = 0;
     while (any(active)) {
         const I k = stridesAt<Mixed>(s, rays, strides, i, active), n = shl(I(1), k);
@@ -122,8 +123,12 @@ void seekPlaces(const PacketScene& s, const PacketJob& job, PacketSeen& seen) {
             const M seen_ = adds & (opacity > F(0.0f)), found = seen_ & (share < opacity);
             const F part = select(found, min(one, exponential(share) / depth), one);
             place = select(seen_, along(rays, number(i) + part * length), place);
-            of.start = select(found, number(i), of.start), of.length = select(found, length, of.length);
-            of.passed = select(found, share / opacity, of.passed);
+            firstSeen = select(seen_ & (alpha == F(0.0f)), number(i), firstSeen);
+            const F from = leaf::soughtFrom(number(i), length, firstSeen);
+            of.start = select(found, from, of.start);
+            of.length = select(found, (number(i) - from) + length, of.length);
+            of.passed =
+                select(found, leaf::soughtShare(number(i), from, sought, alpha, opacity, share), of.passed);
             colour = select(seen_, look.colour, colour);
             shows = shows | seen_;
             all = all | found;
