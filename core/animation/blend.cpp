@@ -271,11 +271,13 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
         a.occlusion->rays == b.occlusion->rays) {
         const Occlusion& to = *b.occlusion;
         Occlusion& o = *out.occlusion;
-        o.radiusMm = mixed(o.radiusMm, to.radiusMm, share);
+        if (o.method != OcclusionMethod::histogram) // whose ball is that of what is kept
+            o.radiusMm = mixed(o.radiusMm, to.radiusMm, share);
         o.offsetMm = mixed(o.offsetMm, to.offsetMm, share);
         o.bias = mixed(o.bias, to.bias, share);
         o.gamma = mixed(o.gamma, to.gamma, share);
         o.emission = mixed(o.emission, to.emission, share);
+        o.bleeding = mixed(o.bleeding, to.bleeding, share);
     }
     if (a.surfaceOcclusion && b.surfaceOcclusion && a.surfaceOcclusion->rays == b.surfaceOcclusion->rays)
         out.surfaceOcclusion->radiusMm =

@@ -21,7 +21,8 @@ template <> const NameTable<LightFrame>& namesOf() {
 template <> const NameTable<OcclusionMethod>& namesOf() {
     static const NameTable<OcclusionMethod> names{{{OcclusionMethod::local, "local"},
                                                    {OcclusionMethod::positional, "positional"},
-                                                   {OcclusionMethod::rejecting, "rejecting"}}};
+                                                   {OcclusionMethod::rejecting, "rejecting"},
+                                                   {OcclusionMethod::histogram, "histogram"}}};
     return names;
 }
 
@@ -145,7 +146,8 @@ const Fields<Occlusion>& occlusionFields() {
         f.add("method", &Occlusion::method, named<OcclusionMethod>(),
               "Weight of an occlusion ray. local: each part counts by the light that is left there. "
               "positional: the light left at its end. rejecting: as positional, but only tissue that grows "
-              "denser along the ray takes light.");
+              "denser along the ray takes light. histogram: without rays, by the values around; whole light "
+              "follows an edit of the transfer function at once, and is blurrier.");
         f.add("rays", &Occlusion::rays,
               wholeIn(kRays.front(), kRays.back())
                   .checked([](int rays, const JsonValue& value) {
@@ -153,9 +155,11 @@ const Fields<Occlusion>& occlusionFields() {
                           value.refuse("one of 4, 8, 16, 20, 32, 64, 80, 128, 320, 512");
                   })
                   .described({{"enum", kRays}}),
-              "Number of occlusion rays.");
-        f.add("radius", &Occlusion::radiusMm, numberIn(kAboveZero, 1e4), "Length of the rays, mm.");
-        f.add("offset", &Occlusion::offsetMm, numberIn(0, 1e3), "Distance at which rays begin, mm.");
+              "Number of occlusion rays; not of histogram.");
+        f.add("radius", &Occlusion::radiusMm, numberIn(kAboveZero, 1e4),
+              "Length of the rays, mm; of histogram the radius of the ball around.");
+        f.add("offset", &Occlusion::offsetMm, numberIn(0, 1e3),
+              "Distance at which rays begin, mm; not of histogram.");
         f.add("bias", &Occlusion::bias, numberIn(0, 1),
               "Share of ambient light = (bias + unoccluded share)^gamma: more bias, less dark.");
         f.add("gamma", &Occlusion::gamma, numberIn(kAboveZero, 8),
@@ -163,6 +167,10 @@ const Fields<Occlusion>& occlusionFields() {
         f.add("emission", &Occlusion::emission, numberIn(0, 100),
               "Factor on the light that emissive materials cast on their surroundings; 0: none. With method "
               "local only.");
+        f.add("bleeding", &Occlusion::bleeding, numberIn(0, 1),
+              "Factor on the colours that tissue around a place adds to its ambient light; 0: none. With "
+              "method histogram only.")
+            .unlessDefault();
         return f;
     }();
     return fields;
@@ -379,7 +387,7 @@ const Fields<Lighting>& lightingFields() {
             const int ambient = ambientChannels(lighting);
             if (lightChannels(lighting) > kMostLightChannels)
                 whole.refuse("at most " + std::to_string(kMostLightChannels - ambient) +
-                             (ambient > 1 ? " light with a shadow beside occlusion with emission"
+                             (ambient > 1 ? " light with a shadow beside occlusion with emission or bleeding"
                                           : " lights with shadows beside occlusion"));
         });
         return f;

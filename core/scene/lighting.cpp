@@ -20,7 +20,8 @@ std::vector<Light> castingLights(const std::vector<Light>& lights) {
 }
 
 int ambientChannels(const Lighting& lighting) {
-    return !lighting.occlusion ? 0 : lighting.occlusion->emission > 0 ? 3 : 1;
+    const auto& occlusion = lighting.occlusion;
+    return !occlusion ? 0 : occlusion->emission > 0 || occlusion->bleeding > 0 ? 3 : 1;
 }
 
 int lightChannels(const Lighting& lighting) {

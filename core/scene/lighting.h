@@ -28,8 +28,8 @@ struct Light {
 /// The weight of an occlusion ray (docs/sampling.md, "Light per voxel"). local: each part counts by the light
 /// that is left there (course notes 6.1). positional: the light left at its end (volume-based ambient
 /// occlusion, equation 8). rejecting: as positional, but only density that grows along the ray takes light
-/// (equations 4 to 7).
-enum class OcclusionMethod { local, positional, rejecting };
+/// (equations 4 to 7). histogram: by the values around, whatever their order (course notes 6.2).
+enum class OcclusionMethod { local, positional, rejecting, histogram };
 
 /// Ambient occlusion: the share of ambient light that reaches a point.
 struct Occlusion {
@@ -39,6 +39,7 @@ struct Occlusion {
     double offsetMm = 0;  // where they begin
     double bias = 0.1, gamma = 0.6;
     double emission = 0; // factor on the light of emissive tissue on its surroundings; 0: none
+    double bleeding = 0; // factor on the colours of tissue around, by histograms; 0: none
     bool operator==(const Occlusion&) const = default;
 };
 

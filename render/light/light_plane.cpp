@@ -124,15 +124,24 @@ void LightPlane::lightBricks(std::vector<BrickToLight> bricks, int finest, Light
     published_ = true;
 }
 
-/// Computes the light of all unlit bricks, by samples of a level or coarser.
-void LightPlane::lightAll(int finest, Work& work) {
+/// Parts that have whole light at once. Where channels come together, all have or none.
+LightParts LightPlane::quickParts() const {
+    const VoxelLight& voxels = light_.voxels();
+    const LightParts quick = voxels.quickParts(), all = (voxels.channelsOf(0) > 0 ? kAmbientLight : 0) |
+                                                        (voxels.channelsOf(1) > 0 ? kShadowLight : 0);
+    return together_ && quick != all ? 0 : quick;
+}
+
+/// Computes parts of the light of all bricks that lack them, by samples of a level or coarser.
+void LightPlane::lightAll(int finest, LightParts considered, Work& work) {
     std::array<std::vector<BrickToLight>, kAllLight + 1> bricks; // by the parts that they lack
     for (std::size_t b = 0; b < entries_.size(); ++b) {
         if (!isHere(b))
             continue;
         LightParts lacks = 0;
         for (std::size_t part = 0; part < kLightParts; ++part)
-            if (light_.voxels().channelsOf(part) > 0 && lit_[part][b] == kNone)
+            if ((considered >> part & 1u) != 0 && light_.voxels().channelsOf(part) > 0 &&
+                lit_[part][b] == kNone)
                 lacks |= 1u << part;
         bricks[lacks].push_back({b, slots_[b]->level, std::max(wholeLevel(b), finest)});
     }
@@ -195,14 +204,17 @@ void LightPlane::settle(Work& work) {
     if (!coarseFirst_) {
         if (light_.makeMaps())
             forget(kShadowLight, kNone);
-        lightAll(0, work);
+        lightAll(0, kAllLight, work);
     } else {
         if (light_.viewIsNew() && !hasty_)
             forget(kShadowLight, kNone);
         // Continues maps in progress, if the existing ones are not needed.
         if ((standingIsOld_ & kShadowLight) != 0 || lacksAnything(kShadowLight))
             light_.makeCoarseMaps(!hasty_);
-        lightAll(SceneLight::kCoarseLevel, work);
+        const LightParts quick = quickParts();
+        if (quick != 0)
+            lightAll(0, quick, work);
+        lightAll(SceneLight::kCoarseLevel, kAllLight & ~quick, work);
     }
     lightStanding();
     publishAll();

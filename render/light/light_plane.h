@@ -59,7 +59,8 @@ class LightPlane : public Plane {
     void forget(LightParts parts, std::uint8_t as);
     void lightBricks(std::vector<BrickToLight> bricks, int finest, LightParts parts, Work& work);
     void sortQueue(std::span<const float> seen);
-    void lightAll(int finest, Work& work);
+    void lightAll(int finest, LightParts considered, Work& work);
+    LightParts quickParts() const;
     void lightStanding();
     void publishAll();
     bool refineTo(int finest, LightParts considered, LightParts parts, std::span<const float> seen,

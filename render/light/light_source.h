@@ -30,6 +30,8 @@ class LightSource {
     virtual int channels() const = 0;
     /// Finest level that it fills.
     virtual int finestLevel() const { return 0; }
+    /// True if it fills texels so fast that no picture need have coarse light first.
+    virtual bool isQuick() const { return false; }
     /// True if it needs the tissue around a chunk, which Occluder::find() reads into the room then.
     virtual bool readsTissue() const { return false; }
     /// The transfer function has changed; both outlive this, or the next call.

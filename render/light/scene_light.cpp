@@ -63,7 +63,8 @@ LightParts SceneLight::lightingChanged() {
     LightParts changed = 0;
     if (!light_ || now.occlusion != lighting_.occlusion || now.finestLevel != lighting_.finestLevel) {
         const int before = light_ ? light_->finestLevel() : -1;
-        light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_);
+        light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_,
+                                              scene_.layer().histograms.get());
         light_->setLabels(scene_.layer().labels.get());
         if (!litTable_.empty())
             light_->functionChanged(scene_.layer().table, scene_.layer().optics);
@@ -225,7 +226,8 @@ LightReport SceneLight::report(std::size_t planeBytes) const {
     report.channels = channels();
     report.planeBytes = planeBytes;
     report.seconds = seconds_;
-    report.emission = ambientChannels(scene_.view.lighting) > 1;
+    const auto& occlusion = scene_.view.lighting.occlusion;
+    report.emission = occlusion && occlusion->emission > 0;
     std::size_t more = 0, rays = 0;
     for (const ShadowMaps& shadow : shadows_)
         for (const DeepShadowMap& map : shadow.maps()) {

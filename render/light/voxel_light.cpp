@@ -4,11 +4,13 @@
 #include "core/base/brick.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
+#include "render/light/histogram_light.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <set>
 
 namespace tessera {
@@ -30,6 +32,10 @@ std::uint64_t mortonOf(const ChunkKey& key) {
 glm::ivec3 placeOf(const ChunkKey& key) {
     return {key.i, key.j, key.k};
 }
+/// Occlusion that rays find, if it is such.
+std::optional<Occlusion> alongRays(const std::optional<Occlusion>& occlusion) {
+    return occlusion && occlusion->method != OcclusionMethod::histogram ? occlusion : std::nullopt;
+}
 ChunkKey chunkHolding(const glm::ivec3& sample, int level) {
     const glm::ivec3 at = sample >> 5;
     return {level, at.x, at.y, at.z};
@@ -38,30 +44,46 @@ ChunkKey chunkHolding(const glm::ivec3& sample, int level) {
 } // namespace
 
 VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting,
-                       int threads)
+                       int threads, const LocalHistograms* histograms)
     : info_(info), threads_(threads > 0 ? threads : defaultThreads()),
-      occluder_(info, statistics, lighting.occlusion),
-      shadows_(info, occluder_.target(), lightChannels(lighting) - ambientChannels(lighting)),
-      finest_(std::clamp(lighting.finestLevel, 0, kLevelCount - 1)) {
-    if (lighting.occlusion)
+      occluder_(info, statistics, alongRays(lighting.occlusion)),
+      shadows_(info, occluder_.target(), lightChannels(lighting) - ambientChannels(lighting)) {
+    if (lighting.occlusion && lighting.occlusion->method == OcclusionMethod::histogram) {
+        TESSERA_CHECK(histograms);
+        ambient_ = std::make_unique<HistogramLight>(info, *histograms, *lighting.occlusion);
+    } else if (lighting.occlusion) {
         ambient_ = std::make_unique<OcclusionLight>(occluder_, *lighting.occlusion);
+    }
     sources_ = {ambient_.get(), shadows_.channels() > 0 ? &shadows_ : nullptr};
-    for (const LightSource* source : sources_)
-        if (source)
-            finest_ = std::max(finest_, source->finestLevel());
+    // Where rays ask for a coarser level, all light is of that.
+    finest_.fill(std::max(occluder_.finestLevel(), std::clamp(lighting.finestLevel, 0, kLevelCount - 1)));
+    for (std::size_t part = 0; part < kLightParts; ++part)
+        if (sources_[part])
+            finest_[part] = std::max(finest_[part], sources_[part]->finestLevel());
+    if (!sources_[1])
+        finest_[1] = finest_[0];
     TESSERA_CHECK(channelsOf(0) == ambientChannels(lighting));
     TESSERA_CHECK(channelsOf(0) + channelsOf(1) <= leaf::kMostLightChannels);
+}
+
+LightParts VoxelLight::quickParts() const {
+    LightParts parts = 0;
+    for (std::size_t part = 0; part < kLightParts; ++part)
+        if (sources_[part] && sources_[part]->isQuick())
+            parts |= 1u << part;
+    return parts;
 }
 
 std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads,
                               bool amongOthers) {
     const int used = threads > 0 ? threads : defaultThreads();
     glm::ivec3 reach(0);
-    if (lighting.occlusion)
-        for (int level = occlusionLevel(*lighting.occlusion, info); level < kLevelCount; ++level)
-            reach = glm::max(reach, occlusionRays(*lighting.occlusion, info, level).reach);
-    return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, ambientChannels(lighting) > 1) +
-           (lighting.occlusion ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
+    const std::optional<Occlusion> rays = alongRays(lighting.occlusion);
+    if (rays)
+        for (int level = occlusionLevel(*rays, info); level < kLevelCount; ++level)
+            reach = glm::max(reach, occlusionRays(*rays, info, level).reach);
+    return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, rays && rays->emission > 0) +
+           (rays ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
                static_cast<std::size_t>(lightChannels(lighting));
 }
@@ -228,12 +250,31 @@ void VoxelLight::light(std::vector<BrickToLight> bricks, std::span<const std::ui
         if (!sources_[part])
             parts &= ~(1u << part);
     TESSERA_CHECK((parts & kShadowLight) == 0 || shadows_.hasMaps());
+    for (const BrickToLight& b : bricks)
+        TESSERA_CHECK(b.lightLevel >= std::max(b.level, finestLevel()));
+    if (finest_[0] == finest_[1]) {
+        lightAlike(std::move(bricks), expected, parts, cache, put, manyAtOnce);
+        return;
+    }
+    for (std::size_t part = 0; part < kLightParts; ++part)
+        if ((parts >> part & 1u) != 0) { // each at the levels that it has
+            std::vector<BrickToLight> own = bricks;
+            for (BrickToLight& b : own)
+                b.lightLevel = std::max(b.lightLevel, finest_[part]);
+            std::vector<std::uint8_t> levels(expected.begin(), expected.end());
+            for (std::uint8_t& level : levels)
+                level = std::max(level, static_cast<std::uint8_t>(finest_[part]));
+            lightAlike(std::move(own), levels, 1u << part, cache, put, manyAtOnce);
+        }
+}
+
+/// Parts of light whose levels are those of the bricks.
+void VoxelLight::lightAlike(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected,
+                            LightParts parts, BrickCache& cache, const Put& put, bool manyAtOnce) {
     const glm::ivec3 grid = brickGrid(info_.extentVoxels);
     std::vector<Ordered> ordered;
-    for (const BrickToLight& b : bricks) {
-        TESSERA_CHECK(b.lightLevel >= std::max(b.level, finest_));
+    for (const BrickToLight& b : bricks)
         ordered.push_back({placeInOrder(b, grid), b});
-    }
     std::sort(ordered.begin(), ordered.end(), [](const auto& a, const auto& b) {
         return a.first != b.first ? a.first < b.first : a.second.brick < b.second.brick;
     });

@@ -4,11 +4,13 @@
 #pragma once
 
 #include "bricking/cache/brick_cache.h"
+#include "bricking/statistics/local_histograms.h"
 #include "core/scene/lighting.h"
 #include "render/light/light_source.h"
 #include "render/light/occlusion.h"
 #include "render/light/shadow_maps.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -39,7 +41,9 @@ class VoxelLight {
   public:
     /// Channels are lightChannels() of them: occlusion first, then every light that casts a shadow.
     /// All must outlive it.
-    VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting, int threads);
+    /// @param histograms  where occlusion is by them; else null
+    VoxelLight(const VolumeInfo& info, const Statistics& statistics, const Lighting& lighting, int threads,
+               const LocalHistograms* histograms = nullptr);
     /// RAM for the threads' working sets, and for chunks.
     /// @param amongOthers  of a picture with several volumes
     static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads, bool amongOthers);
@@ -47,8 +51,10 @@ class VoxelLight {
     /// Channels of a part, and the first of them.
     int channelsOf(std::size_t part) const { return sources_[part] ? sources_[part]->channels() : 0; }
     int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channelsOf(0); }
-    /// Finest level at which light is computed.
-    int finestLevel() const { return finest_; }
+    /// Finest level at which light of any part is computed.
+    int finestLevel() const { return *std::min_element(finest_.begin(), finest_.end()); }
+    /// Parts whose light is computed so fast that it need not be coarse at first.
+    LightParts quickParts() const;
     /// Labels, or null; they outlive this. functionChanged() must follow.
     void setLabels(const DrawnLabels* labels) { occluder_.setLabels(labels); }
     /// The transfer function has changed, and so has all light.
@@ -95,6 +101,8 @@ class VoxelLight {
     using Chunks = std::map<ChunkKey, LitChunk>;
     void light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, OcclusionRoom& room) const;
     void lightChunks(std::span<const ChunkKey> keys, BrickCache& cache);
+    void lightAlike(std::vector<BrickToLight> bricks, std::span<const std::uint8_t> expected,
+                    LightParts parts, BrickCache& cache, const Put& put, bool manyAtOnce);
     void fillAndPut(const std::vector<Ordered>& ordered, std::size_t first, std::size_t end, LightParts parts,
                     const Put& put, bool manyAtOnce) const;
     void forget(std::size_t most);
@@ -107,7 +115,7 @@ class VoxelLight {
     std::unique_ptr<LightSource> ambient_;
     ShadowLight shadows_;
     std::array<LightSource*, kLightParts> sources_{}; // of the parts; null: it has no channels
-    int finest_; // level of light; finer bricks interpolate from it
+    std::array<int, kLightParts> finest_; // level of a part's light; finer bricks interpolate from it
     Chunks chunks_;
     std::uint64_t turn_ = 0;
 };

@@ -130,7 +130,12 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              surfaces->rays, surfaces->radiusMm, surfaces->places,
              surfaces->alone > 0 ? (" and " + std::to_string(surfaces->alone) + " more samples").c_str() : "",
              formatBytes(surfaces->bytes).c_str(), surfaces->seconds);
-    else if (const auto& occlusion = scene.lighting.occlusion)
+    else if (const auto& occlusion = scene.lighting.occlusion;
+             occlusion && occlusion->method == OcclusionMethod::histogram)
+        line("occlusion: by the values within %g mm of each sample, kept beside the values%s",
+             occlusion->radiusMm,
+             occlusion->bleeding > 0 ? ", with the colours around, red, green and blue" : "");
+    else if (occlusion)
         line("occlusion: %d rays of %g mm from each sample, kept beside the values%s", occlusion->rays,
              occlusion->radiusMm,
              r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"

@@ -31,6 +31,9 @@ std::string refusalOf(const Scene& scene, EngineKind kind) {
     const EngineTraits& traits = traitsOf(kind);
     if (scene.lighting.transport && !traits.followsPaths)
         return "it follows no paths of light";
+    if (const auto& occlusion = scene.lighting.occlusion;
+        traits.exact && occlusion && occlusion->method == OcclusionMethod::histogram)
+        return "its occlusion is along rays, not by histograms";
     if (scene.volumes.size() == 1 || reductionOf(scene) != Reduction::composite)
         return {};
     if (!traits.fuses)

@@ -6,6 +6,7 @@
 #include "bricking/cache/brick_cache.h"
 #include "bricking/levels/selection.h"
 #include "bricking/mask/masked_source.h"
+#include "bricking/statistics/local_histograms.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
@@ -158,7 +159,9 @@ struct Layer {
     std::unique_ptr<DrawnLabels> labels;      // null: the scene has none
     std::unique_ptr<LabelBricks> labelBricks; // of these; in RAM
     std::shared_ptr<SliceLabels> sliceLabels; // over the values of a slice; null: not drawn
+    std::uint32_t hidden = 0;                 // tells what masked hides; 0: nothing
     Statistics statistics;
+    std::shared_ptr<const LocalHistograms> histograms; // where occlusion is by them; else null
     TransferFunction function;
     TransferTable table;
     Optics optics;

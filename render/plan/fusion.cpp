@@ -5,6 +5,7 @@
 #include "render/contract/ray_state.h" // placedRaysBytes
 #include "render/plan/framing.h"
 #include "render/plan/label_optics.h"
+#include "render/plan/layer_histograms.h"
 #include "render/plan/shown_rays.h"
 #include "render/plan/visibility_rays.h"
 
@@ -70,6 +71,7 @@ Scene sceneInFusion(const Scene& scene, std::size_t number) {
             throw refuse("lighting.surfaceOcclusion: expected none", "it");
         if (scene.lighting.transport)
             throw refuse("lighting.transport: expected none", "it");
+        checkHistograms(scene);
     }
     for (const CropBox& box : scene.cuts.boxes)
         if (box.space == CropBox::Space::voxels)

@@ -85,7 +85,7 @@ void hideLabels(const Scene& scene, const ValueSummary& values, MemoryBudget& ra
 
 KnownLayer KnownLayer::of(Layer& layer) {
     return {std::move(layer.statistics), std::move(layer.labels), std::move(layer.labelBricks),
-            std::move(layer.sliceLabels)};
+            std::move(layer.sliceLabels), std::move(layer.histograms)};
 }
 
 void takeLabels(const Scene& scene, KnownLayer* known, MemoryBudget& ram, int threads, Layer& layer) {

@@ -14,6 +14,7 @@ struct KnownLayer {
     std::unique_ptr<DrawnLabels> labels; // null where the scene has none
     std::unique_ptr<LabelBricks> labelBricks;
     std::shared_ptr<SliceLabels> sliceLabels;
+    std::shared_ptr<const LocalHistograms> histograms;
     /// Of a layer that is not used any more.
     static KnownLayer of(Layer& layer);
 };

@@ -12,6 +12,7 @@
 #include "render/plan/framing.h"
 #include "render/plan/fusion.h"
 #include "render/plan/label_optics.h"
+#include "render/plan/layer_histograms.h"
 #include "render/plan/layer_labels.h"
 #include "render/plan/visibility_rays.h"
 
@@ -38,7 +39,9 @@ void checkLight(const Scene& scene) {
     if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
         throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
                          "off); leave them out, or shade with ambient 1 and diffuse 0");
-    if (ambientChannels(scene.lighting) > 1 && scene.lighting.occlusion->method != OcclusionMethod::local)
+    checkHistograms(scene);
+    const auto& occlusion = scene.lighting.occlusion;
+    if (occlusion && occlusion->emission > 0 && occlusion->method != OcclusionMethod::local)
         throw InputError("lighting.occlusion: emission needs method \"local\", because other methods use "
                          "only the light at a ray's end; set emission to 0, or use \"local\"");
 }
@@ -178,7 +181,7 @@ bool Planner::takesLight(const Scene& scene) const {
            shading.gradient == layer().optics.gradient &&
            ambientChannels(scene.lighting) == ambientChannels(view.lighting) &&
            lightChannels(scene.lighting) == lightChannels(view.lighting) &&
-           bytes(scene.lighting) <= bytes(view.lighting);
+           bytes(scene.lighting) <= bytes(view.lighting) && hasHistograms(scene, layer());
 }
 
 bool Planner::setLight(const Scene& scene) {
@@ -342,10 +345,11 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     try {
         const Charge rest = ram.charge(floor - std::min(floor, ram.usedBytes()), "the scene");
         found = tableOf(store, ram, threads);
-        if (found.mask) {
+        if (const std::shared_ptr<const Mask> mask = found.mask) {
             masked = std::make_unique<MaskedSource>(
                 store, std::move(found.mask), storedAir(layer.statistics, store.info(), true), ram, threads);
             hideMasked(layer.statistics, *masked, ram, threads);
+            layer.hidden = hiddenNumber(*mask);
         }
     } catch (const InputError&) { // what cannot be read is told when it is drawn
         masked.reset();
@@ -394,7 +398,8 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
                            scene.volumes.at(0).labels, values),
                   scene);
     p.view.part = drawnPart(scene, info);
-    p.ramFloorBytes = floor;
+    takeHistograms(scene, kept, ram, threads, p.layer());
+    p.ramFloorBytes = floor + (p.layer().histograms ? p.layer().histograms->bytes() : 0);
     return p;
 }
 

@@ -1,6 +1,7 @@
 // render/backends/reference/light_sources.cpp: see light_sources.h.
 #include "render/backends/reference/light_sources.h"
 
+#include "core/base/error.h"
 #include "core/base/brick.h"
 #include "render/backends/reference/stored_function.h"
 
@@ -52,6 +53,9 @@ LightSources::LightSources(const ReferenceInput& input) {
     ambientChannels = tessera::ambientChannels(input.lighting);
     if (hasOcclusion) {
         occlusion = *input.lighting.occlusion;
+        if (occlusion.method == OcclusionMethod::histogram)
+            throw InputError("lighting.occlusion.method: expected a method of rays, which the reference "
+                             "integrates, found histogram");
         directions = sphereDirections(occlusion.rays);
     }
     offsetMm =
