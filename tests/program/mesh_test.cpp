@@ -1,7 +1,9 @@
 // tests/program/mesh_test.cpp: `tessera mesh` from outside: what it writes and says, and what it refuses.
 #include "tests/support/program_fixture.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -76,6 +78,31 @@ TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
         for (const auto& corner : triangle)
             behind = std::max(behind, corner[1]);
     EXPECT_NEAR(behind, 0, 1e-5);
+}
+
+TEST_F(Program, MeshKeepsPartsAndFewerTriangles) {
+    ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
+    const auto meshed = [&](const std::string& options) {
+        const Outcome outcome = run("mesh t.zarr m.stl --isovalue 200 " + options);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        return Triangles(readAll(folder_ / "m.stl"));
+    };
+    const Triangles all = meshed("-q"), largest = meshed("--keep-largest"), half = meshed("--simplify 0.5"),
+                    rough = meshed("--error 0.5mm --keep-largest"), large = meshed("--min-volume 50000mm3");
+    for (const Triangles* mesh : {&all, &largest, &half, &rough, &large})
+        EXPECT_TRUE(mesh->closed);
+    EXPECT_LT(largest.all.size(), all.all.size());
+    EXPECT_GT(largest.volume, 0.2 * all.volume);
+    EXPECT_LE(half.all.size(), all.all.size() / 2);
+    EXPECT_GT(half.all.size(), all.all.size() / 2 - 10);
+    EXPECT_NEAR(half.volume, all.volume, 0.02 * all.volume);
+    EXPECT_LT(rough.all.size(), largest.all.size() / 2);
+    EXPECT_NEAR(rough.volume, largest.volume, 0.03 * std::abs(largest.volume));
+    EXPECT_LT(large.all.size(), all.all.size());
+    expectRefused("mesh t.zarr n.stl --isovalue 200 --simplify 2", {"--simplify"});
+    expectRefused("mesh t.zarr n.stl --isovalue 200 --simplify 0.5 --ram 7MiB",
+                  {"--simplify: expected RAM for ", " triangles at once, --ram ", "found 7 MiB"});
+    expectRefused("mesh t.zarr n.stl --isovalue 200 --min-volume 1e11", {"--min-volume"});
 }
 
 TEST_F(Program, MeshRefusesWhatItCannotDo) {

@@ -36,7 +36,9 @@ const std::vector<Command>& commands() {
          "s.zarr --from 0,0,0 -o out.json", // nothing of kNoValues ends in .json
          {{"--threshold", numbers}, {"--generations", zero}}},
         {"coverage", "s.zarr --path path.json", {{"--smallest", zero}}},
-        {"mesh", "s.zarr made.ply --isovalue 100", {{"--isovalue", numbers}, {"--level", zero}}},
+        {"mesh",
+         "s.zarr made.ply --isovalue 100",
+         {{"--isovalue", numbers}, {"--level", zero}, {"--simplify", zero}, {"--min-volume", zero}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--turn", {"-1"}},

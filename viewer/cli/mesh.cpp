@@ -1,6 +1,8 @@
 // viewer/cli/mesh.cpp: `tessera mesh IN OUT.ply --isovalue 300`: the surface of one value, or of labels, as
 // a watertight mesh.
 #include "bricking/analysis/surface/label_shares.h"
+#include "bricking/analysis/surface/mesh_parts.h"
+#include "bricking/analysis/surface/simplify_mesh.h"
 #include "bricking/analysis/surface/surface_mesh.h"
 #include "bricking/export/meshes/mesh_writer.h"
 #include "bricking/labels/label_names.h"
@@ -31,11 +33,14 @@ namespace {
 
 struct MeshArguments {
     std::string in, out, ram, labels, names;
-    std::optional<double> isovalue;
+    std::optional<double> isovalue, share, error;
+    PartsChoice parts;
     std::vector<std::string> label, boxes, boxesInVoxels;
     bool sameFrame = false;
     int level = 0;
     InputOptions input;
+    bool simplifies() const { return share || error; }
+    bool needsWhole() const { return simplifies() || parts.any(); }
 };
 
 constexpr const char* kMeshBoxForm = "X0,X1,Y0,Y1,Z0,Z1";
@@ -111,11 +116,8 @@ struct MeshJob {
                           "Tessera: " + field.about + ", level " + std::to_string(arguments.level) +
                               "; millimetres in patient space, LPS; closed, seen from outside turning left",
                           ram);
-        common.progress->stage("finding the surface");
-        const SurfaceCounts found = extractSurface(*field.source, lattice, field.ranges, request, ram, writer,
-                                                   common.progress->shares());
-        if (found.triangles == 0)
-            throw InputError(field.notThere);
+        SurfaceCounts found = arguments.needsWhole() ? writeWhole(field, lattice, request, writer)
+                                                     : extract(field, lattice, request, writer);
         common.progress->stage("writing " + arguments.out);
         const std::uint64_t bytes = writer.finish();
         common.progress->end();
@@ -128,6 +130,70 @@ struct MeshJob {
                       " cells, decoded " + std::to_string(found.chunksDecoded) + " chunks, in " +
                       formatNumber(secondsSince(began), 3) + " s");
         common.detail("RAM: " + formatBytes(ram.peakBytes()) + " of " + formatBytes(ram.limitBytes()));
+    }
+
+    SurfaceCounts extract(const MeshField& field, const SurfaceLattice& lattice,
+                          const SurfaceRequest& request, MeshSink& sink) const {
+        common.progress->stage("finding the surface");
+        SurfaceCounts found = extractSurface(*field.source, lattice, field.ranges, request, ram, sink,
+                                             common.progress->shares());
+        if (found.triangles == 0)
+            throw InputError(field.notThere);
+        return found;
+    }
+
+    /// Finds the surface twice: its size first, so that memory is asked for before it is taken.
+    SurfaceCounts writeWhole(const MeshField& field, const SurfaceLattice& lattice,
+                             const SurfaceRequest& request, MeshSink& out) const {
+        struct NoSink final : MeshSink {
+            void point(const glm::dvec3&) override {}
+            void triangle(const std::array<std::uint32_t, 3>&, const std::array<glm::dvec3, 3>&) override {}
+        } nothing;
+        SurfaceCounts found = extract(field, lattice, request, nothing);
+        const std::size_t held = HeldSurface::heldBytes(found.points, found.triangles),
+                          meanwhile = std::max(
+                              {surfaceFloorBytes(store.info(), lattice, 0), partsBytes(found.points),
+                               arguments.simplifies() ? simplifyBytes(found.points, found.triangles) : 0});
+        if (held + meanwhile > ram.freeBytes())
+            throw badFile(arguments.simplifies() ? "--simplify" : "--keep-largest",
+                          "RAM for " + std::to_string(found.triangles) + " triangles at once, --ram " +
+                              formatBytes(ram.usedBytes() + held + meanwhile),
+                          formatBytes(ram.limitBytes()) + "; a coarser --level or a box needs less");
+        const Charge charge = ram.charge(held, "a mesh that is held whole");
+        HeldSurface surface(found.points, found.triangles);
+        extract(field, lattice, request, surface);
+        if (arguments.parts.any()) {
+            const Charge scratch = ram.charge(partsBytes(found.points), "parts of a mesh");
+            const PartsFound parts = keepParts(surface.mesh, arguments.parts);
+            if (parts.kept == 0)
+                throw badFile("--min-volume", "a volume that some part encloses",
+                              formatNumber(arguments.parts.leastVolumeMm3) + " mm3");
+            common.note("kept " + std::to_string(parts.kept) + " of " + std::to_string(parts.parts) +
+                        " parts");
+        }
+        if (arguments.simplifies()) {
+            SimplifyRequest goal;
+            if (arguments.share)
+                goal.mostTriangles = static_cast<std::uint64_t>(
+                    *arguments.share * static_cast<double>(surface.mesh.triangles.size()));
+            if (arguments.error)
+                goal.mostErrorMm = *arguments.error;
+            common.progress->stage("simplifying the mesh");
+            const std::size_t before = surface.mesh.triangles.size();
+            const double error = simplifyMesh(surface.mesh, goal, ram, common.progress->shares());
+            common.note("simplified " + std::to_string(before) + " triangles, with an error of " +
+                        formatNumber(error, 2) + " mm at most");
+        }
+        for (const glm::vec3& p : surface.mesh.points)
+            out.point(p);
+        for (const glm::uvec3& t : surface.mesh.triangles)
+            out.triangle({t.x, t.y, t.z},
+                         {glm::dvec3(surface.mesh.points[t.x]), glm::dvec3(surface.mesh.points[t.y]),
+                          glm::dvec3(surface.mesh.points[t.z])});
+        const MeshMeasures measures = measuresOf(surface.mesh);
+        found.points = surface.mesh.points.size(), found.triangles = surface.mesh.triangles.size();
+        found.areaMm2 = measures.areaMm2, found.volumeMm3 = measures.volumeMm3;
+        return found;
     }
 
     void meshOfValue() const {
@@ -240,6 +306,23 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
         .option("--crop-voxels", arguments->boxesInVoxels,
                 std::string("the same along the volume's axes, in voxels from 0: ") + kMeshBoxForm)
         .oneValueEach();
+    command
+        .option("--simplify", arguments->share,
+                "keep about this share of the triangles, 0 to 1; takes some 100 bytes of RAM a triangle")
+        .check(numberWithin(0, 1, "a share from 0 to 1"));
+    command
+        .option("--error", arguments->error,
+                "simplify as far as points move by this at most (root of the mean square), mm; with "
+                "--simplify, what comes first")
+        .inUnit("mm")
+        .check(numberWithin(1e-6, 1e6, "mm from 0.000001 to 1000000"));
+    command.flag("--keep-largest", arguments->parts.largest,
+                 "keep only the part that encloses most; its cavities are filled");
+    command
+        .option("--min-volume", arguments->parts.leastVolumeMm3,
+                "keep only parts, and cavities, that enclose so much, mm3")
+        .inUnit("mm3")
+        .check(numberWithin(0, 1e12, "mm3 from 0 to 1e12"));
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     addSelectionOptions(command, arguments->input);
     addSpacingOption(command, arguments->input);

@@ -160,5 +160,35 @@ TEST(SurfaceCases, EveryCellWithEveryWayOfItsFaces) {
     EXPECT_GT(met.size(), 450u) << "of 656, of which values do not reach all";
 }
 
+TEST(SurfaceCases, FacesAreJoinedAsTheFieldIsAtTheirSaddle) {
+    std::mt19937 random(3);
+    int joined = 0;
+    for (int round = 0; round < 300; ++round) {
+        const auto size = [&] { return std::exp2(std::uniform_real_distribution<double>(-2, 2)(random)); };
+        const double a = size(), b = -size(), c = size(), d = -size(); // around the face z = 1.5
+        if (std::abs(a * c - b * d) < 0.02 * a * c)
+            continue; // the saddle is all but on the surface
+        HeldVolume volume(glm::ivec3(2, 2, 3), [&](const glm::ivec3& at) {
+            return at.z != 1      ? (at.x == at.y ? size() : -size())
+                   : at.x == at.y ? (at.x ? c : a)
+                   : at.x         ? b
+                                  : d;
+        });
+        MemoryBudget ram("RAM", "--ram", 64u << 20);
+        SurfaceRequest request;
+        request.threads = 1;
+        const SurfaceLattice lattice(volume.info(), {glm::dvec3(0), glm::dvec3(2, 2, 3)}, 0, "test");
+        HeldMesh mesh;
+        extractSurface(volume, lattice, volume.ranges(), request, ram, mesh);
+        // a (1-u)(1-v) + b u (1-v) + c u v + d (1-u) v has its saddle at (u, v), between the face's two cuts
+        const double sum = a - b + c - d;
+        const glm::dvec3 saddle(0.5 + (a - d) / sum, 0.5 + (a - b) / sum, 1.5);
+        const bool inside = a * c > b * d;
+        joined += inside;
+        ASSERT_NEAR(windingOf(mesh, saddle), inside ? 1 : 0, 1e-6) << a << " " << b << " " << c << " " << d;
+    }
+    EXPECT_GT(joined, 50);
+}
+
 } // namespace
 } // namespace tessera::test
