@@ -17,7 +17,7 @@ namespace {
 
 std::string boxText(const glm::dvec3& low, const glm::dvec3& high) {
     std::string text;
-    for (const double number : {low.x, low.y, low.z, high.x, high.y, high.z})
+    for (const double number : {low.x, high.x, low.y, high.y, low.z, high.z})
         text += (text.empty() ? "" : ",") + numberText(number, 6);
     return text;
 }
@@ -55,7 +55,7 @@ LevelBox levelBoxOf(const VolumeInfo& info, int level, const glm::dvec3& low, co
     constexpr double kRounding = 1e-6;
     const double step = std::ldexp(1.0, level);
     LevelBox box = whole;
-    box.low = glm::max(glm::ivec3(glm::floor((from + kRounding) / step)), glm::ivec3(0));
+    box.low = glm::clamp(glm::ivec3(glm::floor((from + kRounding) / step)), glm::ivec3(0), whole.high - 1);
     box.high = glm::min(glm::ivec3(glm::ceil((to - kRounding) / step)), whole.high);
     box.high = glm::max(box.high, box.low + 1); // of a box thinner than the rounding
     return box;

@@ -27,6 +27,12 @@ const std::vector<ExportFormat>& exportFormats() {
     return formats;
 }
 
+std::string lowerCase(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
 const ExportFormat& exportFormatOf(const std::string& name, const std::filesystem::path& out) {
     std::vector<std::string> names;
     std::string endings;
@@ -37,10 +43,8 @@ const ExportFormat& exportFormatOf(const std::string& name, const std::filesyste
     }
     if (!name.empty())
         return exportFormats()[indexOfName(name, names, "--format")];
-    std::string file =
-        out.filename().empty() ? out.parent_path().filename().string() : out.filename().string();
-    std::transform(file.begin(), file.end(), file.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string file =
+        lowerCase((out.filename().empty() ? out.parent_path() : out).filename().string());
     const ExportFormat* found = nullptr;
     std::size_t longest = 0;
     for (const ExportFormat& format : exportFormats())
@@ -48,7 +52,8 @@ const ExportFormat& exportFormatOf(const std::string& name, const std::filesyste
             if (file.ends_with(ending) && ending.size() > longest)
                 found = &format, longest = ending.size();
     if (!found)
-        throw badFile(out.string(), "a name ending in " + endings + ", or --format", "another ending");
+        throw badFile(out.string(), "a name ending in " + endings + ", or --format",
+                      "\"" + out.extension().string() + "\"");
     return *found;
 }
 

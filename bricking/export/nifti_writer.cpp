@@ -149,8 +149,9 @@ NiftiBytes niftiHeader(const VolumeInfo& info, FileType type, int version, bool 
     for (int axis = 0; axis < 3; ++axis)
         header.real(76, 104, static_cast<std::size_t>(axis) + 1, spacing[axis]);
     constexpr std::int64_t kScanner = 1; // NIFTI_XFORM_SCANNER_ANAT
-    header.whole<std::int32_t>(252, 344, 0, isBox ? kScanner : 0);
-    header.whole<std::int32_t>(254, 348, 0, kScanner);
+    const std::int64_t code = info.orientationKnown ? kScanner : 0;
+    header.whole<std::int32_t>(252, 344, 0, isBox ? code : 0);
+    header.whole<std::int32_t>(254, 348, 0, code);
     for (const auto& [i, value] : {std::pair{0, q.b}, {1, q.c}, {2, q.d}})
         header.real(256, 352, static_cast<std::size_t>(i), value);
     for (int row = 0; row < 3; ++row) {
@@ -171,9 +172,10 @@ bool isExactFloat(double value) {
 ExportReport writeVersion(BoxSource& box, const ExportRequest& request, int version) {
     const VolumeInfo& info = box.info();
     const std::string outName = request.out.string();
-    const bool isPacked = outName.ends_with(".gz");
+    const std::string ending = lowerCase(request.out.extension().string());
+    const bool isPacked = ending == ".gz";
     if (request.compress && !isPacked)
-        throw badFile(outName, "a name ending in .nii.gz for --compress", "another");
+        throw badFile(outName, "a name ending in .nii.gz for --compress", "\"" + ending + "\"");
     const ExportedPlace place = placeOf(info);
     const bool isBox = place.shear() <= kMostShear;
     const ExportedValues values = storedValues(info);

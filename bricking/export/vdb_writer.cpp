@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <openvdb/io/Archive.h>
 #include <openvdb/math/Transform.h>
@@ -125,13 +126,20 @@ ExportReport writeGrid(BoxSource& box, const ExportRequest& request, bool asHalf
     const ValueRange range = storedRange(box, request.ram, request.progress);
     const auto background = static_cast<float>(
         info.rescaleSlope * (info.rescaleSlope > 0 ? range.least : range.most) + info.rescaleIntercept);
+    constexpr double kMostHalf = 65504;
+    for (const double stored : {range.least, range.most}) {
+        const double value = info.rescaleSlope * stored + info.rescaleIntercept;
+        if (asHalf && std::abs(value) > kMostHalf)
+            throw badFile(request.out.string(), "values from -65504 to 65504, which halves hold",
+                          std::to_string(value) + "; --format vdb has floats");
+    }
     const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
     grid->setName("density");
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     grid->setTransform(vdbTransform(info));
     grid->setSaveFloatAsHalf(asHalf);
     grid->insertMeta("unit", openvdb::StringMetadata(info.unit));
-    const std::string what = "the grid, which OpenVDB holds as a whole; a --box or a --level takes less";
+    const std::string what = "the grid, which OpenVDB holds as a whole; a box or a --level takes less";
     const glm::ivec3 n = info.extentVoxels;
     const std::size_t sliceValues = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y);
     request.progress.stage("making the grid of " + request.out.string());

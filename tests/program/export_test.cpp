@@ -42,13 +42,13 @@ class ExportProgram : public Program {
 
 TEST_F(ExportProgram, WhatCannotBeDoneIsRefusedInALine) {
     expectRefused("export s.zarr a.nrrd --level 6", {"--level", "0 (finest) to 5", "6"});
-    expectRefused("export s.zarr a.nrrd --box 5,5,5,5,9,9", {"--box", "5,5,5,5,9,9"});
-    expectRefused("export s.zarr a.nrrd --box 50,5,5,60,9,9", {"--box", "0,0,0,40,33,24"});
-    expectRefused("export s.zarr a.nrrd --box 1,2,3", {"--box", "X0,Y0,Z0,X1,Y1,Z1"});
+    expectRefused("export s.zarr a.nrrd --crop-voxels 5,5,5,9,5,9", {"--crop-voxels", "5,5,5,9,5,9"});
+    expectRefused("export s.zarr a.nrrd --crop-voxels 50,60,5,9,5,9", {"--crop-voxels", "0,40,0,33,0,24"});
+    expectRefused("export s.zarr a.nrrd --crop-voxels 1,2,3", {"--crop-voxels", "X0,X1,Y0,Y1,Z0,Z1"});
     expectRefused("export s.zarr a.nrrd --crop 9000,9001,0,1,0,1", {"--crop"});
     expectRefused("export s.zarr a.nrrd --crop 5,4,0,1,0,1", {"--crop"});
     expectRefused("export s.zarr a.nrrd --unit SUVbw", {"--unit", "HU"});
-    expectRefused("export s.zarr a.nrrd --box 0,0,0,1,1,1 --crop body", {"--crop", "--box"});
+    expectRefused("export s.zarr a.nrrd --crop-voxels 0,1,0,1,0,1 --crop body", {"--crop", "--crop-voxels"});
     expectRefused("export s.zarr a.xyz", {"a.xyz", ".nii.gz", "--format"});
     expectRefused("export s.zarr a.nrrd --format nrd", {"--format", "nearest: \"nrrd\""});
     expectRefused("export s.zarr a.nii --compress", {"a.nii", ".nii.gz"});

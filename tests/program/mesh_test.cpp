@@ -43,7 +43,7 @@ struct Triangles {
 
 TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
     ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
-    const Outcome whole = run("mesh t.zarr bone.stl --isovalue 300 -v");
+    const Outcome whole = run("mesh t.zarr bone.stl --isosurface 300 -v");
     ASSERT_EQ(whole.exitCode, 0) << whole.problems;
     EXPECT_THAT(whole.problems, HasSubstr("wrote bone.stl: "));
     EXPECT_THAT(whole.problems, HasSubstr(" triangles, "));
@@ -51,21 +51,21 @@ TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
     const Triangles bone(readAll(folder_ / "bone.stl"));
     EXPECT_TRUE(bone.closed);
     EXPECT_GT(bone.volume, 0);
-    ASSERT_EQ(run("mesh t.zarr skin.stl --isovalue=-300 -q --ram 32MiB").exitCode, 0);
+    ASSERT_EQ(run("mesh t.zarr skin.stl --isosurface=-300 -q --ram 32MiB").exitCode, 0);
     const Triangles skin(readAll(folder_ / "skin.stl"));
     EXPECT_TRUE(skin.closed);
     EXPECT_GT(skin.volume, 5 * bone.volume);
-    ASSERT_EQ(run("mesh t.zarr coarse.stl --isovalue=-300 --level 1 -q").exitCode, 0);
+    ASSERT_EQ(run("mesh t.zarr coarse.stl --isosurface=-300 --level 1 -q").exitCode, 0);
     const Triangles coarse(readAll(folder_ / "coarse.stl"));
     EXPECT_LT(coarse.all.size(), skin.all.size() / 2);
     EXPECT_NEAR(coarse.volume, skin.volume, 0.05 * skin.volume);
     // two halves of a body
-    ASSERT_EQ(run("mesh t.zarr a.stl --isovalue=-300 -q --crop-voxels 0,60,0,45,0,31").exitCode, 0);
-    ASSERT_EQ(run("mesh t.zarr b.stl --isovalue=-300 -q --crop-voxels 0,60,0,45,31,70").exitCode, 0);
+    ASSERT_EQ(run("mesh t.zarr a.stl --isosurface=-300 -q --crop-voxels 0,60,0,45,0,31").exitCode, 0);
+    ASSERT_EQ(run("mesh t.zarr b.stl --isosurface=-300 -q --crop-voxels 0,60,0,45,31,70").exitCode, 0);
     const Triangles a(readAll(folder_ / "a.stl")), b(readAll(folder_ / "b.stl"));
     EXPECT_TRUE(a.closed && b.closed);
     EXPECT_NEAR(a.volume + b.volume, skin.volume, 0.003 * skin.volume);
-    ASSERT_EQ(run("mesh t.zarr c.stl --isovalue=-300 -q --crop-voxels 0,60,0,45,31,70 --crop "
+    ASSERT_EQ(run("mesh t.zarr c.stl --isosurface=-300 -q --crop-voxels 0,60,0,45,31,70 --crop "
                   "-1e4,1e4,-1e4,0,-1e4,1e4")
                   .exitCode,
               0);
@@ -83,7 +83,7 @@ TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
 TEST_F(Program, MeshKeepsPartsAndFewerTriangles) {
     ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
     const auto meshed = [&](const std::string& options) {
-        const Outcome outcome = run("mesh t.zarr m.stl --isovalue 200 " + options);
+        const Outcome outcome = run("mesh t.zarr m.stl --isosurface 200 " + options);
         EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
         return Triangles(readAll(folder_ / "m.stl"));
     };
@@ -99,26 +99,27 @@ TEST_F(Program, MeshKeepsPartsAndFewerTriangles) {
     EXPECT_LT(rough.all.size(), largest.all.size() / 2);
     EXPECT_NEAR(rough.volume, largest.volume, 0.03 * std::abs(largest.volume));
     EXPECT_LT(large.all.size(), all.all.size());
-    expectRefused("mesh t.zarr n.stl --isovalue 200 --simplify 2", {"--simplify"});
-    expectRefused("mesh t.zarr n.stl --isovalue 200 --simplify 0.5 --ram 7MiB",
+    expectRefused("mesh t.zarr n.stl --isosurface 200 --simplify 2", {"--simplify"});
+    expectRefused("mesh t.zarr n.stl --isosurface 200 --simplify 0.5 --ram 7MiB",
                   {"--simplify: expected RAM for ", " triangles at once, --ram ", "found 7 MiB"});
-    expectRefused("mesh t.zarr n.stl --isovalue 200 --min-volume 1e11", {"--min-volume"});
+    expectRefused("mesh t.zarr n.stl --isosurface 200 --min-volume 1e11", {"--min-volume"});
 }
 
 TEST_F(Program, MeshRefusesWhatItCannotDo) {
     ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
-    expectRefused("mesh t.zarr m.ply", {"--isovalue: expected a value, or --labels, found neither"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --labels x.nrrd", {"found both"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --label liver", {"--label", "--labels"});
-    expectRefused("mesh t.zarr m.off --isovalue 1", {"m.off", ".ply, .stl, .obj, .glb"});
-    expectRefused("mesh t.zarr m.ply --isovalue 9999", {"--isovalue", "whose values are", "found 9999 HU"});
-    expectRefused("mesh t.zarr m.ply --isovalue nan", {"--isovalue"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --level 6", {"--level"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --crop-voxels 0,1,2",
+    expectRefused("mesh t.zarr m.ply", {"--isosurface: expected a value, or --labels, found neither"});
+    expectRefused("mesh t.zarr m.ply --isosurface 1 --labels x.nrrd", {"found both"});
+    expectRefused("mesh t.zarr m.ply --isosurface 1 --label liver", {"--label", "--labels"});
+    expectRefused("mesh t.zarr m.off --isosurface 1", {"m.off", ".ply, .stl, .obj, .glb"});
+    expectRefused("mesh t.zarr m.ply --isosurface 9999",
+                  {"--isosurface", "whose values are", "found 9999 HU"});
+    expectRefused("mesh t.zarr m.ply --isosurface nan", {"--isosurface"});
+    expectRefused("mesh t.zarr m.ply --isosurface 1 --level 6", {"--level"});
+    expectRefused("mesh t.zarr m.ply --isosurface 1 --crop-voxels 0,1,2",
                   {"--crop-voxels", "X0,X1,Y0,Y1,Z0,Z1"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --crop-voxels 70,90,0,9,0,9",
+    expectRefused("mesh t.zarr m.ply --isosurface 1 --crop-voxels 70,90,0,9,0,9",
                   {"--crop-voxels", "found none along axis x"});
-    expectRefused("mesh t.zarr m.ply --isovalue 1 --ram 1MiB", {"--ram"});
+    expectRefused("mesh t.zarr m.ply --isosurface 1 --ram 1MiB", {"--ram"});
     expectRefused("mesh t.zarr m.ply --labels none.nrrd", {"none.nrrd"});
     EXPECT_FALSE(fs::exists(folder_ / "m.ply"));
     EXPECT_EQ(std::count_if(fs::directory_iterator(folder_.path()), fs::directory_iterator(),

@@ -37,8 +37,8 @@ const std::vector<Command>& commands() {
          {{"--threshold", numbers}, {"--generations", zero}}},
         {"coverage", "s.zarr --path path.json", {{"--smallest", zero}}},
         {"mesh",
-         "s.zarr made.ply --isovalue 100",
-         {{"--isovalue", numbers}, {"--level", zero}, {"--simplify", zero}, {"--min-volume", zero}}},
+         "s.zarr made.ply --isosurface 100",
+         {{"--isosurface", numbers}, {"--level", zero}, {"--simplify", zero}, {"--min-volume", zero}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",
          {{"--turn", {"-1"}},
@@ -130,10 +130,10 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     words.erase(at, words.find(' ', at + shortName.size() + 1) - at);
                 if (option == "--gl-device")
                     words = std::regex_replace(words, std::regex("--engine mirror"), "");
-                const bool needsOut = command.name != "render" && command.name != "import" &&
-                                      command.name != "info" && command.name != "view" &&
-                                      command.name != "centreline" && command.name != "coverage" &&
-                                      command.name != "mesh" && option != "--output";
+                const bool needsOut =
+                    command.name != "render" && command.name != "import" && command.name != "info" &&
+                    command.name != "view" && command.name != "centreline" && command.name != "coverage" &&
+                    command.name != "mesh" && command.name != "export" && option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");

@@ -24,7 +24,7 @@
 namespace tessera {
 namespace {
 
-constexpr char kBoxForm[] = "X0,Y0,Z0,X1,Y1,Z1", kCropForms[] = "body or X0,X1,Y0,Y1,Z0,Z1";
+constexpr char kBoxForm[] = "X0,X1,Y0,Y1,Z0,Z1", kCropForms[] = "body or X0,X1,Y0,Y1,Z0,Z1";
 
 struct ExportArguments {
     std::string in, out, format, box, crop, labels, unit, ram;
@@ -56,8 +56,8 @@ LevelBox boxOf(const ExportArguments& arguments, const StoreReader& store, Memor
     const VolumeInfo& info = store.info();
     const int level = arguments.level;
     if (!arguments.box.empty()) {
-        const std::vector<double> n = sixNumbers(arguments.box, "--box", kBoxForm);
-        return levelBoxOf(info, level, {n[0], n[1], n[2]}, {n[3], n[4], n[5]}, "--box");
+        const std::vector<double> n = sixNumbers(arguments.box, "--crop-voxels", kBoxForm);
+        return levelBoxOf(info, level, {n[0], n[2], n[4]}, {n[1], n[3], n[5]}, "--crop-voxels");
     }
     if (arguments.crop.empty())
         return wholeLevel(info, level);
@@ -189,14 +189,14 @@ void addExportCommand(Command& program, const CommonOptions& common, Action& act
                 "level to write: 0 is the finest, each next one has half as "
                 "many voxels along each axis")
         .showsDefault();
-    command.option("--box", arguments->box,
+    command.option("--crop-voxels", arguments->box,
                    std::string("only a box, in voxels of level 0 along the volume's axes: ") + kBoxForm +
                        ", whose second corner is the first voxel beyond");
     command
         .option("--crop", arguments->crop,
                 std::string("only the voxels that touch a box along the patient's axes, mm: ") + kCropForms +
                     "; body: the patient's, without the table (CT)")
-        .excludes("--box");
+        .excludes("--crop-voxels");
     command.option("--labels", arguments->labels,
                    "labels of voxels to write in place of values, on the volume's lattice: files that render "
                    "takes. At coarser levels the label of most of 2 x 2 x 2 voxels");
@@ -208,7 +208,7 @@ void addExportCommand(Command& program, const CommonOptions& common, Action& act
     addSelectionOptions(command, arguments->input);
     addSpacingOption(command, arguments->input);
     command.footer(
-        "Example:\n  tessera export abdomen.zarr liver.nrrd --box 60,140,20,300,380,90 --compress");
+        "Example:\n  tessera export abdomen.zarr liver.nrrd --crop-voxels 60,300,140,380,20,90 --compress");
     command.whenChosen(
         [arguments, &common, &action] { action = [arguments, &common] { runExport(*arguments, common); }; });
 }

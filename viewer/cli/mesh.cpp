@@ -1,4 +1,4 @@
-// viewer/cli/mesh.cpp: `tessera mesh IN OUT.ply --isovalue 300`: the surface of one value, or of labels, as
+// viewer/cli/mesh.cpp: `tessera mesh IN OUT.ply --isosurface 300`: the surface of one value, or of labels, as
 // a watertight mesh.
 #include "bricking/analysis/surface/label_shares.h"
 #include "bricking/analysis/surface/mesh_parts.h"
@@ -58,11 +58,12 @@ CropBox cropBoxOf(const std::string& text, const char* option, CropBox::Space sp
 VoxelBox inVoxels(const CropBox& box, const VolumeInfo& info) {
     const glm::dmat4 voxelFromPatient = glm::inverse(info.patientFromVoxel);
     const glm::dvec3 spacing = info.spacingMm();
-    constexpr double kAlong = 1e-6; // of a spacing
+    // An axis may leave the patient's by a tenth of a voxel over the volume.
     for (int column = 0; column < 3; ++column) {
         int along = 0;
         for (int row = 0; row < 3; ++row)
-            along += std::abs(info.patientFromVoxel[column][row]) > kAlong * spacing[column];
+            along += std::abs(info.patientFromVoxel[column][row]) * info.extentVoxels[column] >
+                     0.1 * spacing[column];
         if (along != 1)
             throw badFile("--crop", "a volume along the patient's axes",
                           "an oblique one: --crop-voxels takes a box along its own axes");
@@ -113,8 +114,8 @@ struct MeshJob {
         SurfaceRequest request;
         request.value = field.value;
         MeshWriter writer(arguments.out,
-                          "Tessera: " + field.about + ", level " + std::to_string(arguments.level) +
-                              "; millimetres in patient space, LPS; closed, seen from outside turning left",
+                          "Tessera: mm in patient space, LPS; " + field.about + ", level " +
+                              std::to_string(arguments.level) + "; closed, seen from outside turning left",
                           ram);
         SurfaceCounts found = arguments.needsWhole() ? writeWhole(field, lattice, request, writer)
                                                      : extract(field, lattice, request, writer);
@@ -210,7 +211,7 @@ struct MeshJob {
                         "isosurface of " + text(*arguments.isovalue),
                         {}};
         field.notThere =
-            badFile("--isovalue",
+            badFile("--isosurface",
                     "a value that something of the volume reaches, whose values are " +
                         text(std::min(ends[0], ends[1])) + " to " + text(std::max(ends[0], ends[1])),
                     text(*arguments.isovalue))
@@ -244,14 +245,15 @@ struct MeshJob {
             if (chosen[n])
                 names.push_back(table.labels[n].name);
         const LabelShares shares(volume, chosen, ram, 0);
-        write({&shares, shares.ranges(), 0.5, "surface of " + joinNames(names),
+        write({&shares, shares.ranges(), 0.5,
+               "surface of " + (arguments.label.empty() ? "all labels" : joinNames(names)),
                badFile("--label", "a label that some voxel of the box has", "none").what()});
     }
 };
 
 void runMesh(const MeshArguments& arguments, const CommonOptions& common) {
     if (arguments.labels.empty() == !arguments.isovalue)
-        throw badFile("--isovalue", "a value, or --labels", arguments.isovalue ? "both" : "neither");
+        throw badFile("--isosurface", "a value, or --labels", arguments.isovalue ? "both" : "neither");
     checkMeshFile(arguments.out);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
@@ -273,7 +275,7 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
         .option("OUT", arguments->out,
                 "mesh to write: " + joinNames(meshFileEndings()) + "; replaced if it exists")
         .required();
-    command.option("--isovalue", arguments->isovalue, "value of the surface, physical units (CT: HU)")
+    command.option("--isosurface", arguments->isovalue, "value of the surface, physical units (CT: HU)")
         .check(numberWithin(-kLargestValue, kLargestValue, "a value"));
     command.option("--labels", arguments->labels,
                    "in place of a value: a segmentation of the volume, as for tessera render --labels");
@@ -326,7 +328,7 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     addSelectionOptions(command, arguments->input);
     addSpacingOption(command, arguments->input);
-    command.footer("Example:\n  tessera mesh abdomen.zarr bone.ply --isovalue 300");
+    command.footer("Example:\n  tessera mesh abdomen.zarr bone.ply --isosurface 300");
     command.whenChosen(
         [arguments, &common, &action] { action = [arguments, &common] { runMesh(*arguments, common); }; });
 }

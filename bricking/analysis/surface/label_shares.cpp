@@ -27,6 +27,7 @@ LabelShares::LabelShares(const LabelVolume& labels, const std::vector<bool>& cho
     info_.fillStored = 0;
     for (const auto& set : labels.table().sets)
         bySet_.push_back(std::ranges::any_of(set, [&](std::uint16_t label) { return chosen[label]; }));
+    low_.reserve(cellCount(cells_)), high_.reserve(cellCount(cells_));
     for (std::size_t cell = 0; cell < cellCount(cells_); ++cell) {
         const glm::ivec3 low = gridPosition(cell, cells_) * kCellExtent,
                          high = glm::min(low + kCellExtent, info_.extentVoxels);
@@ -50,7 +51,7 @@ void LabelShares::readChunk(const ChunkKey& key, std::span<std::byte> out) const
         std::uint16_t set = static_cast<std::uint8_t>(sets[at]);
         if (wide)
             std::memcpy(&set, sets.data() + 2 * at, sizeof set);
-        return bySet_[set];
+        return bySet_[std::min<std::size_t>(set, bySet_.size() - 1)]; // of a damaged store, the last one
     };
     const glm::ivec3 first = kChunkExtent * glm::ivec3(key.i, key.j, key.k), grid(kChunkExtent);
     std::memset(out.data(), 0, out.size());

@@ -63,6 +63,7 @@ void LatticeValues::read(const glm::ivec3& low, const glm::ivec3& high, std::vec
     }
     const glm::ivec3 count = last - first + 1;
     out.clear();
+    out.reserve(cellCount(high - low + 1));
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)
             for (int x = low.x; x <= high.x; ++x) {

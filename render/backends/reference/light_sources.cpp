@@ -1,8 +1,8 @@
 // render/backends/reference/light_sources.cpp: see light_sources.h.
 #include "render/backends/reference/light_sources.h"
 
-#include "core/base/error.h"
 #include "core/base/brick.h"
+#include "core/base/error.h"
 #include "render/backends/reference/stored_function.h"
 
 #include <array>

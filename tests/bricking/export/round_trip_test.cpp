@@ -157,7 +157,7 @@ TEST(Export, AnyBudgetGivesTheSameBytesOrIsRefused) {
     import(scratch / "v.zarr", source);
     MemoryBudget ram("RAM", "--ram", kPlenty);
     const StoreReader store(scratch / "v.zarr", ram);
-    const LevelBox box = levelBoxOf(store.info(), 0, {3, 30, 7}, {36, 65, 41}, "--box");
+    const LevelBox box = levelBoxOf(store.info(), 0, {3, 30, 7}, {36, 65, 41}, "--crop-voxels");
     const std::size_t buffers = 2 * store.chunkBytes(), slice = 33 * 35 * 2;
     exportBox("nrrd", store, box, scratch / "all.nrrd");
     for (const std::size_t slices : {1, 2, 5, 31, 32}) {
@@ -176,9 +176,18 @@ TEST(Export, BoxesAndLevelsThatAreNotThereAreRefused) {
                 ThrowsMessage<InputError>(HasSubstr("--level: expected a level from 0")));
     EXPECT_THROW(wholeLevel(info, -1), InputError);
     const auto box = [&](const glm::dvec3& low, const glm::dvec3& high) {
-        return levelBoxOf(info, 0, low, high, "--box");
+        return levelBoxOf(info, 0, low, high, "--crop-voxels");
     };
-    EXPECT_THAT([&] { box({5, 5, 5}, {5, 9, 9}); }, ThrowsMessage<InputError>(HasSubstr("--box")));
+    // At the upper faces, too, boxes hold voxels that are there.
+    for (const double thin : {1e-3, 1e-9}) {
+        const glm::dvec3 extent(info.extentVoxels);
+        const LevelBox last = box(extent - thin, extent + 5.0), first = box(glm::dvec3(-5), glm::dvec3(thin));
+        EXPECT_EQ(last.low, info.extentVoxels - 1) << thin;
+        EXPECT_EQ(last.high, info.extentVoxels) << thin;
+        EXPECT_EQ(first.low, glm::ivec3(0)) << thin;
+        EXPECT_EQ(first.high, glm::ivec3(1)) << thin;
+    }
+    EXPECT_THAT([&] { box({5, 5, 5}, {5, 9, 9}); }, ThrowsMessage<InputError>(HasSubstr("--crop-voxels")));
     EXPECT_THROW(box({5, 9, 5}, {9, 5, 9}), InputError);
     EXPECT_THAT([&] { box({40, 0, 0}, {50, 9, 9}); }, ThrowsMessage<InputError>(HasSubstr("0,0,0,37,70,45")));
     EXPECT_THROW(box({NAN, 0, 0}, {50, 9, 9}), InputError);
@@ -244,7 +253,7 @@ TEST(Export, LabelsHaveTheirOwnValues) {
         table.sets = {{}, {0}, {1}};
         const LabelNumbers numbers(sets, table, "labels");
         EXPECT_EQ(numbers.info().type, value > 255 ? ValueType::u16 : ValueType::u8);
-        const LevelBox box = levelBoxOf(numbers.info(), 0, {3, 30, 7}, {36, 65, 41}, "--box");
+        const LevelBox box = levelBoxOf(numbers.info(), 0, {3, 30, 7}, {36, 65, 41}, "--crop-voxels");
         BoxSource source2(numbers, box, ram);
         const std::vector<double> found = physicalValuesOf(source2);
         for (std::size_t i = 0; i < found.size(); ++i) {

@@ -22,7 +22,8 @@ SPACING = (0.7, 0.9, 1.3)
 ORIGIN = (-31.5, 12.25, 7.125)
 C, S = math.cos(0.2), math.sin(0.2)
 AXES = np.array([[C, -S, 0], [S, C, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, C, -S], [0, S, C]])
-BOX = (3, 5, 2, 40, 33, 51)  # x0, y0, z0, x1, y1, z1
+LOW, HIGH = (3, 5, 2), (40, 33, 51)
+BOX = ",".join(f"{low},{high}" for low, high in zip(LOW, HIGH))
 SHAPE = (53, 37, 45)  # z, y, x
 
 
@@ -42,15 +43,15 @@ def export(name, dtype, slope, intercept, *more):
                    "direction": AXES.ravel().tolist(), "rescaleSlope": slope, "rescaleIntercept": intercept}, file)
     if os.path.exists(name):
         os.remove(name)
-    subprocess.run([tessera, "export", "-q", "v.json", name, "--box", ",".join(map(str, BOX)), *more], check=True)
-    x0, y0, z0, x1, y1, z1 = BOX
+    subprocess.run([tessera, "export", "-q", "v.json", name, "--crop-voxels", BOX, *more], check=True)
+    (x0, y0, z0), (x1, y1, z1) = LOW, HIGH
     part = data[z0:z1, y0:y1, x0:x1]
     return part, slope * part.astype(np.float64) + intercept
 
 
 def centre(i, j, k):
     """LPS, mm, of a voxel of the box."""
-    return np.array(ORIGIN) + AXES @ (np.array(SPACING) * (np.array([i, j, k]) + BOX[:3]))
+    return np.array(ORIGIN) + AXES @ (np.array(SPACING) * (np.array([i, j, k]) + LOW))
 
 
 def expect(condition, what):
