@@ -27,12 +27,6 @@ const std::vector<ExportFormat>& exportFormats() {
     return formats;
 }
 
-std::string lowerCase(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
 const ExportFormat& exportFormatOf(const std::string& name, const std::filesystem::path& out) {
     std::vector<std::string> names;
     std::string endings;
@@ -43,8 +37,9 @@ const ExportFormat& exportFormatOf(const std::string& name, const std::filesyste
     }
     if (!name.empty())
         return exportFormats()[indexOfName(name, names, "--format")];
-    const std::string file =
-        lowerCase((out.filename().empty() ? out.parent_path() : out).filename().string());
+    std::string file = (out.filename().empty() ? out.parent_path() : out).filename().string();
+    std::transform(file.begin(), file.end(), file.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const ExportFormat* found = nullptr;
     std::size_t longest = 0;
     for (const ExportFormat& format : exportFormats())

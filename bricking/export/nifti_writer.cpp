@@ -172,8 +172,8 @@ bool isExactFloat(double value) {
 ExportReport writeVersion(BoxSource& box, const ExportRequest& request, int version) {
     const VolumeInfo& info = box.info();
     const std::string outName = request.out.string();
-    const std::string ending = lowerCase(request.out.extension().string());
-    const bool isPacked = ending == ".gz";
+    const std::string ending = request.out.extension().string();
+    const bool isPacked = ending.size() == 3 && (ending[1] | 0x20) == 'g' && (ending[2] | 0x20) == 'z';
     if (request.compress && !isPacked)
         throw badFile(outName, "a name ending in .nii.gz for --compress", "\"" + ending + "\"");
     const ExportedPlace place = placeOf(info);

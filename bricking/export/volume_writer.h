@@ -56,7 +56,4 @@ WriteVolume writeTiff;              // pages of one file; spacings alone
 WriteVolume writeVdb, writeHalfVdb; // floats; whole in RAM
 WriteVolume writeOmeZarr;
 
-/// ASCII letters as small ones.
-std::string lowerCase(std::string text);
-
 } // namespace tessera

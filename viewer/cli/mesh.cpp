@@ -100,6 +100,12 @@ struct MeshField {
     std::string notThere;
 };
 
+/// Counts alone are wanted.
+struct NoSink final : MeshSink {
+    void point(const glm::dvec3&) override {}
+    void triangle(const std::array<std::uint32_t, 3>&, const std::array<glm::dvec3, 3>&) override {}
+};
+
 struct MeshJob {
     const MeshArguments& arguments;
     const StoreReader& store;
@@ -146,10 +152,7 @@ struct MeshJob {
     /// Finds the surface twice: its size first, so that memory is asked for before it is taken.
     SurfaceCounts writeWhole(const MeshField& field, const SurfaceLattice& lattice,
                              const SurfaceRequest& request, MeshSink& out) const {
-        struct NoSink final : MeshSink {
-            void point(const glm::dvec3&) override {}
-            void triangle(const std::array<std::uint32_t, 3>&, const std::array<glm::dvec3, 3>&) override {}
-        } nothing;
+        NoSink nothing;
         SurfaceCounts found = extract(field, lattice, request, nothing);
         const std::size_t held = HeldSurface::heldBytes(found.points, found.triangles),
                           meanwhile = std::max(

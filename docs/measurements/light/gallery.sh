@@ -14,7 +14,9 @@ draw() { # NAME STORE OPTIONS...: in every look
     local name=$1 store=$2 look
     shift 2
     for look in plain studio soft dramatic cinematic; do
-        "$tessera" render "$store" --verify quick --size 384x384 --light "$look" "$@" -o "$out/$name-$look.png"
+        local samples=()
+        [[ $look == cinematic ]] && samples=(--samples 128)
+        "$tessera" render "$store" --verify quick --size 384x384 --light "$look" "${samples[@]}" "$@" -o "$out/$name-$look.png"
     done
 }
 scan() { # NAME SOURCE OPTIONS...
@@ -24,7 +26,7 @@ scan() { # NAME SOURCE OPTIONS...
         echo "$name: left out, $source is absent"
         return
     fi
-    "$tessera" import "$source" "$stores/$name.zarr" --largest > /dev/null
+    "$tessera" import "$source" "$stores/$name.zarr" --largest --resample-z > /dev/null
     draw "$name" "$stores/$name.zarr" "$@"
 }
 scan abdomen ct-abdomen-dicom --preset bone
@@ -36,6 +38,7 @@ if [[ -e $stores/abdomen.zarr ]]; then # tissue that sends light, and the same w
     done
 fi
 scan chest ct-thorax-dicom --preset skin
+scan ribs ct-thorax-dicom --preset bone
 scan lungs ct-thorax-dicom --preset lung
 scan vessels nifti/CT_AVM.nii.gz --preset auto
-scan skull nifti/CT_pitch.nii.gz --preset auto --crop-voxels 0,175,0,248,9,58
+scan head ct-head-tilted-dicom --preset bone
