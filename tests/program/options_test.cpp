@@ -128,10 +128,10 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     words.erase(at, words.find(' ', at + shortName.size() + 1) - at);
                 if (option == "--gl-device")
                     words = std::regex_replace(words, std::regex("--engine mirror"), "");
-                const bool needsOut = command.name != "render" && command.name != "import" &&
-                                      command.name != "info" && command.name != "view" &&
-                                      command.name != "centreline" && command.name != "coverage" &&
-                                      command.name != "mesh" && option != "--output";
+                const bool needsOut =
+                    command.name != "render" && command.name != "import" && command.name != "info" &&
+                    command.name != "view" && command.name != "centreline" && command.name != "coverage" &&
+                    command.name != "mesh" && command.name != "export" && option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");
