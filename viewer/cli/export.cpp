@@ -1,7 +1,7 @@
 // viewer/cli/export.cpp: `tessera export SOURCE OUT`: a volume, or a box of it at a level, as a file that
 // other programs read.
 #include "bricking/analysis/body/body_box.h"
-#include "bricking/export/label_numbers.h"
+#include "bricking/export/label_value_source.h"
 #include "bricking/export/volume_writer.h"
 #include "bricking/labels/label_files.h" // readLabelTable
 #include "bricking/labels/label_volume.h"
@@ -105,7 +105,7 @@ void tell(const ExportArguments& arguments, const BoxSource& box, const ExportRe
 /// The labels beside a scan, or a store that holds labels itself; null: neither.
 struct ExportedLabels {
     std::unique_ptr<StoreReader> sets; // null: the store itself
-    std::unique_ptr<LabelNumbers> numbers;
+    std::unique_ptr<LabelValueSource> numbers;
 };
 
 ExportedLabels labelsOf(const ExportArguments& arguments, const ExportFormat& format,
@@ -134,7 +134,7 @@ ExportedLabels labelsOf(const ExportArguments& arguments, const ExportFormat& fo
     }
     const StoreReader& sets = found.sets ? *found.sets : store;
     const LabelTable table = readLabelTable(sets, ram);
-    found.numbers = std::make_unique<LabelNumbers>(sets, table, sets.path().string());
+    found.numbers = std::make_unique<LabelValueSource>(sets, table, sets.path().string());
     common.note("the values of " + std::to_string(table.labels.size()) +
                 " labels, 0 where there is none; "
                 "their names are left out");

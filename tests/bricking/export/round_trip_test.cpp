@@ -1,7 +1,7 @@
 // tests/bricking/export/round_trip_test.cpp: what is exported is read again by the importers: the same values
 // and places, for every type, format, box and level.
 #include "bricking/export/exported_place.h"
-#include "bricking/export/label_numbers.h"
+#include "bricking/export/label_value_source.h"
 #include "bricking/export/tiff_pages.h"
 #include "bricking/import/open_source.h"
 #include "tests/support/export_tools.h"
@@ -251,7 +251,7 @@ TEST(Export, LabelsHaveTheirOwnValues) {
         LabelTable table;
         table.labels = {{7, "liver"}, {value, "spleen"}};
         table.sets = {{}, {0}, {1}};
-        const LabelNumbers numbers(sets, table, "labels");
+        const LabelValueSource numbers(sets, table, "labels");
         EXPECT_EQ(numbers.info().type, value > 255 ? ValueType::u16 : ValueType::u8);
         const LevelBox box = levelBoxOf(numbers.info(), 0, {3, 30, 7}, {36, 65, 41}, "--crop-voxels");
         BoxSource source2(numbers, box, ram);
@@ -262,11 +262,11 @@ TEST(Export, LabelsHaveTheirOwnValues) {
             ASSERT_EQ(found[i], set == 0 ? 0 : set == 1 ? 7 : value) << i;
         }
         table.sets.push_back({0, 1});
-        EXPECT_THAT([&] { LabelNumbers(sets, table, "labels"); },
+        EXPECT_THAT([&] { LabelValueSource(sets, table, "labels"); },
                     ThrowsMessage<InputError>(HasSubstr("overlap")));
         table.sets.pop_back();
         table.labels[1].value = 70000;
-        EXPECT_THAT([&] { LabelNumbers(sets, table, "labels"); },
+        EXPECT_THAT([&] { LabelValueSource(sets, table, "labels"); },
                     ThrowsMessage<InputError>(HasSubstr("65535")));
     }
 }

@@ -1,5 +1,5 @@
-// bricking/export/label_numbers.h: a volume of labels whose voxels are the labels' own values, not numbers of
-// sets.
+// bricking/export/label_value_source.h: a volume of labels whose voxels are the labels' own values, not
+// numbers of sets.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"
@@ -13,12 +13,12 @@
 
 namespace tessera {
 
-class LabelNumbers final : public ChunkSource {
+class LabelValueSource final : public ChunkSource {
   public:
     /// @param sets  voxels of a label volume (bricking/labels/label_volume.h); it must outlive this
     /// @param where  the labels, for messages
     /// Throws InputError naming them where labels overlap, or have values above 65535.
-    LabelNumbers(const ChunkSource& sets, const LabelTable& table, const std::string& where);
+    LabelValueSource(const ChunkSource& sets, const LabelTable& table, const std::string& where);
 
     /// uint8, or uint16 for values above 255; 0 is no label.
     const VolumeInfo& info() const override { return info_; }

@@ -1,5 +1,5 @@
-// bricking/export/label_numbers.cpp: see label_numbers.h.
-#include "bricking/export/label_numbers.h"
+// bricking/export/label_value_source.cpp: see label_value_source.h.
+#include "bricking/export/label_value_source.h"
 
 #include "core/base/error.h"
 
@@ -26,7 +26,7 @@ void replaceNumbers(const std::byte* in, std::span<std::byte> out, const std::ve
 
 } // namespace
 
-LabelNumbers::LabelNumbers(const ChunkSource& sets, const LabelTable& table, const std::string& where)
+LabelValueSource::LabelValueSource(const ChunkSource& sets, const LabelTable& table, const std::string& where)
     : sets_(sets), info_(sets.info()), values_(table.sets.size()) {
     std::uint32_t most = 0;
     for (std::size_t set = 0; set < table.sets.size(); ++set) {
@@ -49,7 +49,7 @@ LabelNumbers::LabelNumbers(const ChunkSource& sets, const LabelTable& table, con
     info_.unit.clear();
 }
 
-void LabelNumbers::readChunk(const ChunkKey& key, std::span<std::byte> out) const {
+void LabelValueSource::readChunk(const ChunkKey& key, std::span<std::byte> out) const {
     const std::size_t bytes = sets_.chunkBytes();
     // The last bytes of out: what is written there was read before.
     const std::span<std::byte> numbers = out.last(bytes);
