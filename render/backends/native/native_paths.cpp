@@ -2,6 +2,7 @@
 #include "render/backends/native/native_paths.h"
 
 #include "core/base/interrupt.h"
+#include "render/backends/native/native_scene.h"
 
 #include <algorithm>
 
