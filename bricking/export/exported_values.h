@@ -55,7 +55,7 @@ using TakeSlices = std::function<void(int first, int count, std::span<const std:
 void streamSlices(BoxSource& box, MemoryBudget& ram, Progress& progress, const TakeSlices& take,
                   std::size_t kept = 0);
 
-/// "HU as int16", "values * 0.5 + 3 as stored, uint8": for the message.
+/// "HU as int16", "uint16 as stored, with slope 1 ...": for the message.
 std::string sayValues(const VolumeInfo& info, const ExportedValues& values, bool keepsRescale);
 
 } // namespace tessera

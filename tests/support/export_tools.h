@@ -29,8 +29,9 @@ inline VolumeInfo asymmetricInfo(ValueType type, double slope = 1, double interc
 
 /// All of a level, and boxes across chunks and at odd places.
 inline std::vector<LevelBox> someBoxes(const VolumeInfo& info) {
-    return {wholeLevel(info, 0), levelBoxOf(info, 0, {3, 30, 7}, {36, 65, 41}, "--box"), wholeLevel(info, 1),
-            levelBoxOf(info, 2, {5, 9, 13}, {37, 70, 39}, "--box"), wholeLevel(info, 5)};
+    return {wholeLevel(info, 0), levelBoxOf(info, 0, {3, 30, 7}, {36, 65, 41}, "--crop-voxels"),
+            wholeLevel(info, 1), levelBoxOf(info, 2, {5, 9, 13}, {37, 70, 39}, "--crop-voxels"),
+            wholeLevel(info, 5)};
 }
 
 /// All of them for stored values that are physical ones; two for others.
@@ -96,5 +97,17 @@ struct Rescale {
 };
 inline const std::vector<Rescale> kRescales = {{1, 0}, {1, -1024}, {-2, 7}, {0.37, -5.5}};
 inline const std::vector<ValueType> kTypes = {ValueType::u8, ValueType::i16, ValueType::u16, ValueType::f32};
+
+/// visit(store, folder, type) of a store of each type and rescale, in a folder of its own.
+template <typename Visit> void forEachStoreToExport(const Visit& visit) {
+    for (const ValueType type : kTypes)
+        for (const Rescale& rescale : kRescales) {
+            const ScratchFolder scratch;
+            HashSource source(asymmetricInfo(type, rescale.slope, rescale.intercept));
+            import(scratch / "v.zarr", source);
+            MemoryBudget ram("RAM", "--ram", kPlenty);
+            visit(StoreReader(scratch / "v.zarr", ram), scratch, type);
+        }
+}
 
 } // namespace tessera::test

@@ -188,7 +188,9 @@ void addExportCommand(Command& program, const CommonOptions& common, Action& act
         .option("--level", arguments->level,
                 "level to write: 0 is the finest, each next one has half as "
                 "many voxels along each axis")
-        .showsDefault();
+        .showsDefault()
+        .check(numberWithin(0, kLevelCount - 1,
+                            "a level from 0 (finest) to " + std::to_string(kLevelCount - 1)));
     command.option("--crop-voxels", arguments->box,
                    std::string("only a box, in voxels of level 0 along the volume's axes: ") + kBoxForm +
                        ", whose second corner is the first voxel beyond");

@@ -50,7 +50,7 @@ class SurfaceLattice {
 
     /// Where the field crosses the value along an edge of the lattice, mm in patient space.
     /// @param at     its low end, planes along each axis
-    /// @param below, above  the field at its ends minus the value; one of them below 0, the other not. An end
+    /// @param low, high  the field at its ends minus the value; one of them below 0, the other not. An end
     ///     that is outside has any value below 0: the crossing is there
     glm::dvec3 crossing(const glm::ivec3& at, int axis, double low, double high) const;
 

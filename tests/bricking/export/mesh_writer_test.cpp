@@ -3,6 +3,7 @@
 #include "bricking/export/meshes/mesh_writer.h"
 #include "bricking/import/meshes/mesh_file.h"
 #include "core/base/error.h"
+#include "core/base/program_folders.h"
 #include "tests/support/mesh_shapes.h"
 
 #include <csignal>
@@ -21,16 +22,9 @@ using ::testing::ThrowsMessage;
 
 class MeshWriting : public ::testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::temp_directory_path() / "tessera-mesh-writing" /
-                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
     std::vector<std::string> names() const {
         std::vector<std::string> all;
-        for (const auto& entry : fs::directory_iterator(folder_))
+        for (const auto& entry : fs::directory_iterator(folder_.path()))
             all.push_back(entry.path().filename());
         std::ranges::sort(all);
         return all;
@@ -52,7 +46,7 @@ class MeshWriting : public ::testing::Test {
             writer.triangle({t.x, t.y, t.z}, {glm::dvec3(mesh.points[t.x]), glm::dvec3(mesh.points[t.y]),
                                               glm::dvec3(mesh.points[t.z])});
     }
-    fs::path folder_;
+    ScratchFolder folder_;
     MemoryBudget ram_{"RAM", "--ram", std::size_t{512} << 20};
 };
 

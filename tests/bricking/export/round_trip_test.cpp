@@ -77,17 +77,11 @@ void expectReadsBack(const Form& form, const StoreReader& store, const LevelBox&
 }
 
 TEST(Export, EveryTypeFormatBoxAndLevelReadsBack) {
-    for (const ValueType type : kTypes)
-        for (const Rescale& rescale : kRescales) {
-            const ScratchFolder scratch;
-            HashSource source(asymmetricInfo(type, rescale.slope, rescale.intercept));
-            import(scratch / "v.zarr", source);
-            MemoryBudget ram("RAM", "--ram", kPlenty);
-            const StoreReader store(scratch / "v.zarr", ram);
-            for (const Form& form : kForms)
-                for (const LevelBox& box : boxesFor(store.info()))
-                    expectReadsBack(form, store, box, scratch / form.file);
-        }
+    forEachStoreToExport([](const StoreReader& store, const ScratchFolder& scratch, ValueType) {
+        for (const Form& form : kForms)
+            for (const LevelBox& box : boxesFor(store.info()))
+                expectReadsBack(form, store, box, scratch / form.file);
+    });
 }
 
 // Stored values stay whole numbers where the format takes slope and intercept, or where physical ones are.

@@ -15,41 +15,35 @@ openvdb::FloatGrid::Ptr gridOf(const fs::path& path) {
 }
 
 TEST(ExportVdb, EveryTypeBoxAndLevelReadsBack) {
-    for (const ValueType type : kTypes)
-        for (const Rescale& rescale : kRescales) {
-            const ScratchFolder scratch;
-            HashSource source(asymmetricInfo(type, rescale.slope, rescale.intercept));
-            import(scratch / "v.zarr", source);
-            MemoryBudget ram("RAM", "--ram", kPlenty);
-            const StoreReader store(scratch / "v.zarr", ram);
-            for (const LevelBox& box : boxesFor(store.info())) {
-                const bool packed = box.level == 2;
-                exportBox("vdb", store, box, scratch / "v.vdb", packed);
-                const openvdb::FloatGrid::Ptr grid = gridOf(scratch / "v.vdb");
-                const std::vector<double> expected = expectedValues(store, box);
-                const auto lowest = static_cast<float>(*std::min_element(expected.begin(), expected.end()));
-                EXPECT_EQ(grid->background(), lowest);
-                EXPECT_EQ(grid->getGridClass(), openvdb::GRID_FOG_VOLUME);
-                openvdb::FloatGrid::ConstAccessor at = grid->getConstAccessor();
-                std::size_t wrong = 0, above = 0;
-                for (std::size_t i = 0; i < expected.size(); ++i) {
-                    const glm::ivec3 p = gridPosition(i, box.extent());
-                    float value = 0;
-                    const bool active = at.probeValue(openvdb::Coord(p.x, p.y, p.z), value);
-                    wrong += value != static_cast<float>(expected[i]) || active != (value != lowest);
-                    above += value != lowest;
-                }
-                EXPECT_EQ(wrong, 0u) << name(type) << " level " << box.level;
-                EXPECT_EQ(grid->activeVoxelCount(), above) << "nothing beyond the box";
-                std::vector<glm::dvec3> centres;
-                for (const openvdb::Vec3d& index : {openvdb::Vec3d(0, 0, 0), openvdb::Vec3d(1, 0, 0),
-                                                    openvdb::Vec3d(0, 1, 0), openvdb::Vec3d(0, 0, 1)}) {
-                    const openvdb::Vec3d mm = grid->indexToWorld(index);
-                    centres.emplace_back(mm.x(), mm.y(), mm.z());
-                }
-                expectPlace(store.info(), box, centres, 1e-9, "vdb");
+    forEachStoreToExport([](const StoreReader& store, const ScratchFolder& scratch, ValueType type) {
+        for (const LevelBox& box : boxesFor(store.info())) {
+            const bool packed = box.level == 2;
+            exportBox("vdb", store, box, scratch / "v.vdb", packed);
+            const openvdb::FloatGrid::Ptr grid = gridOf(scratch / "v.vdb");
+            const std::vector<double> expected = expectedValues(store, box);
+            const auto lowest = static_cast<float>(*std::min_element(expected.begin(), expected.end()));
+            EXPECT_EQ(grid->background(), lowest);
+            EXPECT_EQ(grid->getGridClass(), openvdb::GRID_FOG_VOLUME);
+            openvdb::FloatGrid::ConstAccessor at = grid->getConstAccessor();
+            std::size_t wrong = 0, above = 0;
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                const glm::ivec3 p = gridPosition(i, box.extent());
+                float value = 0;
+                const bool active = at.probeValue(openvdb::Coord(p.x, p.y, p.z), value);
+                wrong += value != static_cast<float>(expected[i]) || active != (value != lowest);
+                above += value != lowest;
             }
+            EXPECT_EQ(wrong, 0u) << name(type) << " level " << box.level;
+            EXPECT_EQ(grid->activeVoxelCount(), above) << "nothing beyond the box";
+            std::vector<glm::dvec3> centres;
+            for (const openvdb::Vec3d& index : {openvdb::Vec3d(0, 0, 0), openvdb::Vec3d(1, 0, 0),
+                                                openvdb::Vec3d(0, 1, 0), openvdb::Vec3d(0, 0, 1)}) {
+                const openvdb::Vec3d mm = grid->indexToWorld(index);
+                centres.emplace_back(mm.x(), mm.y(), mm.z());
+            }
+            expectPlace(store.info(), box, centres, 1e-9, "vdb");
         }
+    });
 }
 
 TEST(ExportVdb, HalvesRoundAndTilesStand) {

@@ -11,41 +11,35 @@ namespace tessera::test {
 namespace {
 
 TEST(ExportVti, EveryTypeBoxAndLevelReadsBack) {
-    for (const ValueType type : kTypes)
-        for (const Rescale& rescale : kRescales) {
-            const ScratchFolder scratch;
-            HashSource source(asymmetricInfo(type, rescale.slope, rescale.intercept));
-            import(scratch / "v.zarr", source);
-            MemoryBudget ram("RAM", "--ram", kPlenty);
-            const StoreReader store(scratch / "v.zarr", ram);
-            for (const LevelBox& box : boxesFor(store.info()))
-                for (const bool packed : {false, true}) {
-                    exportBox("vti", store, box, scratch / "v.vti", packed);
-                    const vtkNew<vtkXMLImageDataReader> reader;
-                    reader->SetFileName((scratch / "v.vti").c_str());
-                    reader->Update();
-                    vtkImageData* const image = reader->GetOutput();
-                    const std::vector<double> expected = expectedValues(store, box);
-                    vtkDataArray* const scalars = image->GetPointData()->GetScalars();
-                    ASSERT_TRUE(scalars);
-                    ASSERT_EQ(scalars->GetNumberOfTuples(), static_cast<vtkIdType>(expected.size()));
-                    EXPECT_STREQ(scalars->GetName(), "HU");
-                    const bool isFloat = scalars->GetDataType() == VTK_FLOAT;
-                    std::size_t wrong = 0;
-                    for (std::size_t i = 0; i < expected.size(); ++i)
-                        wrong += scalars->GetComponent(static_cast<vtkIdType>(i), 0) !=
-                                 (isFloat ? static_cast<float>(expected[i]) : expected[i]);
-                    EXPECT_EQ(wrong, 0u) << name(type) << " level " << box.level << packed;
-                    std::vector<glm::dvec3> centres;
-                    for (const glm::dvec3& index : {glm::dvec3(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
-                        glm::dvec3 mm;
-                        image->TransformContinuousIndexToPhysicalPoint(&index.x, &mm.x);
-                        centres.push_back(mm);
-                    }
-                    expectPlace(store.info(), box, centres, 1e-9, "vti");
-                    fs::remove(scratch / "v.vti");
+    forEachStoreToExport([](const StoreReader& store, const ScratchFolder& scratch, ValueType type) {
+        for (const LevelBox& box : boxesFor(store.info()))
+            for (const bool packed : {false, true}) {
+                exportBox("vti", store, box, scratch / "v.vti", packed);
+                const vtkNew<vtkXMLImageDataReader> reader;
+                reader->SetFileName((scratch / "v.vti").c_str());
+                reader->Update();
+                vtkImageData* const image = reader->GetOutput();
+                const std::vector<double> expected = expectedValues(store, box);
+                vtkDataArray* const scalars = image->GetPointData()->GetScalars();
+                ASSERT_TRUE(scalars);
+                ASSERT_EQ(scalars->GetNumberOfTuples(), static_cast<vtkIdType>(expected.size()));
+                EXPECT_STREQ(scalars->GetName(), "HU");
+                const bool isFloat = scalars->GetDataType() == VTK_FLOAT;
+                std::size_t wrong = 0;
+                for (std::size_t i = 0; i < expected.size(); ++i)
+                    wrong += scalars->GetComponent(static_cast<vtkIdType>(i), 0) !=
+                             (isFloat ? static_cast<float>(expected[i]) : expected[i]);
+                EXPECT_EQ(wrong, 0u) << name(type) << " level " << box.level << packed;
+                std::vector<glm::dvec3> centres;
+                for (const glm::dvec3& index : {glm::dvec3(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+                    glm::dvec3 mm;
+                    image->TransformContinuousIndexToPhysicalPoint(&index.x, &mm.x);
+                    centres.push_back(mm);
                 }
-        }
+                expectPlace(store.info(), box, centres, 1e-9, "vti");
+                fs::remove(scratch / "v.vti");
+            }
+    });
 }
 
 // A table of blocks whose last one is whole, and one that is not.
