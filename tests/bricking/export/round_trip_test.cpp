@@ -6,6 +6,7 @@
 #include "bricking/import/open_source.h"
 #include "tests/support/export_tools.h"
 
+#include <fstream>
 #include <gmock/gmock.h>
 
 namespace tessera::test {
@@ -106,6 +107,39 @@ TEST(Export, WholeNumbersStayWhole) {
     EXPECT_EQ(openSource(scratch / "a.nrrd", {})->info().type, ValueType::i16);
     EXPECT_EQ(openSource(scratch / "a.nrrd", {})->info().unit, "HU");
     EXPECT_EQ(openSource(scratch / "f.tif", {})->info().unit, "HU");
+}
+
+// A side that the source does not state is no fact in the file either.
+TEST(Export, AnUnknownOrientationStaysUnknown) {
+    for (const bool known : {true, false}) {
+        const ScratchFolder scratch;
+        VolumeInfo info = plainInfo({8, 7, 6}, ValueType::i16);
+        info.orientationKnown = known;
+        HashSource source(info);
+        import(scratch / "v.zarr", source);
+        MemoryBudget ram("RAM", "--ram", kPlenty);
+        const StoreReader store(scratch / "v.zarr", ram);
+        exportBox("", store, wholeLevel(store.info(), 0), scratch / "v.nii");
+        std::ifstream file(scratch / "v.nii", std::ios::binary);
+        std::int16_t codes[2] = {-1, -1}; // qform_code, sform_code
+        file.seekg(252).read(reinterpret_cast<char*>(codes), sizeof codes);
+        EXPECT_EQ(codes[0], known ? 1 : 0);
+        EXPECT_EQ(codes[1], known ? 1 : 0);
+        EXPECT_EQ(openSource(scratch / "v.nii", {})->info().orientationKnown, known);
+    }
+}
+
+// The case of a name changes nothing: a reader takes .GZ for packed.
+TEST(Export, NamesInCapitalsArePackedToo) {
+    const ScratchFolder scratch;
+    HashSource source(asymmetricInfo(ValueType::i16));
+    import(scratch / "v.zarr", source);
+    MemoryBudget ram("RAM", "--ram", kPlenty);
+    const StoreReader store(scratch / "v.zarr", ram);
+    exportBox("", store, wholeLevel(store.info(), 0), scratch / "V.NII.GZ");
+    std::ifstream file(scratch / "V.NII.GZ", std::ios::binary);
+    EXPECT_EQ(file.get(), 0x1F);
+    EXPECT_EQ(file.get(), 0x8B);
 }
 
 TEST(Export, AStoreOfABoxIsTheBox) {

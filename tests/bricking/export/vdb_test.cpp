@@ -78,5 +78,25 @@ TEST(ExportVdb, AGridThatDoesNotFitIsRefused) {
     EXPECT_EQ(entriesIn(scratch.path()), 1u);
 }
 
+// Halves end at 65504.
+TEST(ExportVdb, HalvesDoNotBecomeInfinite) {
+    for (const bool fits : {true, false}) {
+        const ScratchFolder scratch;
+        HashSource source(plainInfo({9, 8, 7}, ValueType::u16), [=](int x, int, int) {
+            return x > 0 ? 5.0 : fits ? 65504.0 : 65505.0;
+        });
+        import(scratch / "v.zarr", source);
+        MemoryBudget ram("RAM", "--ram", kPlenty);
+        const StoreReader store(scratch / "v.zarr", ram);
+        const auto write = [&] {
+            exportBox("vdb-half", store, wholeLevel(store.info(), 0), scratch / "v.vdb");
+        };
+        if (fits)
+            EXPECT_NO_THROW(write());
+        else
+            EXPECT_THAT(write, ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("65505")));
+    }
+}
+
 } // namespace
 } // namespace tessera::test
