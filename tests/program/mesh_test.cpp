@@ -41,6 +41,34 @@ struct Triangles {
     }
 };
 
+TEST_F(Program, MeshWritesTheBorderOfLabels) {
+    ASSERT_EQ(run("phantom ramp --size 16x16x16 -o r.zarr -q").exitCode, 0);
+    // 256 mm wide. About its middle, half as wide: two labels side by side along x.
+    std::string voxels;
+    for (int i = 0; i < 16 * 16 * 16; ++i) {
+        const int x = i % 16, y = i / 16 % 16, z = i / 256;
+        const bool in = std::min({x, y, z}) >= 4 && std::max({x, y, z}) < 12;
+        voxels += !in ? "0 " : x < 8 ? "1 " : "2 ";
+    }
+    write("l.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 16 16 16\n"
+                    "space directions: (16,0,0) (0,16,0) (0,0,16)\nkinds: domain domain domain\n"
+                    "encoding: ascii\nspace origin: (-120,-120,-120)\n\n" +
+                        voxels + "\n");
+    const auto volumeOf = [&](const std::string& options) {
+        const Outcome outcome = run("mesh r.zarr m.stl --labels l.nrrd " + options);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        const std::string stl = readAll(folder_ / "m.stl");
+        EXPECT_THAT(stl.substr(0, 80), HasSubstr("mm in patient space, LPS"));
+        const Triangles mesh(stl);
+        EXPECT_TRUE(mesh.closed);
+        return mesh.volume;
+    };
+    const double one = volumeOf("--label 1"), both = volumeOf("--label 1 --label 2"), all = volumeOf("");
+    EXPECT_EQ(both, all);
+    EXPECT_NEAR(both, std::pow(128.0, 3), 0.1 * both) << "corners are cut";
+    EXPECT_NEAR(one, 0.5 * both, 0.1 * one);
+}
+
 TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
     ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
     const Outcome whole = run("mesh t.zarr bone.stl --isosurface 300 -v");
