@@ -266,7 +266,9 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
             light.intensity = mixed(light.intensity, to.intensity, share);
             light.colour = mixed(light.colour, to.colour, share);
             light.softness = mixed(light.softness, to.softness, share);
+            light.scatter = mixed(light.scatter, to.scatter, share);
         }
+    out.scatterRadiusMm = mixed(a.scatterRadiusMm, b.scatterRadiusMm, share);
     if (a.occlusion && b.occlusion && a.occlusion->method == b.occlusion->method &&
         a.occlusion->rays == b.occlusion->rays) {
         const Occlusion& to = *b.occlusion;

@@ -134,6 +134,17 @@ const Fields<Light>& lightFields() {
         f.add("shadow", &Light::shadow, trueOrFalse(), "The light casts shadows.");
         f.add("softness", &Light::softness, numberIn(0, kMostSoftness),
               "Apparent diameter of the light, degrees.");
+        f.add("scatter", &Light::scatter, numberIn(0, 4),
+              "Factor on the light that tissue around a place scatters to it, in the tissue's colour; 0: "
+              "none.")
+            .unlessDefault();
+        f.rule([](const JsonValue& whole, const Light& light) {
+            if (light.scatter > 0 && light.kind == LightKind::point && light.frame == LightFrame::camera &&
+                !light.shadow)
+                whole.refuse(
+                    "\"shadow\": true of a point light with \"scatter\" in the camera's frame, so that "
+                    "its light follows the camera");
+        });
         return f;
     }();
     return fields;
@@ -375,6 +386,9 @@ const Fields<Lighting>& lightingFields() {
         f.add("surfaceOcclusion", &Lighting::surfaceOcclusion, objectOf(surfaceOcclusionFields()));
         f.add("transport", &Lighting::transport, objectOf(transportFields()));
         f.add("environment", &Lighting::environment, objectOf(environmentFields()));
+        f.add("scatterRadius", &Lighting::scatterRadiusMm, numberIn(kAboveZero, 1e4),
+              "How far from a place tissue scatters light to it (lights[].scatter), mm.")
+            .unlessDefault();
         f.add("finestLevel", &Lighting::finestLevel, wholeIn(0, 3),
               "Resolution of light per voxel: 0: every sample; 1: one value per 2^3 voxels, interpolated; "
               "and so on.")
@@ -387,7 +401,8 @@ const Fields<Lighting>& lightingFields() {
             const int ambient = ambientChannels(lighting);
             if (lightChannels(lighting) > kMostLightChannels)
                 whole.refuse("at most " + std::to_string(kMostLightChannels - ambient) +
-                             (ambient > 1 ? " light with a shadow beside occlusion with emission or bleeding"
+                             (ambient > 1 ? " light with a shadow beside scattered light, or occlusion with "
+                                            "emission or bleeding"
                                           : " lights with shadows beside occlusion"));
         });
         return f;

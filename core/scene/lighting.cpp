@@ -19,7 +19,14 @@ std::vector<Light> castingLights(const std::vector<Light>& lights) {
     return casting;
 }
 
+bool scatters(const Lighting& lighting) {
+    const std::vector<Light> lights = shiningLights(lighting.lights);
+    return std::any_of(lights.begin(), lights.end(), [](const Light& l) { return l.scatter > 0; });
+}
+
 int ambientChannels(const Lighting& lighting) {
+    if (scatters(lighting))
+        return 3;
     const auto& occlusion = lighting.occlusion;
     return !occlusion ? 0 : occlusion->emission > 0 || occlusion->bleeding > 0 ? 3 : 1;
 }

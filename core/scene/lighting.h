@@ -22,6 +22,7 @@ struct Light {
     glm::dvec3 colour{1}; // linear light
     bool shadow = false;  // it casts one
     double softness = 0;  // degrees, its diameter as seen from what it lights
+    double scatter = 0;   // factor on its light that the tissue around a place scatters to it; 0: none
     bool operator==(const Light&) const = default;
 };
 
@@ -60,7 +61,8 @@ struct Lighting {
     std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion if only surfaces are visible
     std::optional<Transport> transport = {};               // paths of light in place of the above
     std::optional<Environment> environment = {};           // what they see beyond the volume
-    int finestLevel = 0; // of light per voxel; 1: one sample for 2^3 voxels, and so on
+    double scatterRadiusMm = 8; // how far away the tissue may be that scatters lights to a place
+    int finestLevel = 0;        // of light per voxel; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };
 
@@ -69,6 +71,8 @@ struct Lighting {
 std::vector<Light> shiningLights(const std::vector<Light>& lights);
 /// Those of them with visible shadows; a light at the eye has none.
 std::vector<Light> castingLights(const std::vector<Light>& lights);
+/// True if tissue scatters the light of one of them to its surroundings.
+bool scatters(const Lighting& lighting);
 /// Channels of ambient light per voxel: none, one for all colours, or one each.
 int ambientChannels(const Lighting& lighting);
 /// Channels of light per voxel: ambient light, and the share of every light that casts a shadow.

@@ -74,9 +74,9 @@ void setLighting(Optics& o, const Shading& shading, const Lighting& lighting,
                  const std::vector<Material>& materials, const Camera& camera, const VolumeInfo& info) {
     o.lighting = {};
     o.materials.clear();
-    o.hasLights =
-        shading.on && (!isHeadLightAlone(lighting.lights) || !materials.empty() ||
-                       shading.model != ShadingModel::phong || shading.gradientWeight || lighting.occlusion);
+    o.hasLights = shading.on && (!isHeadLightAlone(lighting.lights) || !materials.empty() ||
+                                 shading.model != ShadingModel::phong || shading.gradientWeight ||
+                                 ambientChannels(lighting) > 0);
     if (!o.hasLights && !lighting.transport) // paths of light ask for what materials send
         return;
     o.lighting.model.halfway = shading.model == ShadingModel::blinnPhong ? 1 : 0;
@@ -113,8 +113,8 @@ void placeLights(Optics& o, const Lighting& lighting, const Camera& camera, cons
             to[i] = static_cast<float>(from[i]);
     };
     o.lighting.count = 0;
-    o.lighting.occlusionChannel = lighting.occlusion ? 0 : -1;
     o.lighting.channels = ambientChannels(lighting);
+    o.lighting.occlusionChannel = o.lighting.channels > 0 ? 0 : -1;
     o.lighting.ambientChannels = std::max(1, o.lighting.channels);
     for (const Light& light : shiningLights(lighting.lights)) {
         leaf::LightNumbers& n = o.lighting.lights[o.lighting.count++];

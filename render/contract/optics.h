@@ -137,6 +137,20 @@ template <typename Real> glm::vec<3, Real> occlusionEmission(const Optics& o, Re
     return {m.emission[0], m.emission[1], m.emission[2]};
 }
 
+/// The share of light that tissue of a value scatters, where it stands in the light's way: the colours of the
+/// function and of the isosurfaces in front of the value, by their extinctions.
+template <typename Real> glm::vec<3, Real> occlusionAlbedo(const Optics& o, Real stored) {
+    const glm::vec<4, Real> function = lookUp(o, stored);
+    glm::vec<3, Real> sum = function.a * glm::vec<3, Real>(function);
+    Real extinction = function.a;
+    for (const SurfaceLook& s : o.surfaces)
+        if (stored >= static_cast<Real>(s.isovalue)) {
+            sum += static_cast<Real>(s.occlusion) * glm::vec<3, Real>(s.colour);
+            extinction += static_cast<Real>(s.occlusion);
+        }
+    return extinction > Real(0) ? sum / extinction : glm::vec<3, Real>(0);
+}
+
 /// 1 - exp(-depth).
 inline double opacityOf(double depth) {
     return -std::expm1(-depth);

@@ -26,7 +26,7 @@ struct LightingNumbers {
     LightModel model;
     LightNumbers lights[kMostLights];
     std::int32_t channels = 0;          // of light that voxels have
-    std::int32_t occlusionChannel = -1; // of them; -1: all ambient light gets everywhere
+    std::int32_t occlusionChannel = -1; // of them, for ambient light; -1: all of it gets everywhere
     std::int32_t ambientChannels = 1;   // from that one on: one for all colours, or one each
     bool emits = false;                 // a material does
 };

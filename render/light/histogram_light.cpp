@@ -106,7 +106,8 @@ HistogramLight::Row HistogramLight::at(const glm::ivec3& sample, int level) cons
     return {static_cast<float>(open / count), glm::vec3(colour / static_cast<double>(count))};
 }
 
-void HistogramLight::fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const {
+void HistogramLight::fill(const ChunkKey& chunk, BrickCache&, OcclusionRoom& room,
+                          std::uint16_t* texels) const {
     TESSERA_CHECK(chunk.level >= histograms_.level && !rows_.empty());
     const glm::ivec3 corner = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent,
                      extent = levelExtent(histograms_.extent, chunk.level - histograms_.level);

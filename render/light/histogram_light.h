@@ -21,7 +21,8 @@ class HistogramLight : public LightSource {
     int finestLevel() const override { return histograms_.level; }
     bool isQuick() const override { return true; }
     void functionChanged(const TransferTable& table, const Optics& optics) override;
-    void fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const override;
+    void fill(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room,
+              std::uint16_t* texels) const override;
 
     /// A representative's light without bias and gamma: the share that is left, and the surroundings' colour
     /// by its factor.

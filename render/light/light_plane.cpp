@@ -190,7 +190,7 @@ void LightPlane::makeMaps() {
     const auto start = Clock::now();
     forget(light_.takeChanges(), kNone);
     if (light_.makeMaps())
-        forget(kShadowLight, kNone);
+        forget(light_.voxels().partsByMaps(), kNone);
     light_.took(secondsSince(start));
 }
 
@@ -203,13 +203,14 @@ void LightPlane::settle(Work& work) {
     forget(light_.takeChanges(), kNone);
     if (!coarseFirst_) {
         if (light_.makeMaps())
-            forget(kShadowLight, kNone);
+            forget(light_.voxels().partsByMaps(), kNone);
         lightAll(0, kAllLight, work);
     } else {
+        const LightParts byMaps = light_.voxels().partsByMaps();
         if (light_.viewIsNew() && !hasty_)
-            forget(kShadowLight, kNone);
+            forget(byMaps, kNone);
         // Continues maps in progress, if the existing ones are not needed.
-        if ((standingIsOld_ & kShadowLight) != 0 || lacksAnything(kShadowLight))
+        if ((standingIsOld_ & byMaps) != 0 || lacksAnything(byMaps))
             light_.makeCoarseMaps(!hasty_);
         const LightParts quick = quickParts();
         if (quick != 0)
@@ -275,13 +276,14 @@ bool LightPlane::refineTo(int finest, LightParts considered, LightParts parts, s
 /// Occlusion to all but the finest samples, then shadow maps, then all of it.
 void LightPlane::refineAll(std::span<const float> seen, SceneLight::Deadline deadline, Work& work) {
     const int finest = light_.voxels().finestLevel();
-    for (; ambientDone_ > finest + 1; --ambientDone_)
+    const bool ambientFirst = (light_.voxels().partsByMaps() & kAmbientLight) == 0;
+    for (; ambientFirst && ambientDone_ > finest + 1; --ambientDone_)
         if (!refineTo(ambientDone_ - 1, kAmbientLight, kAmbientLight, seen, deadline, work))
             return;
     if (!light_.mapsAreWhole()) {
         if (!light_.makeMapsUntil(deadline))
             return;
-        forget(kShadowLight, kOld);
+        forget(light_.voxels().partsByMaps(), kOld);
         lightStanding();
     }
     for (LightParts parts = kAllLight; parts > 0; --parts)

@@ -16,7 +16,8 @@ std::uint16_t lightTexel(float light) {
     return static_cast<std::uint16_t>(std::min(std::max(0.0, rounded), 65535.0));
 }
 
-void OcclusionLight::fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const {
+void OcclusionLight::fill(const ChunkKey& chunk, BrickCache&, OcclusionRoom& room,
+                          std::uint16_t* texels) const {
     occluder_.occlude(chunk, room);
     const auto bias = static_cast<float>(occlusion_.bias), gamma = static_cast<float>(occlusion_.gamma);
     const std::size_t colours = occluder_.gathersEmission() ? 3 : 1;
@@ -38,7 +39,7 @@ void ShadowLight::setOtherShadows(std::vector<std::span<const ShadowMaps>> other
     otherShadows_ = std::move(others);
 }
 
-void ShadowLight::fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const {
+void ShadowLight::fill(const ChunkKey& chunk, BrickCache&, OcclusionRoom& room, std::uint16_t* texels) const {
     const double voxels = std::ldexp(1, chunk.level);
     const glm::ivec3 corner = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent;
     for (std::size_t caster = 0; caster < shadows_.size(); ++caster) {

@@ -2,6 +2,7 @@
 // chunk by chunk of a level. VoxelLight asks sources, and engines read planes: neither knows what is behind.
 #pragma once
 
+#include "bricking/cache/brick_cache.h"
 #include "core/scene/lighting.h"
 #include "render/light/occlusion.h"
 #include "render/light/shadow_maps.h"
@@ -34,13 +35,18 @@ class LightSource {
     virtual bool isQuick() const { return false; }
     /// True if it needs the tissue around a chunk, which Occluder::find() reads into the room then.
     virtual bool readsTissue() const { return false; }
+    /// Shadow maps of the lights that cast shadows, in order; they outlive this, or the next call. Sources
+    /// that follow from none ignore them.
+    virtual void setShadows(std::span<const ShadowMaps>) {}
     /// The transfer function has changed; both outlive this, or the next call.
     virtual void functionChanged(const TransferTable&, const Optics&) {}
     /// Fills the texels of a room's runs; others stay.
     /// @param chunk   of finestLevel() or a coarser level
+    /// @param cache   of the volume's samples
     /// @param room    as Occluder::find() left it for the chunk; room for working
     /// @param texels  channel by channel, kChunkTexels each
-    virtual void fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const = 0;
+    virtual void fill(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room,
+                      std::uint16_t* texels) const = 0;
 };
 
 /// Occlusion along rays, and light that tissue sends.
@@ -52,7 +58,8 @@ class OcclusionLight : public LightSource {
     int channels() const override { return occluder_.gathersEmission() ? 3 : 1; }
     int finestLevel() const override { return occluder_.finestLevel(); }
     bool readsTissue() const override { return true; }
-    void fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const override;
+    void fill(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room,
+              std::uint16_t* texels) const override;
 
   private:
     const Occluder& occluder_;
@@ -65,13 +72,14 @@ class ShadowLight : public LightSource {
     /// All outlive this.
     ShadowLight(const VolumeInfo& info, const native::PacketTarget& target, int channels)
         : info_(info), target_(target), channels_(channels) {}
+    void setShadows(std::span<const ShadowMaps> shadows) override;
     /// As VoxelLight has them.
-    void setShadows(std::span<const ShadowMaps> shadows);
     void setOtherShadows(std::vector<std::span<const ShadowMaps>> others);
     bool hasMaps() const { return !shadows_.empty(); }
 
     int channels() const override { return channels_; }
-    void fill(const ChunkKey& chunk, OcclusionRoom& room, std::uint16_t* texels) const override;
+    void fill(const ChunkKey& chunk, BrickCache& cache, OcclusionRoom& room,
+              std::uint16_t* texels) const override;
 
   private:
     const VolumeInfo& info_;

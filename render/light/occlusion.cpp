@@ -78,8 +78,7 @@ void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
         for (int stored = lowest; stored <= highest; ++stored) {
             extinctionOf_.push_back(occlusionExtinction(optics, static_cast<float>(stored)));
             if (gathersEmission())
-                emissionOf_.push_back(static_cast<float>(strength_) *
-                                      occlusionEmission(optics, static_cast<float>(stored)));
+                emissionOf_.push_back(sentBy(static_cast<float>(stored)));
         }
     };
     if (info_.type == ValueType::u8)
@@ -88,6 +87,12 @@ void Occluder::setFunction(const TransferTable& table, const Optics& optics) {
         fill(-32768, 32767);
     else if (info_.type == ValueType::u16)
         fill(0, 65535);
+}
+
+/// Light that tissue of a value sends, or its share of the light that it scatters.
+glm::vec3 Occluder::sentBy(float stored) const {
+    return static_cast<float>(strength_) *
+           (scattered_ ? occlusionAlbedo(*optics_, stored) : occlusionEmission(*optics_, stored));
 }
 
 glm::ivec3 Occluder::mostReach() const {
@@ -272,14 +277,14 @@ Occluder::SharedSamples Occluder::ownExtinctions(const ChunkKey& key, BrickCache
 /// Samples [low,high) of the level, all in one chunk, where there is extinction.
 /// @param first  of the room
 template <typename Stored>
-void Occluder::readEmission(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+void Occluder::readEmission(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high, int level,
                             const Chunk& chunk, OcclusionRoom& room) const {
     const auto* const all = reinterpret_cast<const Stored*>(chunk.bytes.get());
     const auto emissionOf = [&](Stored stored) {
         if constexpr (std::is_integral_v<Stored>)
             return emissionOf_[entryOf(stored)];
         else
-            return static_cast<float>(strength_) * occlusionEmission(*optics_, stored);
+            return sentBy(stored);
     };
     for (int z = low.z; z < high.z; ++z)
         for (int y = low.y; y < high.y; ++y) {
@@ -288,11 +293,17 @@ void Occluder::readEmission(const glm::ivec3& first, const glm::ivec3& low, cons
                 continue;
             const Stored* const from =
                 all + linearIndex(glm::ivec3(low.x, y, z) & (kChunkExtent - 1), glm::ivec3(kChunkExtent));
-            for (int x = 0; x < high.x - low.x; ++x) {
-                const glm::vec3 sent = emissionOf(from[x]);
+            const auto count = static_cast<std::size_t>(high.x - low.x);
+            const std::size_t to = linearIndex(at, room.size);
+            std::array<glm::vec3, kChunkExtent> light;
+            if (scattered_)
+                scattered_->at(level, {low.x, y, z}, std::span(light).first(count));
+            for (std::size_t x = 0; x < count; ++x) {
+                glm::vec3 sent = emissionOf(from[x]);
+                if (scattered_) // what gradient opacity or labels hide scatters none
+                    sent = room.extinction[to + x] > 0 ? sent * light[x] : glm::vec3(0);
                 for (int c = 0; c < 3; ++c)
-                    room.emission[static_cast<std::size_t>(c)]
-                                 [linearIndex(at, room.size) + static_cast<std::size_t>(x)] = sent[c];
+                    room.emission[static_cast<std::size_t>(c)][to + x] = sent[c];
             }
         }
 }
@@ -398,7 +409,7 @@ void Occluder::read(const ChunkKey& chunk, bool occludes, BrickCache& cache, Occ
                 withValueType(info_.type, [&](auto typed) {
                     using Stored = decltype(typed);
                     if (emits)
-                        readEmission<Stored>(first, from, to, *samples, room);
+                        readEmission<Stored>(first, from, to, chunk.level, *samples, room);
                     if (ranges)
                         readRanges<Stored>(first, from, to, *samples, room);
                 });
@@ -441,6 +452,15 @@ void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks,
                 room.runs.push_back(
                     {at, linearIndex(at + room.reach, room.size), linearIndex(at, glm::ivec3(kChunkExtent))});
             }
+}
+
+void Occluder::occlude(const ChunkKey& chunk, const OcclusionRoom& found, BrickCache& cache,
+                       OcclusionRoom& room) const {
+    room.runs = found.runs;
+    for (OcclusionRoom::Run& run : room.runs)
+        run.from = linearIndex(run.at + room.reach, room.size);
+    read(chunk, true, cache, room);
+    occlude(chunk, room);
 }
 
 void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {

@@ -82,6 +82,16 @@ class ChunkExtinctions {
     std::uint64_t turn_ = 0;
 };
 
+/// Light that gets to samples, for tissue that scatters it.
+class LightOfSamples {
+  public:
+    virtual ~LightOfSamples() = default;
+    /// Of samples of a level side by side along x.
+    /// @param first  of them; none is beyond the level's samples
+    /// @param out    red, green and blue, one a sample
+    virtual void at(int level, const glm::ivec3& first, std::span<glm::vec3> out) const = 0;
+};
+
 class Occluder {
   public:
     /// All must outlive it.
@@ -99,6 +109,9 @@ class Occluder {
     };
     /// Call it again where a function of theirs is another.
     void setOthers(std::vector<Other> others);
+    /// Tissue sends what it scatters of this light, in place of its materials' own. The light outlives this;
+    /// setFunction() must follow.
+    void setScattered(const LightOfSamples* light) { scattered_ = light; }
     /// Sets the transfer function.
     void setFunction(const TransferTable& table, const Optics& optics);
 
@@ -118,6 +131,9 @@ class Occluder {
     /// Computes the unoccluded share of each sample of these runs, equation 6.3, in room.light; 1 elsewhere.
     /// Emitted light (6.5) is in room.shine; 0 elsewhere.
     void occlude(const ChunkKey& chunk, OcclusionRoom& room) const;
+    /// The same for the runs that another found, whose reach may differ; reads what is around the chunk.
+    void occlude(const ChunkKey& chunk, const OcclusionRoom& found, BrickCache& cache,
+                 OcclusionRoom& room) const;
 
   private:
     struct Range { // of stored values
@@ -138,8 +154,9 @@ class Occluder {
     template <typename Stored>
     void fillExtinctions(const ChunkKey& key, const Chunk& chunk, ChunkExtinctions::Samples& out) const;
     template <typename Stored>
-    void readEmission(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
+    void readEmission(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high, int level,
                       const Chunk& chunk, OcclusionRoom& room) const;
+    glm::vec3 sentBy(float stored) const;
     template <typename Stored>
     void readRanges(const glm::ivec3& first, const glm::ivec3& low, const glm::ivec3& high,
                     const Chunk& chunk, OcclusionRoom& room) const;
@@ -163,6 +180,7 @@ class Occluder {
     const TransferTable* table_ = nullptr;
     const Optics* optics_ = nullptr;
     const DrawnLabels* labels_ = nullptr;
+    const LightOfSamples* scattered_ = nullptr; // null: tissue sends its materials' light
     // For every stored value of 16 bits, from the lowest; else empty.
     std::vector<float> extinctionOf_;
     std::vector<glm::vec3> emissionOf_; // empty if nothing is gathered, too

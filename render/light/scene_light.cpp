@@ -19,6 +19,13 @@ bool sameShadows(const std::vector<Light>& a, const std::vector<Light>& b) {
     });
 }
 
+/// True if tissue scatters the lights of both alike.
+bool scatterTheSame(const Lighting& a, const Lighting& b) {
+    if (!scatters(a) && !scatters(b))
+        return true;
+    return a.scatterRadiusMm == b.scatterRadiusMm && shiningLights(a.lights) == shiningLights(b.lights);
+}
+
 bool sendTheSame(const std::vector<leaf::MaterialNumbers>& a, const std::vector<leaf::MaterialNumbers>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
         return x.from == y.from && x.to == y.to && std::equal(x.emission, x.emission + 3, y.emission);
@@ -61,7 +68,8 @@ LightParts SceneLight::lightingChanged() {
     const Lighting& now = scene_.view.lighting;
     const std::vector<Light> casting = castingLights(now.lights);
     LightParts changed = 0;
-    if (!light_ || now.occlusion != lighting_.occlusion || now.finestLevel != lighting_.finestLevel) {
+    if (!light_ || now.occlusion != lighting_.occlusion || now.finestLevel != lighting_.finestLevel ||
+        !scatterTheSame(now, lighting_)) {
         const int before = light_ ? light_->finestLevel() : -1;
         light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_,
                                               scene_.layer().histograms.get());
@@ -75,7 +83,7 @@ LightParts SceneLight::lightingChanged() {
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }
     if (!sameShadows(casting, castingLights(lighting_.lights))) {
-        changed |= kShadowLight;
+        changed |= light_->partsByMaps();
         takeMaps({}, Maps::none);
     }
     next_.clear();

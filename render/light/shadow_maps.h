@@ -99,6 +99,8 @@ class ShadowMaps {
         return static_cast<double>(more_) /
                static_cast<double>(rows() * static_cast<std::size_t>(maps_.front().size()));
     }
+    /// Of a point light, patient space, mm.
+    const glm::dvec3& position() const { return light_; }
     const std::vector<DeepShadowMap>& maps() const { return maps_; }
     /// The view of a map.
     const Camera& camera(std::size_t map) const { return views_[map].camera; }

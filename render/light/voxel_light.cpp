@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/light/histogram_light.h"
+#include "render/light/scatter_light.h"
 
 #include <algorithm>
 #include <atomic>
@@ -54,6 +55,10 @@ VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, con
     } else if (lighting.occlusion) {
         ambient_ = std::make_unique<OcclusionLight>(occluder_, *lighting.occlusion);
     }
+    if (scatters(lighting)) {
+        ambient_ = std::make_unique<ScatterLight>(info, statistics, lighting, std::move(ambient_));
+        ambientByMaps_ = shadows_.channels() > 0;
+    }
     sources_ = {ambient_.get(), shadows_.channels() > 0 ? &shadows_ : nullptr};
     // Where rays ask for a coarser level, all light is of that.
     finest_.fill(std::max(occluder_.finestLevel(), std::clamp(lighting.finestLevel, 0, kLevelCount - 1)));
@@ -84,6 +89,7 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
             reach = glm::max(reach, occlusionRays(*rays, info, level).reach);
     return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, rays && rays->emission > 0) +
            (rays ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
+           (scatters(lighting) ? ScatterLight::bytes(info, lighting, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
                static_cast<std::size_t>(lightChannels(lighting));
 }
@@ -99,6 +105,10 @@ void VoxelLight::functionChanged(const TransferTable& table, const Optics& optic
 void VoxelLight::setShadows(std::span<const ShadowMaps> shadows) {
     shadows_.setShadows(shadows);
     forgetPart(1);
+    if (ambientByMaps_) {
+        ambient_->setShadows(shadows);
+        forgetPart(0);
+    }
 }
 
 void VoxelLight::setOtherShadows(std::vector<std::span<const ShadowMaps>> others) {
@@ -138,7 +148,7 @@ void VoxelLight::light(const ChunkKey& key, LitChunk& chunk, BrickCache& cache, 
             std::vector<std::uint16_t>& texels = chunk.parts[part].texels;
             if (texels.empty())
                 texels.assign(kChunkTexels * static_cast<std::size_t>(channelsOf(part)), lightTexel(1));
-            sources_[part]->fill(key, room, texels.data());
+            sources_[part]->fill(key, cache, room, texels.data());
         }
 }
 

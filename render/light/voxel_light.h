@@ -53,6 +53,8 @@ class VoxelLight {
     int firstChannelOf(std::size_t part) const { return part == 0 ? 0 : channelsOf(0); }
     /// Finest level at which light of any part is computed.
     int finestLevel() const { return *std::min_element(finest_.begin(), finest_.end()); }
+    /// Parts whose light follows from shadow maps.
+    LightParts partsByMaps() const { return ambientByMaps_ ? kAllLight : kShadowLight; }
     /// Parts whose light is computed so fast that it need not be coarse at first.
     LightParts quickParts() const;
     /// Labels, or null; they outlive this. functionChanged() must follow.
@@ -113,6 +115,7 @@ class VoxelLight {
     int threads_;
     Occluder occluder_; // finds what shows
     std::unique_ptr<LightSource> ambient_;
+    bool ambientByMaps_ = false; // ambient light follows from shadow maps too
     ShadowLight shadows_;
     std::array<LightSource*, kLightParts> sources_{}; // of the parts; null: it has no channels
     std::array<int, kLightParts> finest_; // level of a part's light; finer bricks interpolate from it

@@ -2,6 +2,7 @@
 #include "core/base/shown_text.h"
 #include "render/backends/gpu/features.h"
 #include "render/geometry/shape.h"
+#include "render/light/scatter_light.h"
 #include "render/picture/pixels_again.h" // describe
 #include "render/picture/render_scene.h"
 
@@ -140,6 +141,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              occlusion->radiusMm,
              r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"
                                           : "");
+    if (scatters(scene.lighting) && r.light)
+        line("scattered light: %d rays of %g mm from each sample, red, green and blue", ScatterLight::kRays,
+             scene.lighting.scatterRadiusMm);
     if (r.light)
         line("light of voxels: %d of 16 bits a sample, %s beside the bricks, computed in %.1f s",
              r.light->channels, formatBytes(r.light->planeBytes).c_str(), r.light->seconds);

@@ -34,6 +34,8 @@ std::string refusalOf(const Scene& scene, EngineKind kind) {
     if (const auto& occlusion = scene.lighting.occlusion;
         traits.exact && occlusion && occlusion->method == OcclusionMethod::histogram)
         return "its occlusion is along rays, not by histograms";
+    if (traits.exact && scatters(scene.lighting))
+        return "its light is not scattered to what is around";
     if (scene.volumes.size() == 1 || reductionOf(scene) != Reduction::composite)
         return {};
     if (!traits.fuses)

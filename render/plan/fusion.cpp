@@ -72,6 +72,8 @@ Scene sceneInFusion(const Scene& scene, std::size_t number) {
         if (scene.lighting.transport)
             throw refuse("lighting.transport: expected none", "it");
         checkHistograms(scene);
+        if (scatters(scene.lighting))
+            throw refuse("lighting.lights: expected none with \"scatter\"", "one");
     }
     for (const CropBox& box : scene.cuts.boxes)
         if (box.space == CropBox::Space::voxels)

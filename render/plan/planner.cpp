@@ -34,12 +34,28 @@ void checkIntegrator(const Quality& quality) {
             "found " +
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
 }
+/// Scattered light is gathered from one volume, in the colours of its function.
+void checkScatter(const Scene& scene) {
+    if (!scatters(scene.lighting) || scene.lighting.transport)
+        return;
+    const auto refuse = [](const std::string& expected, const std::string& found) {
+        return InputError("lighting.lights: expected " + expected + " beside \"scatter\", found " + found);
+    };
+    if (scene.volumes.size() > 1)
+        throw refuse("one volume", std::to_string(scene.volumes.size()));
+    if (!scene.volumes.at(0).labels.path.empty())
+        throw refuse("no labels, whose colours scattered light would lack,", "some");
+    if (scene.lighting.surfaceOcclusion)
+        throw refuse("no surfaceOcclusion, which replaces light of voxels,", "it");
+}
+
 /// Rules for light, and combinations that are not implemented.
 void checkLight(const Scene& scene) {
     if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
         throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
                          "off); leave them out, or shade with ambient 1 and diffuse 0");
     checkHistograms(scene);
+    checkScatter(scene);
     const auto& occlusion = scene.lighting.occlusion;
     if (occlusion && occlusion->emission > 0 && occlusion->method != OcclusionMethod::local)
         throw InputError("lighting.occlusion: emission needs method \"local\", because other methods use "
@@ -92,6 +108,9 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
             occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
             throw refuse("occlusion of method local and emission 0, which the mean of single ways comes to",
                          "another");
+        if (scatters(scene.lighting))
+            throw refuse("no light with \"scatter\" beside response \"contract\", whose paths scatter once",
+                         "one");
     }
     if (scene.quality.pixels.samples == PixelSampling::kAutomatic)
         throw refuse("a number of samples (pixels that choose theirs by noise are too dark)", "auto");
@@ -108,6 +127,8 @@ std::string whyNotByWays(const FramePlan& plan) {
     if (const auto& occlusion = plan.view.lighting.occlusion;
         occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
         return "occlusion is not of method local, or emits";
+    if (scatters(plan.view.lighting))
+        return "tissue scatters it";
     return {};
 }
 
@@ -118,8 +139,10 @@ Scene withoutUnusedLight(Scene scene) {
         scene.shading.on = false;
         scene.lighting.occlusion.reset();
         scene.lighting.surfaceOcclusion.reset();
-        for (Light& light : scene.lighting.lights)
+        for (Light& light : scene.lighting.lights) {
             light.shadow = false;
+            light.scatter = 0;
+        }
     }
     if (scene.lighting.surfaceOcclusion)
         scene.lighting.occlusion.reset();

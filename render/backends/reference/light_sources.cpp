@@ -49,6 +49,10 @@ glm::dvec3 middleOfWhatShows(const ReferenceInput& input) {
 
 LightSources::LightSources(const ReferenceInput& input) {
     meshes = input.meshes;
+    if (scatters(input.lighting))
+        throw InputError(
+            "lighting.lights: expected none with \"scatter\", whose light the reference does not "
+            "gather, found one");
     hasOcclusion = input.lighting.occlusion.has_value();
     ambientChannels = tessera::ambientChannels(input.lighting);
     if (hasOcclusion) {

@@ -30,8 +30,10 @@ Lighting lit(double n) {
     light.intensity = 1 + n;
     light.colour = {0.1 * n, 0.2, 0.1 + 0.1 * n};
     light.softness = 5 * n;
+    light.scatter = 0.5 * n;
     lighting.lights = {Light{}, light};
     lighting.occlusion = Occlusion{OcclusionMethod::local, 32, 10 + n, n, 0.1 * n, 0.5 + 0.1 * n, 0.2 * n};
+    lighting.scatterRadiusMm = 8 + n;
     lighting.surfaceOcclusion = SurfaceOcclusion{16, 12 + n, true};
     lighting.transport =
         Transport{TransportResponse::physical,

@@ -113,6 +113,15 @@ TEST(Lights, ChannelsAreCountedByWhatShines) {
     lighting.lights.clear();
     EXPECT_EQ(lightChannels(lighting), 3);
     EXPECT_EQ(keptLightChannels(lighting), 4);
+    lighting.occlusion.reset();
+    EXPECT_FALSE(scatters(lighting));
+    lighting.lights = {lamp(LightKind::directional, 0, false)};
+    lighting.lights[0].scatter = 1;
+    EXPECT_FALSE(scatters(lighting)) << "none that is out";
+    EXPECT_EQ(lightChannels(lighting), 0);
+    lighting.lights[0].intensity = 1;
+    EXPECT_TRUE(scatters(lighting));
+    EXPECT_EQ(lightChannels(lighting), 3);
     EXPECT_FALSE(isHeadLightAlone({lamp(LightKind::head, 0.5, false)}));
     EXPECT_FALSE(isHeadLightAlone({lamp(LightKind::point, 1, false)}));
     EXPECT_FALSE(isHeadLightAlone({lamp(LightKind::head, 1, false), lamp(LightKind::point, 1, false)}));

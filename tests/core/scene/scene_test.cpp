@@ -38,7 +38,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
   "lighting":{"lights":[
       {"kind":"head","intensity":0.5,"colour":[1,1,1],"shadow":false,"softness":0},
       {"kind":"directional","frame":"patient","direction":[0,-1,2],"intensity":1.5,"colour":[1,0.5,0.25],
-       "shadow":true,"softness":2.5},
+       "shadow":true,"softness":2.5,"scatter":1.25},
       {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
        "colour":[0,0,1],"shadow":false,"softness":0}],
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
@@ -46,7 +46,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
       "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5,"translucent":0.375,"translucentPower":20},"colours":"reflectance","preview":"squared"},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
-    "finestLevel":2},
+    "scatterRadius":6.5,"finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1,
     "finish":{"mirrored":0.125,"roughness":0.25,"translucent":0.75,"translucentPower":3}}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
@@ -123,7 +123,8 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.lights[0].kind, LightKind::head);
     EXPECT_EQ(scene.lighting.lights[0].intensity, 0.5);
     Light sun{LightKind::directional, LightFrame::patient, {0, -1, 2}};
-    sun.intensity = 1.5, sun.colour = {1, 0.5, 0.25}, sun.shadow = true, sun.softness = 2.5;
+    sun.intensity = 1.5, sun.colour = {1, 0.5, 0.25}, sun.shadow = true, sun.softness = 2.5,
+    sun.scatter = 1.25;
     EXPECT_EQ(scene.lighting.lights[1], sun);
     Light lamp{LightKind::point, LightFrame::camera, {0, 0, 1}, {-100, 200, 0}, {1, 0.25, 0.125}};
     lamp.intensity = 2, lamp.colour = {0, 0, 1};
@@ -144,6 +145,7 @@ TEST(Scene, EveryKeyIsRead) {
                                                        {"/folder/skies/studio.exr", nullptr},
                                                        -30,
                                                        LightFrame::camera}));
+    EXPECT_EQ(scene.lighting.scatterRadiusMm, 6.5);
     EXPECT_EQ(scene.lighting.finestLevel, 2);
     EXPECT_EQ(scene.mode, Mode::slice);
     EXPECT_EQ(std::get<GreyWindow>(scene.window), (GreyWindow{40.5, 400}));
@@ -276,6 +278,9 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/lights/1/intensity", -1},
              {"/lighting/lights/1/colour", {0, 0, 2}},
              {"/lighting/lights/1/softness", 61},
+             {"/lighting/lights/1/scatter", 4.5},
+             {"/lighting/lights/2/scatter", 1}, // of the camera, without a shadow
+             {"/lighting/scatterRadius", 0},
              {"/lighting/finestLevel", -1},
              {"/lighting/occlusion/method", "remote"},
              {"/lighting/occlusion/rays", 33},

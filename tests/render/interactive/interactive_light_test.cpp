@@ -183,9 +183,7 @@ std::vector<LitChange> unfinishedChanges() {
 }
 
 /// A session makes changes one after another, and comes after each to what a renderer alone comes to.
-void expectTheSameAfter(const std::vector<LitChange>& changes, bool native) {
-    Scene scene = litScene();
-    scene.lighting.occlusion->rays = 8; // light is found whole for every change, twice
+void expectTheSameAfter(Scene scene, const std::vector<LitChange>& changes, bool native) {
     std::vector<Scene> scenes;
     std::vector<Image> pictures;
     {
@@ -209,11 +207,37 @@ void expectTheSameAfter(const std::vector<LitChange>& changes, bool native) {
     }
 }
 
+Scene quickScene() {
+    Scene scene = litScene();
+    scene.lighting.occlusion->rays = 8; // light is found whole for every change, twice
+    return scene;
+}
 TEST_P(InteractiveLight, ComesToTheSameWhateverWasSetBefore) {
-    expectTheSameAfter(litChanges(), GetParam());
+    expectTheSameAfter(quickScene(), litChanges(), GetParam());
 }
 TEST_P(InteractiveLight, ComesToTheSameWhateverWasLeftUndone) {
-    expectTheSameAfter(unfinishedChanges(), GetParam());
+    expectTheSameAfter(quickScene(), unfinishedChanges(), GetParam());
+}
+
+// Scattered light follows from shadow maps, too.
+TEST(InteractiveLight, ScatteredLightComesToTheSameWhateverWasSetBefore) {
+    Scene scene = quickScene();
+    scene.lighting.lights[0].scatter = 2;
+    scene.lighting.scatterRadiusMm = 9;
+    std::vector<LitChange> changes = litChanges();
+    std::erase_if(changes, [](const LitChange& change) {
+        const std::string name = change.name;
+        return name == "how fine light is" || name == "how far occlusion looks";
+    });
+    const auto relight = [&](const char* name, const std::function<void(Lighting&)>& edit) {
+        changes.push_back({name, [edit](InteractiveRenderer& r, Scene& s) {
+                               edit(s.lighting);
+                               EXPECT_TRUE(r.setLight(s.lighting, s.shading));
+                           }});
+    };
+    relight("how much is scattered", [](Lighting& l) { l.lights[0].scatter = 0.5; });
+    relight("how far", [](Lighting& l) { l.scatterRadiusMm = 5; });
+    expectTheSameAfter(scene, changes, true);
 }
 
 // Bytes of light that are put beside the bricks tell what was computed. The GPU ray caster's texels hold all
