@@ -88,7 +88,7 @@ void write(const FoundTable& found, const StoreReader& store, const fs::path& fo
             writeArrayLayer(folder / "shares", spec, layer, layerOf(shares, spec, layer));
     }
     seal(group);
-    writeFile(folder / "zarr.json", group.dump(1) + "\n");
+    writeFile(folder / "zarr.json", storedText(group));
 }
 
 } // namespace
@@ -97,6 +97,13 @@ void keepTable(const FoundTable& found, const StoreReader& store, const fs::path
     fs::remove_all(folder / kTable);
     fs::create_directories(folder / kTable);
     write(found, store, folder / kTable);
+}
+
+std::optional<FoundTable> keptTableOf(const StoreReader& store, MemoryBudget& ram) {
+    std::error_code ignored;
+    if (fs::symlink_status(store.path() / kTable, ignored).type() == fs::file_type::not_found)
+        return std::nullopt;
+    return readTable(store, ram);
 }
 
 FoundTable tableOf(const StoreReader& store, MemoryBudget& ram, int threads) {
