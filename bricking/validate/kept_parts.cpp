@@ -12,9 +12,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <set>
 #include <system_error>
 

@@ -1,8 +1,6 @@
 // bricking/validate/validate_store.cpp: see validate_store.h.
 #include "bricking/validate/validate_store.h"
 
-#include "bricking/labels/label_files.h"
-#include "bricking/store/shard.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/zarr_metadata.h"
@@ -18,7 +16,9 @@
 
 #include <cerrno>
 #include <cstring>
+#include <functional>
 #include <optional>
+#include <string>
 #include <unistd.h> // access
 
 namespace tessera {
