@@ -8,6 +8,7 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/shard.h"
+#include "bricking/store/stand_in_reader.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
 #include "core/base/error.h"
@@ -169,6 +170,8 @@ std::shared_ptr<const LocalHistograms> localHistogramsOf(const StoreReader& stor
     }
     auto made =
         std::make_shared<LocalHistograms>(makeLocalHistograms(volume, statistics, settings, ram, threads));
+    if (hasStandIns(store))
+        return made;
     try {
         const Charge scratch = ram.charge(std::max(numbersSpec(made->extent).scratchBytes(),
                                                    sharesSpec(made->representatives()).scratchBytes()),

@@ -6,6 +6,7 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/shard.h"
+#include "bricking/store/stand_in_reader.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
 #include "core/base/error.h"
@@ -113,6 +114,8 @@ FoundTable tableOf(const StoreReader& store, MemoryBudget& ram, int threads) {
         // An optional cache, as the statistics are.
     }
     FoundTable found = findTable(store, ram, threads);
+    if (hasStandIns(store))
+        return found;
     try {
         TemporaryFolder folder(store.path() / kTable);
         write(found, store, folder.path());
