@@ -370,11 +370,11 @@ VolumeInfo withPlainTexts(VolumeInfo info) {
 }
 
 std::string groupDocument(const StoreMetadata& metadata) {
-    return storedText(groupJson(metadata));
+    return groupJson(metadata).dump(1) + "\n";
 }
 
 std::string levelDocument(const VolumeInfo& info, int level) {
-    return storedText(levelJson(info, level));
+    return levelJson(info, level).dump(1) + "\n";
 }
 
 StoreMetadata parseGroup(std::string_view text, const std::string& where) {

@@ -61,7 +61,7 @@ struct Lighting {
     std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion if only surfaces are visible
     std::optional<Transport> transport = {};               // paths of light in place of the above
     std::optional<Environment> environment = {};           // what they see beyond the volume
-    double scatterRadiusMm = 8; // how far away the tissue may be that scatters lights to a place
+    double scatterRadiusMm = 2; // how far away the tissue may be that scatters lights to a place
     int finestLevel = 0;        // of light per voxel; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };

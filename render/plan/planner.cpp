@@ -36,7 +36,7 @@ void checkIntegrator(const Quality& quality) {
 }
 /// Scattered light is gathered from one volume, in the colours of its function.
 void checkScatter(const Scene& scene) {
-    if (!scatters(scene.lighting) || scene.lighting.transport)
+    if (!scatters(scene.lighting) || scene.lighting.transport || reductionOf(scene) != Reduction::composite)
         return;
     const auto refuse = [](const std::string& expected, const std::string& found) {
         return InputError("lighting.lights: expected " + expected + " beside \"scatter\", found " + found);
@@ -52,8 +52,9 @@ void checkScatter(const Scene& scene) {
 /// Rules for light, and combinations that are not implemented.
 void checkLight(const Scene& scene) {
     if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
-        throw InputError("lighting: occlusion and shadows are light, and this picture has none (shading is "
-                         "off); leave them out, or shade with ambient 1 and diffuse 0");
+        throw InputError(
+            "lighting: occlusion, shadows and scattered light need shading, and it is off; leave "
+            "them out, or shade with ambient 1 and diffuse 0");
     checkHistograms(scene);
     checkScatter(scene);
     const auto& occlusion = scene.lighting.occlusion;

@@ -493,6 +493,10 @@ TEST(Scatter, RefusesWhatItDoesNotGoWith) {
         change(scene);
         EXPECT_THAT(refusalOf([&] { const Prepared prepared("torso", scene); }), HasSubstr(expected));
     }
+    // Of single values there is no light.
+    Scene values = plain;
+    values.mode = Mode::maximum;
+    EXPECT_EQ(refusalOf([&] { const Prepared prepared("torso", values); }), "no refusal");
     // Paths scatter light themselves.
     Scene paths = plain;
     paths.lighting.transport.emplace();
