@@ -35,6 +35,7 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
         program.command(name, about);
     addPresetCommand(program, common, action);
     addCacheCommand(program, common, action);
+    addValidateCommand(program, common, action);
 }
 
 /// True if the first word is a command of the other program.

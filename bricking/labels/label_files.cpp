@@ -369,7 +369,7 @@ void LabelFilesWriter::finish(const LabelTable& table, const StoreReader& store)
     about["shares"] = set_.values;
     about["crc"] = Json::array({counts_.crc, set_.crc, voxels_.crc});
     seal(group);
-    const std::string text = group.dump(1) + "\n";
+    const std::string text = storedText(group);
     if (text.size() > kMaxTableBytes)
         throw InputError("labels: expected a table of names and sets of at most 64 MiB, found " +
                          formatBytes(text.size()));

@@ -3,10 +3,12 @@
 // shares is uint16 [representative][side and bin]. The group's attributes.tessera hold the version, the
 // store's content hash, what is hidden, the settings, the level, the bins' centres, and a CRC-32C of either
 // array.
+#include "bricking/statistics/check_statistics.h"
 #include "bricking/statistics/local_histograms.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/shard.h"
+#include "bricking/store/stand_in_reader.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
 #include "core/base/error.h"
@@ -118,10 +120,44 @@ void write(LocalHistograms& made, const StoreReader& store, std::uint32_t hidden
     writeArray("numbers", numbersSpec(made.extent), made.numbers);
     writeArray("shares", sharesSpec(made.representatives()), made.shares);
     seal(group);
-    writeFile(folder / "zarr.json", group.dump(1) + "\n");
+    writeFile(folder / "zarr.json", storedText(group));
+}
+
+/// What a group's document says it is of.
+LocalHistograms readAny(const StoreReader& store, MemoryBudget& ram) {
+    const FileHandle folder = openFolder(store.path());
+    const std::string file = std::string(kFolder) + "/zarr.json", where = (store.path() / file).string();
+    const auto text = readText(folder, file, store.path(), kMostGroupBytes);
+    if (!text)
+        throw badFile(where, "local histograms", "none");
+    const Json group = parseJson(*text, where);
+    checkSeal(group, where);
+    const std::string root = "/attributes/tessera/";
+    LocalHistogramSettings settings;
+    settings.radiusMm = numberAt(group, root + "radius", where);
+    if (!(settings.radiusMm > 0))
+        throw badFile(where, root + "radius above 0", "another");
+    settings.bins = static_cast<int>(integerAt(group, root + "bins", 2, settings.kMostBins, where));
+    settings.representatives =
+        static_cast<int>(integerAt(group, root + "most", 1, settings.kMostRepresentatives, where));
+    if (localHistogramLevel(store.info(), settings.radiusMm) == kLevelCount)
+        throw badFile(where, root + "radius of a level", "another");
+    const auto hidden = static_cast<std::uint32_t>(integerAt(group, root + "hidden", 0, UINT32_MAX, where));
+    return read(store, hidden, settings, ram);
 }
 
 } // namespace
+
+void checkLocalHistograms(const StoreReader& store, MemoryBudget& ram, const StatisticsFault& found) {
+    std::error_code ignored;
+    if (fs::symlink_status(store.path() / kFolder, ignored).type() == fs::file_type::not_found)
+        return;
+    try {
+        readAny(store, ram);
+    } catch (const BadFile& problem) {
+        found(kFolder, problem);
+    }
+}
 
 std::shared_ptr<const LocalHistograms> localHistogramsOf(const StoreReader& store, const ChunkSource& volume,
                                                          std::uint32_t hidden, const Statistics& statistics,
@@ -134,6 +170,8 @@ std::shared_ptr<const LocalHistograms> localHistogramsOf(const StoreReader& stor
     }
     auto made =
         std::make_shared<LocalHistograms>(makeLocalHistograms(volume, statistics, settings, ram, threads));
+    if (hasStandIns(store))
+        return made;
     try {
         const Charge scratch = ram.charge(std::max(numbersSpec(made->extent).scratchBytes(),
                                                    sharesSpec(made->representatives()).scratchBytes()),

@@ -7,6 +7,7 @@
 #include "bricking/statistics/statistics.h"
 
 #include "bricking/statistics/brick_rays.h"
+#include "bricking/statistics/statistics_layout.h"
 #include "bricking/statistics/statistics_pass.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
@@ -23,20 +24,6 @@
 namespace tessera {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr std::uint64_t kMaxGroupBytes = 1 << 20; // ours have about 2 KiB and 30 bytes per 64 slices
-// 1: brick histograms; 2: no rays through the extremes; 3: fewer rays and samples; 4: no brick_min, brick_max
-constexpr std::int64_t kVersion = 5, kOldestRead = 4;
-
-ArraySpec floatSpec(const glm::ivec3& grid) {
-    return {"float32", sizeof(float), grid, glm::min(grid, glm::ivec3(64, 64, 16)), 0};
-}
-ArraySpec raySpec(const glm::ivec3& bricks) {
-    return {"uint8", 1, bricks, glm::min(bricks, glm::ivec3(16, 16, kRayLayers)), kBrickRayBytes};
-}
-std::string rayPath(int part) {
-    return "stats/rays/" + std::to_string(part);
-}
 
 std::size_t heldBytes(const VolumeInfo& info) {
     return 2 * sizeof(float) * cellCount(cellGrid(info.extentVoxels)) +
@@ -126,28 +113,12 @@ Mask::Part partOf(const MaskedSource& masked, std::size_t at, const glm::ivec3& 
                             glm::min(low + edge + around, masked.info().extentVoxels));
 }
 
-constexpr const char* kGroupFile = "stats/zarr.json";
-
-/// The document of the statistics' group, with checks of its checksum, version and store.
-Json readGroup(const FileHandle& folder, const StoreReader& store) {
-    const std::string where = (store.path() / kGroupFile).string();
-    const auto text = readText(folder, kGroupFile, store.path(), kMaxGroupBytes);
-    if (!text)
-        throw badFile(where, "statistics", "none");
-    Json group = parseJson(*text, where);
-    checkSeal(group, where);
-    integerAt(group, "/attributes/tessera/version", kOldestRead, kVersion, where);
-    if (textAt(group, "/attributes/tessera/store", where) != store.contentHash())
-        throw badFile(where, "statistics of this store", "those of another");
-    return group;
-}
-
 /// Reads the store's statistics; throws InputError if anything is missing, different or damaged.
 /// @param threads  at most so many, each with scratchBytes()
 void readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
     const FileHandle folder = openFolder(store.path());
-    const std::string where = (store.path() / kGroupFile).string();
-    const Json group = readGroup(folder, store);
+    const std::string where = (store.path() / kStatisticsFile).string();
+    const Json group = readStatisticsGroup(folder, store);
     const std::string root = "/attributes/tessera/";
     statistics.lowest = static_cast<float>(numberAt(group, root + "lowest", where));
     statistics.highest = static_cast<float>(numberAt(group, root + "highest", where));
@@ -185,7 +156,8 @@ void readStatistics(const StoreReader& store, Statistics& statistics, int thread
     };
     read({{{"cell_min", &statistics.cellMin}, {"cell_max", &statistics.cellMax}}}, statistics.cells);
     foldBricks(statistics, threads);
-    if (integerAt(group, root + "version", kOldestRead, kVersion, where) == kOldestRead) {
+    if (integerAt(group, root + "version", kOldestStatistics, kStatisticsVersion, where) ==
+        kOldestStatistics) {
         boundWideRanges(statistics);
         return;
     }
@@ -225,8 +197,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
     const ArraySpec spec = raySpec(statistics.bricks);
     for (int part = 0; part < kBrickRayParts; ++part)
         writeArrayMetadata(folder / rayPath(part), spec);
-    const Json plainGroup = {{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
-    writeFile(folder / "stats/rays/zarr.json", plainGroup.dump(1) + "\n");
+    writeFile(folder / kRayGroupFile, storedText(plainGroup()));
 
     BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
     gatherCells(store, statistics, pool, threads);
@@ -273,9 +244,9 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
     write("brick_min", statistics.bricks, statistics.wideMin);
     write("brick_max", statistics.bricks, statistics.wideMax);
 
-    Json group = plainGroup;
+    Json group = plainGroup();
     group["attributes"]["tessera"] = {{"kind", "statistics"},
-                                      {"version", kVersion},
+                                      {"version", kStatisticsVersion},
                                       {"store", store.contentHash()},
                                       {"lowest", statistics.lowest},
                                       {"highest", statistics.highest},
@@ -283,7 +254,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
                                       {"arrays", crcs},
                                       {"rays", rayCrcs}};
     seal(group);
-    writeFile(folder / kGroupFile, group.dump(1) + "\n");
+    writeFile(folder / kStatisticsFile, storedText(group));
 }
 
 Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threads) {
@@ -360,8 +331,8 @@ namespace {
 void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, BrickRays& rays,
               MemoryBudget& ram, int threads) {
     const FileHandle folder = openFolder(store.path());
-    const Json group = readGroup(folder, store);
-    const std::string where = (store.path() / kGroupFile).string();
+    const Json group = readStatisticsGroup(folder, store);
+    const std::string where = (store.path() / kStatisticsFile).string();
     const ArraySpec spec = raySpec(rays.bricks);
     for (int part = 0; part < rays.parts; ++part)
         checkArrayMetadata(folder, rayPath(part), spec, store.path());

@@ -80,6 +80,10 @@ bool flagAt(const Json& document, const std::string& pointer, const std::string&
     return value.get<bool>();
 }
 
+std::string storedText(const Json& document) {
+    return document.dump(1) + "\n";
+}
+
 void seal(Json& document) {
     document["attributes"]["tessera"]["checksum"] = sealOf(document);
 }

@@ -21,6 +21,9 @@ double numberAt(const Json& document, const std::string& pointer, const std::str
 std::string textAt(const Json& document, const std::string& pointer, const std::string& where);
 bool flagAt(const Json& document, const std::string& pointer, const std::string& where);
 
+/// The text of a document in a store.
+std::string storedText(const Json& document);
+
 /// Sets attributes.tessera.checksum to the CRC-32C of the canonical text of all the rest.
 void seal(Json& document);
 /// Throws InputError naming where if the checksum is missing or wrong.

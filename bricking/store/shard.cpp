@@ -1,7 +1,6 @@
 // bricking/store/shard.cpp: see shard.h.
 #include "bricking/store/shard.h"
 
-#include "bricking/store/codec.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -31,6 +30,33 @@ std::string shardPath(int level, const glm::ivec3& shard) {
 std::string describe(const ChunkKey& key) {
     return "level " + std::to_string(key.level) + " chunk (" + std::to_string(key.i) + "," +
            std::to_string(key.j) + "," + std::to_string(key.k) + ")";
+}
+
+void fillWith(const VolumeInfo& info, std::span<std::byte> out) {
+    std::byte fill[8];
+    const std::size_t valueBytes = bytesPerValue(info.type);
+    storeFill(info, fill);
+    for (std::size_t at = 0; at < out.size(); at += valueBytes)
+        std::memcpy(out.data() + at, fill, valueBytes);
+}
+
+EncodedChunk encodeUnlessFill(std::span<const std::byte> raw, std::span<const std::byte> fillChunk,
+                              std::size_t valueBytes, std::span<std::byte> out) {
+    if (std::memcmp(raw.data(), fillChunk.data(), raw.size()) == 0)
+        return {};
+    return encodeChunk(raw, valueBytes, out);
+}
+
+ShardRecord shardRecord(std::span<const ShardEntry> entries, std::span<const std::uint32_t> crcs,
+                        std::span<const std::byte> index) {
+    ShardRecord record;
+    for (std::size_t i = 0; i < entries.size(); ++i)
+        if (!entries[i].absent()) {
+            ++record.chunks;
+            record.payloadCrc = crc32c(std::as_bytes(crcs.subspan(i, 1)), record.payloadCrc);
+        }
+    record.indexCrc = crc32c(index.first(index.size() - kCrcBytes));
+    return record;
 }
 
 std::vector<std::byte> encodeIndex(std::span<const ShardEntry> entries) {

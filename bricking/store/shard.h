@@ -7,7 +7,9 @@
 // evicted.
 #pragma once
 
+#include "bricking/store/codec.h"
 #include "bricking/store/store_files.h"
+#include "bricking/store/zarr_metadata.h" // ShardRecord
 #include "core/base/brick.h"
 #include "core/base/budget.h"
 
@@ -50,6 +52,19 @@ struct ShardEntry {
     std::uint64_t offset = kAbsentChunk, bytes = kAbsentChunk;
     bool absent() const { return offset == kAbsentChunk && bytes == kAbsentChunk; }
 };
+
+/// Fills whole values with the fill value.
+void fillWith(const VolumeInfo& info, std::span<std::byte> out);
+/// Samples of one chunk as they are stored: fill only is left out.
+/// @param fillChunk  a chunk of fill
+/// @return 0 bytes: left out
+EncodedChunk encodeUnlessFill(std::span<const std::byte> raw, std::span<const std::byte> fillChunk,
+                              std::size_t valueBytes, std::span<std::byte> out);
+/// What zarr.json says of a shard.
+/// @param crcs  per entry, of the chunks that are not absent
+/// @param index  as encodeIndex() gives it
+ShardRecord shardRecord(std::span<const ShardEntry> entries, std::span<const std::uint32_t> crcs,
+                        std::span<const std::byte> index);
 
 /// The index as in the file, checksum included.
 std::vector<std::byte> encodeIndex(std::span<const ShardEntry> entries);

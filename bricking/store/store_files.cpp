@@ -197,6 +197,10 @@ bool isOld(const std::string& name) {
 
 } // namespace
 
+std::optional<std::string> nameOfUnfinishedFolder(const std::string& entry) {
+    return nameOfTemporary(isOld(entry) ? entry.substr(0, entry.size() - kOld.size()) : entry, kMark);
+}
+
 void publishFolder(const fs::path& from, const fs::path& to, bool replace, bool exchanges) {
     constexpr int kTries = 100; // other processes may create and remove the name meanwhile
     for (int i = 0; i < kTries; ++i) {

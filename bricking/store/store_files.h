@@ -74,6 +74,10 @@ class TemporaryFolder {
     bool committed_ = false;
 };
 
+/// The NAME of an unfinished ".NAME.importing-PID-N", or of an old store beside it that was being replaced;
+/// nullopt for any other.
+std::optional<std::string> nameOfUnfinishedFolder(const std::string& entry);
+
 /// Renames `from` to `to`, on one file system. With `replace` an existing `to` is removed after the rename;
 /// without it InputError says that it exists. After a kill at any moment `to` is the old one or the new one,
 /// or recoverFolders() makes it so.

@@ -151,8 +151,7 @@ StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Mem
     charge = ram.charge(indexBytesOf(info) + slotCount(threads) * slotBytes(info) + chunkBytesOf(info),
                         "compressing chunks");
     fillChunk.resize(chunkBytesOf(info));
-    for (std::size_t i = 0; i < fillChunk.size(); i += bytesPerValue(info.type))
-        storeFill(info, fillChunk.data() + i);
+    fillWith(info, fillChunk);
     slots.resize(slotCount(threads));
     for (Slot& slot : slots) {
         slot.raw.resize(chunkBytesOf(info));
@@ -225,8 +224,7 @@ void StoreWriter::State::prepare(Slot& slot, const SlabPyramid::Slab& slab) cons
             if (slab.level == 0)
                 scanRow(info.type, from, size.x, slot);
         }
-    const bool fill = std::memcmp(slot.raw.data(), fillChunk.data(), slot.raw.size()) == 0;
-    slot.result = fill ? EncodedChunk{} : encodeChunk(slot.raw, valueBytes, slot.encoded);
+    slot.result = encodeUnlessFill(slot.raw, fillChunk, valueBytes, slot.encoded);
 }
 
 void StoreWriter::State::append(std::span<const Slot> batch) {
@@ -272,16 +270,10 @@ void StoreWriter::State::closeRow(int l, int shardZ) {
         for (int x = 0; x < level.layout.shards.x; ++x) {
             GrowingShard& shard = level.growing[linearIndex({x, y, 0}, level.layout.shards)];
             if (shard.bytes > 0) {
-                ShardRecord& record = metadata.shards[static_cast<std::size_t>(l)]
-                                                     [linearIndex({x, y, shardZ}, level.layout.shards)];
-                for (std::size_t i = 0; i < shard.index.size(); ++i)
-                    if (!shard.index[i].absent()) {
-                        ++record.chunks;
-                        record.payloadCrc =
-                            crc32c(std::as_bytes(std::span(&shard.crcs[i], 1)), record.payloadCrc);
-                    }
                 const std::vector<std::byte> index = encodeIndex(shard.index);
-                record.indexCrc = crc32c(std::span(index).first(index.size() - kCrcBytes));
+                metadata
+                    .shards[static_cast<std::size_t>(l)][linearIndex({x, y, shardZ}, level.layout.shards)] =
+                    shardRecord(shard.index, shard.crcs, index);
                 const fs::path path = folder.path() / shardPath(l, {x, y, shardZ});
                 FileHandle file = openForWriting(path);
                 writeAt(file, shard.bytes, index, path);

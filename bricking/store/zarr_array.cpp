@@ -73,7 +73,7 @@ std::size_t ArraySpec::scratchBytes() const {
 
 void writeArrayMetadata(const fs::path& folder, const ArraySpec& spec) {
     fs::create_directories(folder);
-    writeFile(folder / "zarr.json", metadataOf(spec).dump(1) + "\n");
+    writeFile(folder / "zarr.json", storedText(metadataOf(spec)));
 }
 
 void writeArrayLayer(const fs::path& folder, const ArraySpec& spec, int layer,

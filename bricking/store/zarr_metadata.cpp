@@ -370,11 +370,11 @@ VolumeInfo withPlainTexts(VolumeInfo info) {
 }
 
 std::string groupDocument(const StoreMetadata& metadata) {
-    return groupJson(metadata).dump(1) + "\n";
+    return storedText(groupJson(metadata));
 }
 
 std::string levelDocument(const VolumeInfo& info, int level) {
-    return levelJson(info, level).dump(1) + "\n";
+    return storedText(levelJson(info, level));
 }
 
 StoreMetadata parseGroup(std::string_view text, const std::string& where) {

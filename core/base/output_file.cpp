@@ -65,6 +65,10 @@ void checkOutputFile(const fs::path& path) {
         throw badFile(path.string(), "a folder that may be written in", std::strerror(errno));
 }
 
+std::optional<std::string> nameOfUnfinishedFile(std::string_view entry) {
+    return nameOfTemporary(entry, kMark);
+}
+
 OutputFile::OutputFile(const fs::path& path) : shown_(path), target_(outputTarget(path)) {
     checkOutputFile(path);
     const fs::path folder = folderOf(target_);

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace tessera {
@@ -22,6 +23,9 @@ std::filesystem::path outputTarget(const std::filesystem::path& path);
 /// Throws InputError naming path when no file can be written there: a folder, a device, a pipe or a socket
 /// has the name. Likewise where the file is read-only, or its folder is missing or may not be written in.
 void checkOutputFile(const std::filesystem::path& path);
+
+/// The NAME of an unfinished file's name, ".NAME.tessera-PID-N"; nullopt for any other.
+std::optional<std::string> nameOfUnfinishedFile(std::string_view entry);
 
 /// An unfinished file. The earlier file stays until finish(), and for good if that is never called.
 class OutputFile {

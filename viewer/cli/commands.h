@@ -16,6 +16,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
 void addPhantomCommand(Command& program, const CommonOptions& common, Action& action);
 void addPresetCommand(Command& program, const CommonOptions& common, Action& action);
 void addCacheCommand(Command& program, const CommonOptions& common, Action& action);
+void addValidateCommand(Command& program, const CommonOptions& common, Action& action);
 void addViewCommand(Command& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
 
 } // namespace tessera

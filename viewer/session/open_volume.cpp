@@ -90,7 +90,7 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         next->fitted = fitted;
         next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
     }
-    next->further = openFurtherVolumes(scene, next->ram, common);
+    next->further = openFurtherVolumes(scene, next->ram, common, Damage::isRefused);
     nameFunction(volume, next->store->info());
     next->labels = next->openLabels(volume.labels, common);
     faceThinVolume(scene, next->store->info(), false);

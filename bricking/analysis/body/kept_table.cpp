@@ -6,6 +6,7 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/shard.h"
+#include "bricking/store/stand_in_reader.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
 #include "core/base/error.h"
@@ -88,7 +89,7 @@ void write(const FoundTable& found, const StoreReader& store, const fs::path& fo
             writeArrayLayer(folder / "shares", spec, layer, layerOf(shares, spec, layer));
     }
     seal(group);
-    writeFile(folder / "zarr.json", group.dump(1) + "\n");
+    writeFile(folder / "zarr.json", storedText(group));
 }
 
 } // namespace
@@ -99,6 +100,13 @@ void keepTable(const FoundTable& found, const StoreReader& store, const fs::path
     write(found, store, folder / kTable);
 }
 
+std::optional<FoundTable> keptTableOf(const StoreReader& store, MemoryBudget& ram) {
+    std::error_code ignored;
+    if (fs::symlink_status(store.path() / kTable, ignored).type() == fs::file_type::not_found)
+        return std::nullopt;
+    return readTable(store, ram);
+}
+
 FoundTable tableOf(const StoreReader& store, MemoryBudget& ram, int threads) {
     try {
         return readTable(store, ram);
@@ -106,6 +114,8 @@ FoundTable tableOf(const StoreReader& store, MemoryBudget& ram, int threads) {
         // An optional cache, as the statistics are.
     }
     FoundTable found = findTable(store, ram, threads);
+    if (hasStandIns(store))
+        return found;
     try {
         TemporaryFolder folder(store.path() / kTable);
         write(found, store, folder.path());

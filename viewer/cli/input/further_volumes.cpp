@@ -1,6 +1,8 @@
 // viewer/cli/input/further_volumes.cpp: see further_volumes.h.
 #include "viewer/cli/input/further_volumes.h"
 
+#include "bricking/store/shard.h" // describe
+#include "bricking/store/stand_in_reader.h"
 #include "core/base/dicom_uid.h"
 #include "core/base/volume.h"
 #include "viewer/cli/input/label_input.h"
@@ -9,6 +11,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <glm/mat4x4.hpp>
 #include <glm/vector_relational.hpp>
@@ -16,13 +19,45 @@
 
 namespace tessera {
 
+std::unique_ptr<StoreReader> openForPictures(const std::filesystem::path& store, MemoryBudget& ram,
+                                             const glm::dmat4& moved, Damage damage) {
+    if (damage == Damage::isRefused)
+        return std::make_unique<StoreReader>(store, ram, moved);
+    return std::make_unique<StandInReader>(store, ram, moved);
+}
+
+std::vector<std::string> damageLines(Stores stores) {
+    std::vector<std::string> lines;
+    for (std::size_t n = 0; n < stores.size(); ++n)
+        if (const auto* const store = dynamic_cast<const StandInReader*>(stores[n]))
+            for (const DamagedChunk& chunk : store->damaged())
+                lines.push_back("volume " + std::to_string(n + 1) + ": " + describe(chunk.key) +
+                                " is damaged and drawn from level " + std::to_string(chunk.drawnFrom));
+    return lines;
+}
+
+void sayDamage(const Scene& scene, Stores stores, const CommonOptions& common) {
+    for (std::size_t n = 0; n < stores.size(); ++n) {
+        const auto* const store = dynamic_cast<const StandInReader*>(stores[n]);
+        const std::uint64_t count = store ? store->damagedCount() : 0;
+        if (count == 0)
+            continue;
+        common.progress->end();
+        const std::string path = scene.volumes[n].path.string();
+        printProblem(std::to_string(count) +
+                     (count == 1 ? " damaged chunk was drawn from a coarser level: "
+                                 : " damaged chunks were drawn from coarser levels; the first: ") +
+                     store->damaged().front().why + "; `tessera validate " + path + "` says more");
+    }
+}
+
 std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, MemoryBudget& ram,
-                                                             const CommonOptions& common) {
+                                                             const CommonOptions& common, Damage damage) {
     std::vector<std::unique_ptr<StoreReader>> stores;
     for (std::size_t n = 1; n < scene.volumes.size(); ++n) {
         SceneVolume& volume = scene.volumes[n];
-        stores.push_back(std::make_unique<StoreReader>(storeFor(volume, InputOptions{}, ram, common), ram,
-                                                       volume.transform));
+        stores.push_back(
+            openForPictures(storeFor(volume, InputOptions{}, ram, common), ram, volume.transform, damage));
         volume.path = std::filesystem::absolute(volume.path).lexically_normal(); // saved, it opens again
         nameFunction(volume, stores.back()->info());
         importLabelsFor(stores.back()->info(), volume.labels, ram, common);

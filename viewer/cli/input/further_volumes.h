@@ -6,16 +6,34 @@
 #include "core/scene/scene.h"
 #include "viewer/cli/options/options.h"
 
+#include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace tessera {
 
+/// What becomes of chunks that cannot be read.
+enum class Damage { isRefused, isDrawnCoarser };
+
+/// A store for pictures: a StoreReader or a StandInReader.
+std::unique_ptr<StoreReader> openForPictures(const std::filesystem::path& store, MemoryBudget& ram,
+                                             const glm::dmat4& moved, Damage damage);
+
 /// Opens their stores, imported where they are none, and names what their scene leaves open: functions and
 /// imports of labels. Throws InputError as storeFor() and importLabelsFor() do.
 std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, MemoryBudget& ram,
-                                                             const CommonOptions& common);
+                                                             const CommonOptions& common, Damage damage);
+
+/// A line for each such chunk that is named: "volume 1: level 0 chunk (1,0,2) is damaged and drawn from level
+/// 1".
+std::vector<std::string> damageLines(Stores stores);
+
+/// Says that coarser levels stood in for damaged chunks of stores, a line a store, and what the first one is;
+/// even with --quiet. Nothing where there are none.
+/// @param scene  of these volumes; the paths are shown
+void sayDamage(const Scene& scene, Stores stores, const CommonOptions& common);
 
 /// Names those whose boxes do not meet the first's; "" if all do.
 std::string apartText(Stores stores);

@@ -1,6 +1,7 @@
 // viewer/cli/manifest/manifest.cpp: see manifest.h.
 #include "viewer/cli/manifest/manifest.h"
 
+#include "bricking/store/stand_in_reader.h"
 #include "core/base/error.h"
 #include "render/geometry/shape.h"
 #include "render/transport/environment_map.h"
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -220,6 +222,8 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
                              {"extinctions", paths.lookUps}, {"nullCollisions", paths.nullCollisions},
                              {"boxes", paths.cells},         {"aboveBounds", paths.exceeded},
                              {"oneByOne", paths.alone}};
+    if (nlohmann::json damage = damageJson(stores); !damage.is_null())
+        manifest["damagedChunks"] = std::move(damage);
     if (stores.size() > 1)
         manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)
@@ -240,6 +244,25 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
         manifest["errors"]["levels"] = "not predicted";
     }
     return manifest;
+}
+
+nlohmann::json damageJson(Stores stores) {
+    std::uint64_t count = 0;
+    nlohmann::json chunks = nlohmann::json::array();
+    for (std::size_t n = 0; n < stores.size(); ++n) {
+        const auto* const store = dynamic_cast<const StandInReader*>(stores[n]);
+        if (!store)
+            continue;
+        count += store->damagedCount();
+        for (const DamagedChunk& chunk : store->damaged()) {
+            const ChunkKey& key = chunk.key;
+            chunks.push_back({{"volume", n + 1},
+                              {"level", key.level},
+                              {"chunk", {key.i, key.j, key.k}},
+                              {"drawnFromLevel", chunk.drawnFrom}});
+        }
+    }
+    return count == 0 ? nlohmann::json() : nlohmann::json{{"count", count}, {"chunks", chunks}};
 }
 
 nlohmann::json scaleBarJson(const ScaleBar& bar) {

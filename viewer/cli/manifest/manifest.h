@@ -23,6 +23,8 @@ Scene withoutPaths(Scene scene, Stores stores);
 /// work counters, program version, "not for diagnosis". Include from .cpp files only.
 nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResult& result,
                             const MemoryBudget& ram, const MemoryBudget& gpu);
+/// The manifest's "damagedChunks": what coarser levels stood in for, of all volumes; null: nothing.
+nlohmann::json damageJson(Stores stores);
 /// The manifest's "scaleBar": the bar that was drawn into the picture.
 nlohmann::json scaleBarJson(const ScaleBar& bar);
 /// The manifest's "legend": the bars of colours that were, without their names.

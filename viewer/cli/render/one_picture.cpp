@@ -6,6 +6,7 @@
 #include "core/base/names.h"
 #include "core/base/output_file.h"
 #include "render/plan/frame_plan.h"
+#include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/picture_files.h"
@@ -21,6 +22,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <unistd.h>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -148,8 +150,12 @@ void renderOnePicture(const RenderTask& task) {
     common.progress->end();
     if (blank)
         warnBlank(task, result);
-    const std::vector<std::string> lines =
-        arguments.explain ? explain(result, task.scene) : std::vector<std::string>();
+    std::vector<std::string> lines;
+    if (arguments.explain) {
+        lines = explain(result, task.scene);
+        for (std::string& line : damageLines(task.stores))
+            lines.push_back(std::move(line));
+    }
     if (arguments.json) {
         report["output"] = arguments.out;
         report["blank"] = blank;

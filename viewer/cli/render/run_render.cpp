@@ -127,8 +127,12 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     volume.path = storeFor(volume, arguments.input, ram, common);
     volume.source = {};
     requireFloor(volume.path, scene, engine, ram);
-    const StoreReader store(volume.path, ram, volume.transform);
-    const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common);
+    // Kept samples would outlive the damage.
+    const Damage damage =
+        arguments.strict || !arguments.keepState.empty() ? Damage::isRefused : Damage::isDrawnCoarser;
+    const std::unique_ptr<StoreReader> opened = openForPictures(volume.path, ram, volume.transform, damage);
+    const StoreReader& store = *opened;
+    const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common, damage);
     const std::vector<const StoreReader*> stores = storesOf(store, further);
     if (const std::string words = apartText(stores); !words.empty())
         common.note(words);
@@ -167,6 +171,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         renderFilm(task);
     else
         renderOnePicture(task);
+    sayDamage(task.scene, stores, common);
 }
 
 } // namespace tessera
