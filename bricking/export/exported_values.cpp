@@ -102,8 +102,13 @@ ValueRange storedRange(BoxSource& box, MemoryBudget& ram, Progress& progress) {
     progress.stage("looking for the range of values");
     const FileType type = sameTypeAs(box.info().type);
     ValueRange found;
-    streamSlices(box, ram, progress,
-                 [&](int, int, std::span<const std::byte> slices) { widen(found, type, false, slices); });
+    streamSlices(box, ram, progress, [&](int, int count, std::span<const std::byte> slices) {
+        const std::size_t slice = slices.size() / static_cast<std::size_t>(count);
+        for (std::size_t at = 0; at < slices.size(); at += slice) {
+            checkInterrupted();
+            widen(found, type, false, slices.subspan(at, slice));
+        }
+    });
     box.rewind();
     return found;
 }
@@ -169,7 +174,7 @@ void streamSlices(BoxSource& box, MemoryBudget& ram, Progress& progress, const T
 
 void streamNumbers(BoxSource& box, const ExportedValues& values, MemoryBudget& ram, Progress& progress,
                    const TakeNumbers& take, std::size_t kept) {
-    constexpr std::size_t kPortion = 64 * 1024; // values that are converted at a time
+    constexpr std::size_t kPortion = 64 * 1024; // values that are converted and passed on at a time
     const ValueType stored = box.info().type;
     const std::size_t from = bytesPerValue(stored), to = bytesPerFileValue(values.type);
     const bool isSame = values.isStored() && values.type == sameTypeAs(stored);
@@ -177,12 +182,13 @@ void streamNumbers(BoxSource& box, const ExportedValues& values, MemoryBudget& r
     streamSlices(
         box, ram, progress,
         [&](int, int, std::span<const std::byte> slices) {
-            if (isSame) {
-                take(slices);
-                return;
-            }
             for (std::size_t at = 0; at < slices.size(); at += kPortion * from) {
+                checkInterrupted(); // the taker may deflate for a while
                 const auto part = slices.subspan(at, std::min(kPortion * from, slices.size() - at));
+                if (isSame) {
+                    take(part);
+                    continue;
+                }
                 const auto numbers = std::span(converted).first(part.size() / from * to);
                 convertValues(stored, part, values, numbers);
                 take(numbers);

@@ -179,7 +179,7 @@ ExportReport writeVersion(BoxSource& box, const ExportRequest& request, int vers
     const ExportedPlace place = placeOf(info);
     const bool isBox = place.shear() <= kMostShear;
     const ExportedValues values = storedValues(info);
-    VolumeFile file(request.out);
+    VolumeFile file(request.out, request.existing());
     const NiftiBytes header = niftiHeader(info, values.type, version, isBox);
     std::optional<DeflateStream> packed;
     if (isPacked)

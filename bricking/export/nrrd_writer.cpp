@@ -38,7 +38,7 @@ std::string nrrdHeader(const VolumeInfo& info, const ExportedValues& values, boo
 
 ExportReport writeNrrd(BoxSource& box, const ExportRequest& request) {
     const VolumeInfo& info = box.info();
-    VolumeFile file(request.out);
+    VolumeFile file(request.out, request.existing());
     const ExportedValues values = physicalValues(box, kNrrdTypes, request.ram, request.progress);
     file.append(nrrdHeader(info, values, request.compress));
     std::optional<DeflateStream> packed;

@@ -116,9 +116,9 @@ bool needsBig(const TiffLayout& layout) {
 
 } // namespace
 
-TiffPages::TiffPages(const std::filesystem::path& path, TiffLayout layout)
+TiffPages::TiffPages(const std::filesystem::path& path, TiffLayout layout, Existing existing)
     : layout_(std::move(layout)), rowsPerStrip_(rowsPerStripOf(layout_)),
-      isBig_(layout_.isBig || needsBig(layout_)), file_(path) {
+      isBig_(layout_.isBig || needsBig(layout_)), file_(path, existing) {
     constexpr std::string_view kClassic("II\x2a\0\0\0\0\0", 8),
         kBig("II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0", 16);
     file_.append(isBig_ ? kBig : kClassic);

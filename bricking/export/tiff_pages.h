@@ -28,7 +28,7 @@ struct TiffLayout {
 
 class TiffPages {
   public:
-    TiffPages(const std::filesystem::path& path, TiffLayout layout);
+    TiffPages(const std::filesystem::path& path, TiffLayout layout, Existing existing = Existing::isReplaced);
     /// Pixels of the pages, one after another.
     void append(std::span<const std::byte> pixels);
     /// After the last pixel.

@@ -37,7 +37,7 @@ ExportReport writeTiff(BoxSource& box, const ExportRequest& request) {
     const VolumeInfo& info = box.info();
     const bool isRescaled = info.rescaleSlope != 1 || info.rescaleIntercept != 0,
                keeps = isRescaled && keepsRescaleInTiff(info);
-    checkOutputFile(request.out);
+    checkOutputFile(request.out, request.existing());
     const ExportedValues values =
         keeps ? storedValues(info) : physicalValues(box, kTiffTypes, request.ram, request.progress);
     const glm::dvec3 mm = info.spacingMm();
@@ -48,7 +48,7 @@ ExportReport writeTiff(BoxSource& box, const ExportRequest& request) {
                       imageJText(info, keeps),
                       request.compress};
     const Charge charge = request.ram.charge(TiffPages::bytesNeeded(layout), "strips to deflate");
-    TiffPages pages(request.out, layout);
+    TiffPages pages(request.out, layout, request.existing());
     request.progress.stage("writing " + request.out.string());
     streamNumbers(box, values, request.ram, request.progress,
                   [&](std::span<const std::byte> numbers) { pages.append(numbers); });

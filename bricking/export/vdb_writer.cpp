@@ -26,7 +26,8 @@ namespace {
 /// What the library writes, in the file; its faults leave as exceptions.
 class VdbBuffer final : public std::streambuf {
   public:
-    explicit VdbBuffer(const std::filesystem::path& path) : file_(path), kept_(std::size_t{1} << 20) {}
+    VdbBuffer(const std::filesystem::path& path, Existing existing)
+        : file_(path, existing), kept_(std::size_t{1} << 20) {}
     /// The first failure of writing, if any.
     void rethrow() const {
         if (failure_)
@@ -121,7 +122,7 @@ std::size_t bytesOfLeaves(const glm::ivec3& extent, int slices) {
 ExportReport writeGrid(BoxSource& box, const ExportRequest& request, bool asHalf) {
     openvdb::initialize();
     const VolumeInfo& info = box.info();
-    VdbBuffer buffer(request.out);
+    VdbBuffer buffer(request.out, request.existing());
     const ExportedValues values{FileType::f32, info.rescaleSlope, info.rescaleIntercept, false};
     const ValueRange range = storedRange(box, request.ram, request.progress);
     const auto background = static_cast<float>(

@@ -15,7 +15,8 @@ namespace tessera {
 /// Appends to an OutputFile.
 class VolumeFile {
   public:
-    explicit VolumeFile(const std::filesystem::path& path) : file_(path) {}
+    explicit VolumeFile(const std::filesystem::path& path, Existing existing = Existing::isReplaced)
+        : file_(path, existing) {}
     void append(std::span<const std::byte> bytes) {
         file_.writeAt(size_, bytes);
         size_ += bytes.size();

@@ -4,6 +4,7 @@
 
 #include "bricking/export/box_source.h"
 #include "core/base/budget.h"
+#include "core/base/output_file.h" // Existing
 #include "core/base/progress.h"
 
 #include <cstdint>
@@ -16,9 +17,10 @@ namespace tessera {
 struct ExportRequest {
     std::filesystem::path out;
     bool compress = false;
-    bool force = false; // replace an existing store; files are replaced always
+    bool force = false; // replace an existing file or store, also one that appears meanwhile
     MemoryBudget& ram;
     Progress& progress;
+    Existing existing() const { return force ? Existing::isReplaced : Existing::isKept; }
 };
 
 struct ExportReport {
@@ -29,7 +31,8 @@ struct ExportReport {
 
 /// Writes all of the box, a few slices at a time, under a temporary name that becomes `out` at the end.
 /// Throws InputError for what the format cannot hold, before anything is written, and for too small a budget;
-/// Error naming the file where it cannot be written. `out` is then as it was.
+/// Error naming the file where it cannot be written; InputError where one that is kept has the name, also one
+/// that appeared meanwhile. `out` is then as it was.
 using WriteVolume = ExportReport(BoxSource& box, const ExportRequest& request);
 
 struct ExportFormat {

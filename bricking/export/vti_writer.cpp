@@ -121,7 +121,7 @@ ExportReport writeVti(BoxSource& box, const ExportRequest& request) {
         throw badFile(request.out.string(),
                       "axes at right angles, which alone a .vti holds (.nrrd and .nii hold others)",
                       "slices that are tilted against their stack");
-    VolumeFile file(request.out);
+    VolumeFile file(request.out, request.existing());
     const ExportedValues values = physicalValues(box, kVtkTypes, request.ram, request.progress);
     const std::uint64_t bytes = info.voxelCount() * bytesPerFileValue(values.type);
     file.append(vtiHeader(info, values.type, request.compress));

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h> // AT_FDCWD
 #include <iostream>
 #include <string>
 #include <sys/stat.h>
@@ -31,6 +32,10 @@ std::string kindOf(mode_t mode) {
     return S_ISFIFO(mode) ? "a pipe" : "a socket";
 }
 
+BadFile isThere(const fs::path& path, const std::string& found) {
+    return badFile(path.string(), "a new name, or --force to replace", found);
+}
+
 fs::path folderOf(const fs::path& target) {
     return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
@@ -50,12 +55,14 @@ fs::path outputTarget(const fs::path& path) {
     return target;
 }
 
-void checkOutputFile(const fs::path& path) {
+void checkOutputFile(const fs::path& path, Existing existing) {
     const fs::path target = outputTarget(path), folder = folderOf(target);
     struct stat facts {};
     if (::stat(target.c_str(), &facts) == 0) {
         if (!S_ISREG(facts.st_mode))
             throw badFile(path.string(), "a file to write", kindOf(facts.st_mode));
+        if (existing == Existing::isKept)
+            throw isThere(path, "a file of that name");
         if (::access(target.c_str(), W_OK) != 0)
             throw badFile(path.string(), "a file that may be replaced", std::strerror(errno));
     }
@@ -69,8 +76,33 @@ std::optional<std::string> nameOfUnfinishedFile(std::string_view entry) {
     return nameOfTemporary(entry, kMark);
 }
 
-OutputFile::OutputFile(const fs::path& path) : shown_(path), target_(outputTarget(path)) {
-    checkOutputFile(path);
+bool renameToNewFile(const fs::path& from, const fs::path& to, bool inOneStep) {
+    if (inOneStep) {
+        if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0)
+            return true;
+        if (errno == EEXIST)
+            return false;
+        if (errno != EINVAL && errno != ENOSYS && errno != ENOTSUP)
+            throw cannotWrite(to.string(), errno);
+    }
+    if (::link(from.c_str(), to.c_str()) == 0) {
+        ::unlink(from.c_str());
+        return true;
+    }
+    if (errno == EEXIST)
+        return false;
+    // No links either (FAT, some network file systems): a file may appear between the two calls.
+    struct stat ignored {};
+    if (::lstat(to.c_str(), &ignored) == 0)
+        return false;
+    if (::rename(from.c_str(), to.c_str()) != 0)
+        throw cannotWrite(to.string(), errno);
+    return true;
+}
+
+OutputFile::OutputFile(const fs::path& path, Existing existing)
+    : shown_(path), target_(outputTarget(path)), existing_(existing) {
+    checkOutputFile(path, existing);
     const fs::path folder = folderOf(target_);
     sweepLeftovers(folder, [](const std::string& name) { return nameOfTemporary(name, kMark).has_value(); });
     std::optional<FileHandle> made;
@@ -113,8 +145,12 @@ void OutputFile::finish() {
         throw cannotWrite(shown_.string(), errno);
     // A second descriptor is closed first and checked: the lock stays until the file has its name.
     FileHandle(::dup(file_.descriptor())).close(shown_.string());
-    if (::rename(path_.c_str(), target_.c_str()) != 0)
+    if (existing_ == Existing::isKept) {
+        if (!renameToNewFile(path_, target_))
+            throw isThere(shown_, "something that was written there meanwhile");
+    } else if (::rename(path_.c_str(), target_.c_str()) != 0) {
         throw cannotWrite(shown_.string(), errno);
+    }
     renamed_ = true;
     unfinished_->forget();
     file_ = FileHandle();

@@ -42,7 +42,8 @@ class ExportProgram : public Program {
 
 TEST_F(ExportProgram, WhatCannotBeDoneIsRefusedInALine) {
     expectRefused("export s.zarr a.nrrd --level 6", {"--level", "0 (finest) to 5", "6"});
-    expectRefused("export s.zarr a.nrrd --crop-voxels 5,5,5,9,5,9", {"--crop-voxels", "5,5,5,9,5,9"});
+    expectRefused("export s.zarr a.nrrd --crop-voxels 5,5,5,9,5,9",
+                  {"--crop-voxels", "below its upper end", "5 to 5"});
     expectRefused("export s.zarr a.nrrd --crop-voxels 50,60,5,9,5,9", {"--crop-voxels", "0,40,0,33,0,24"});
     expectRefused("export s.zarr a.nrrd --crop-voxels 1,2,3", {"--crop-voxels", "X0,X1,Y0,Y1,Z0,Z1"});
     expectRefused("export s.zarr a.nrrd --crop 9000,9001,0,1,0,1", {"--crop"});
@@ -54,6 +55,9 @@ TEST_F(ExportProgram, WhatCannotBeDoneIsRefusedInALine) {
     expectRefused("export s.zarr a.nii --compress", {"a.nii", ".nii.gz"});
     expectRefused("export s.zarr none/a.nrrd", {"none/a.nrrd", "an existing folder"});
     expectRefused("export nothing.zarr a.nrrd", {"nothing.zarr"});
+    // Before anything is opened, or imported for long.
+    expectRefused("export nothing.zarr a.nrrd --crop 1,2", {"--crop: expected body or X0,X1,Y0,Y1,Z0,Z1"});
+    expectRefused("export nothing.zarr a.nrrd --crop-voxels a", {"--crop-voxels: expected X0,X1"});
     EXPECT_EQ(names(), std::vector<std::string>{"s.zarr"});
 }
 

@@ -55,7 +55,7 @@ TEST_F(Program, MeshWritesTheBorderOfLabels) {
                     "encoding: ascii\nspace origin: (-120,-120,-120)\n\n" +
                         voxels + "\n");
     const auto volumeOf = [&](const std::string& options) {
-        const Outcome outcome = run("mesh r.zarr m.stl --labels l.nrrd " + options);
+        const Outcome outcome = run("mesh r.zarr m.stl --force --labels l.nrrd " + options);
         EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
         const std::string stl = readAll(folder_ / "m.stl");
         EXPECT_THAT(stl.substr(0, 80), HasSubstr("mm in patient space, LPS"));
@@ -111,7 +111,7 @@ TEST_F(Program, MeshWritesTheSurfaceOfAValue) {
 TEST_F(Program, MeshKeepsPartsAndFewerTriangles) {
     ASSERT_EQ(run("phantom torso --size 60x45x70 -o t.zarr -q").exitCode, 0);
     const auto meshed = [&](const std::string& options) {
-        const Outcome outcome = run("mesh t.zarr m.stl --isosurface 200 " + options);
+        const Outcome outcome = run("mesh t.zarr m.stl --force --isosurface 200 " + options);
         EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
         return Triangles(readAll(folder_ / "m.stl"));
     };
@@ -149,6 +149,16 @@ TEST_F(Program, MeshRefusesWhatItCannotDo) {
                   {"--crop-voxels", "found none along axis x"});
     expectRefused("mesh t.zarr m.ply --isosurface 1 --ram 1MiB", {"--ram"});
     expectRefused("mesh t.zarr m.ply --labels none.nrrd", {"none.nrrd"});
+    // Before anything is opened, or imported for long.
+    expectRefused("mesh nothing.zarr m.ply --isosurface 1 --crop 1,2",
+                  {"--crop: expected X0,X1,Y0,Y1,Z0,Z1"});
+    expectRefused("mesh nothing.zarr m.ply --isosurface 1 --crop-voxels 5,4,0,1,0,1",
+                  {"--crop-voxels", "5 to 4"});
+    write("there.ply", "old");
+    expectRefused("mesh t.zarr there.ply --isosurface 1", {"there.ply", "--force"});
+    EXPECT_EQ(readAll(folder_ / "there.ply"), "old");
+    EXPECT_EQ(run("mesh t.zarr there.ply --isosurface 1 --force").exitCode, 0);
+    EXPECT_GT(fs::file_size(folder_ / "there.ply"), 1000u);
     EXPECT_FALSE(fs::exists(folder_ / "m.ply"));
     EXPECT_EQ(std::count_if(fs::directory_iterator(folder_.path()), fs::directory_iterator(),
                             [](const auto& entry) {

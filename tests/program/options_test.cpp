@@ -37,7 +37,7 @@ const std::vector<Command>& commands() {
          {{"--threshold", numbers}, {"--generations", zero}}},
         {"coverage", "s.zarr --path path.json", {{"--smallest", zero}}},
         {"mesh",
-         "s.zarr made.ply --isosurface 100",
+         "s.zarr made.ply --isosurface 100 --force",
          {{"--isosurface", numbers}, {"--level", zero}, {"--simplify", zero}, {"--min-volume", zero}}},
         {"render",
          "s.zarr --engine mirror --size 8x8 -o out.png",

@@ -9,9 +9,11 @@
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
+#include "core/scene/cuts.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/options/scene_options.h"       // cropBoxOf
 #include "viewer/cli/render/scene_from_arguments.h" // inHu
 
 #include <chrono>
@@ -24,8 +26,6 @@
 namespace tessera {
 namespace {
 
-constexpr char kBoxForm[] = "X0,X1,Y0,Y1,Z0,Z1", kCropForms[] = "body or X0,X1,Y0,Y1,Z0,Z1";
-
 struct ExportArguments {
     std::string in, out, format, box, crop, labels, unit, ram;
     int level = 0;
@@ -33,11 +33,13 @@ struct ExportArguments {
     InputOptions input;
 };
 
-std::vector<double> sixNumbers(const std::string& text, const std::string& option, const char* expected) {
-    const std::optional<std::vector<double>> numbers = lengthsOf(text, 6);
-    if (!numbers)
-        throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
-    return *numbers;
+/// The box that the options name; nullopt: none, or the body's, which is found in the volume.
+std::optional<CropBox> namedBox(const ExportArguments& arguments) {
+    if (!arguments.box.empty())
+        return cropBoxOf(arguments.box, "--crop-voxels", CropBox::Space::voxels);
+    if (!arguments.crop.empty() && arguments.crop != ModeOptions::kBody)
+        return cropBoxOf(arguments.crop, "--crop", CropBox::Space::patient, kCropForms);
+    return std::nullopt;
 }
 
 PatientBox bodyOf(const ExportArguments& arguments, const StoreReader& store, MemoryBudget& ram,
@@ -51,26 +53,15 @@ PatientBox bodyOf(const ExportArguments& arguments, const StoreReader& store, Me
     return {body.low, body.high};
 }
 
-LevelBox boxOf(const ExportArguments& arguments, const StoreReader& store, MemoryBudget& ram,
-               const CommonOptions& common) {
+LevelBox boxOf(const ExportArguments& arguments, const std::optional<CropBox>& named,
+               const StoreReader& store, MemoryBudget& ram, const CommonOptions& common) {
     const VolumeInfo& info = store.info();
     const int level = arguments.level;
-    if (!arguments.box.empty()) {
-        const std::vector<double> n = sixNumbers(arguments.box, "--crop-voxels", kBoxForm);
-        return levelBoxOf(info, level, {n[0], n[2], n[4]}, {n[1], n[3], n[5]}, "--crop-voxels");
-    }
+    if (named && named->space == CropBox::Space::voxels)
+        return levelBoxOf(info, level, named->low, named->high, "--crop-voxels");
     if (arguments.crop.empty())
         return wholeLevel(info, level);
-    PatientBox mm;
-    if (arguments.crop == "body") {
-        mm = bodyOf(arguments, store, ram, common);
-    } else {
-        const std::vector<double> n = sixNumbers(arguments.crop, "--crop", kCropForms);
-        mm = {{n[0], n[2], n[4]}, {n[1], n[3], n[5]}};
-        for (int axis = 0; axis < 3; ++axis)
-            if (!(mm.low[axis] < mm.high[axis]))
-                throw badFile("--crop", "a box whose upper bounds are above the lower ones", arguments.crop);
-    }
+    const PatientBox mm = named ? PatientBox{named->low, named->high} : bodyOf(arguments, store, ram, common);
     const PatientBox voxels = voxelBoxAround(info, mm);
     return levelBoxOf(info, level, voxels.low, voxels.high, "--crop");
 }
@@ -80,10 +71,7 @@ void checkTarget(const ExportArguments& arguments, const ExportFormat& format) {
     const std::filesystem::path out(arguments.out);
     if (format.writesFolder)
         return; // its writer does
-    checkOutputFile(out);
-    std::error_code ignored;
-    if (!arguments.force && std::filesystem::exists(outputTarget(out), ignored))
-        throw badFile(arguments.out, "a new name, or --force to replace", "a file of that name");
+    checkOutputFile(out, arguments.force ? Existing::isReplaced : Existing::isKept);
 }
 
 void tell(const ExportArguments& arguments, const BoxSource& box, const ExportReport& report, double seconds,
@@ -151,9 +139,10 @@ void runExport(const ExportArguments& arguments, const CommonOptions& common) {
     checkTarget(arguments, format);
     if (format.name == "ome-zarr")
         requireStorePath(arguments.out, arguments.force);
+    const std::optional<CropBox> named = namedBox(arguments);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
-    const LevelBox part = boxOf(arguments, store, ram, common);
+    const LevelBox part = boxOf(arguments, named, store, ram, common);
     const ExportedLabels labels = labelsOf(arguments, format, store, ram, common);
     BoxSource box(labels.numbers ? static_cast<const ChunkSource&>(*labels.numbers) : store, part, ram);
     common.detail("exporting " + box.describe() + " as " + format.name + " to " + arguments.out);

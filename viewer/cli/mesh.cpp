@@ -12,12 +12,14 @@
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
+#include "core/base/output_file.h"
 #include "core/base/shown_text.h"
 #include "core/scene/cuts.h"
 #include "core/scene/labels.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/options/scene_options.h" // cropBoxOf
 
 #include <algorithm>
 #include <chrono>
@@ -36,22 +38,22 @@ struct MeshArguments {
     std::optional<double> isovalue, share, error;
     PartsChoice parts;
     std::vector<std::string> label, boxes, boxesInVoxels;
-    bool sameFrame = false;
+    bool sameFrame = false, force = false;
     int level = 0;
     InputOptions input;
+    Existing existing() const { return force ? Existing::isReplaced : Existing::isKept; }
     bool simplifies() const { return share || error; }
     bool needsWhole() const { return simplifies() || parts.any(); }
 };
 
-constexpr const char* kMeshBoxForm = "X0,X1,Y0,Y1,Z0,Z1";
-
-CropBox cropBoxOf(const std::string& text, const char* option, CropBox::Space space) {
-    const std::optional<std::vector<double>> n = lengthsOf(text, 6);
-    if (!n)
-        throw badFile(option, kMeshBoxForm, "\"" + text.substr(0, 60) + "\"");
-    const CropBox box{{(*n)[0], (*n)[2], (*n)[4]}, {(*n)[1], (*n)[3], (*n)[5]}, space, Keep::inside};
-    checkBox(box, option);
-    return box;
+/// The boxes that the options name.
+std::vector<CropBox> namedBoxes(const MeshArguments& a) {
+    std::vector<CropBox> boxes;
+    for (const std::string& text : a.boxes)
+        boxes.push_back(cropBoxOf(text, "--crop", CropBox::Space::patient));
+    for (const std::string& text : a.boxesInVoxels)
+        boxes.push_back(cropBoxOf(text, "--crop-voxels", CropBox::Space::voxels));
+    return boxes;
 }
 
 /// A box along the patient's axes as one along the volume's.
@@ -73,16 +75,12 @@ VoxelBox inVoxels(const CropBox& box, const VolumeInfo& info) {
     return {glm::min(a, b), glm::max(a, b)};
 }
 
-VoxelBox regionOf(const MeshArguments& a, const VolumeInfo& info) {
+VoxelBox regionOf(const std::vector<CropBox>& boxes, const VolumeInfo& info) {
     VoxelBox region{glm::dvec3(0), glm::dvec3(info.extentVoxels)};
-    const auto keep = [&region](const VoxelBox& box) {
+    for (const CropBox& named : boxes) {
+        const VoxelBox box =
+            named.space == CropBox::Space::patient ? inVoxels(named, info) : VoxelBox{named.low, named.high};
         region.low = glm::max(region.low, box.low), region.high = glm::min(region.high, box.high);
-    };
-    for (const std::string& text : a.boxes)
-        keep(inVoxels(cropBoxOf(text, "--crop", CropBox::Space::patient), info));
-    for (const std::string& text : a.boxesInVoxels) {
-        const CropBox box = cropBoxOf(text, "--crop-voxels", CropBox::Space::voxels);
-        keep({box.low, box.high});
     }
     return region;
 }
@@ -108,6 +106,7 @@ struct NoSink final : MeshSink {
 
 struct MeshJob {
     const MeshArguments& arguments;
+    const std::vector<CropBox>& boxes;
     const StoreReader& store;
     MemoryBudget& ram;
     const CommonOptions& common;
@@ -115,14 +114,13 @@ struct MeshJob {
     void write(const MeshField& field) const {
         const auto began = std::chrono::steady_clock::now();
         const VolumeInfo& info = store.info();
-        const SurfaceLattice lattice(info, regionOf(arguments, info), arguments.level,
-                                     regionOption(arguments));
+        const SurfaceLattice lattice(info, regionOf(boxes, info), arguments.level, regionOption(arguments));
         SurfaceRequest request;
         request.value = field.value;
         MeshWriter writer(arguments.out,
                           "Tessera: mm in patient space, LPS; " + field.about + ", level " +
                               std::to_string(arguments.level) + "; closed, seen from outside turning left",
-                          ram);
+                          ram, arguments.existing());
         SurfaceCounts found = arguments.needsWhole() ? writeWhole(field, lattice, request, writer)
                                                      : extract(field, lattice, request, writer);
         common.progress->stage("writing " + arguments.out);
@@ -257,10 +255,11 @@ struct MeshJob {
 void runMesh(const MeshArguments& arguments, const CommonOptions& common) {
     if (arguments.labels.empty() == !arguments.isovalue)
         throw badFile("--isosurface", "a value, or --labels", arguments.isovalue ? "both" : "neither");
-    checkMeshFile(arguments.out);
+    checkMeshFile(arguments.out, arguments.existing());
+    const std::vector<CropBox> boxes = namedBoxes(arguments);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const StoreReader store(storeFor(arguments.in, arguments.input, ram, common), ram);
-    const MeshJob job{arguments, store, ram, common};
+    const MeshJob job{arguments, boxes, store, ram, common};
     if (arguments.isovalue)
         job.meshOfValue();
     else
@@ -274,10 +273,7 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
         "mesh", "Write the surface of a value, or of labels, as a watertight mesh, in bounded memory");
     auto arguments = std::make_shared<MeshArguments>();
     command.option("IN", arguments->in, "store, or source files").required();
-    command
-        .option("OUT", arguments->out,
-                "mesh to write: " + joinNames(meshFileEndings()) + "; replaced if it exists")
-        .required();
+    command.option("OUT", arguments->out, "mesh to write: " + joinNames(meshFileEndings())).required();
     command.option("--isosurface", arguments->isovalue, "value of the surface, physical units (CT: HU)")
         .check(numberWithin(-kLargestValue, kLargestValue, "a value"));
     command.option("--labels", arguments->labels,
@@ -305,11 +301,11 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
         .option("--crop", arguments->boxes,
                 std::string("mesh only the inside of a box along the patient's axes, mm, closed at its "
                             "faces: ") +
-                    kMeshBoxForm + "; of several, their intersection")
+                    kBoxForm + "; of several, their intersection")
         .oneValueEach();
     command
         .option("--crop-voxels", arguments->boxesInVoxels,
-                std::string("the same along the volume's axes, in voxels from 0: ") + kMeshBoxForm)
+                std::string("the same along the volume's axes, in voxels from 0: ") + kBoxForm)
         .oneValueEach();
     command
         .option("--simplify", arguments->share,
@@ -328,6 +324,7 @@ void addMeshCommand(Command& program, const CommonOptions& common, Action& actio
                 "keep only parts, and cavities, that enclose so much, mm3")
         .inUnit("mm3")
         .check(numberWithin(0, 1e12, "mm3 from 0 to 1e12"));
+    command.flag("--force", arguments->force, "replace an existing file");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     addSelectionOptions(command, arguments->input);
     addSpacingOption(command, arguments->input);

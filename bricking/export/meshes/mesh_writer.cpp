@@ -55,10 +55,10 @@ std::string plainAbout(std::string about) {
 } // namespace
 
 struct MeshWriter::State {
-    State(const fs::path& path, const std::string& about, MemoryBudget& ram)
+    State(const fs::path& path, const std::string& about, MemoryBudget& ram, Existing existing)
         : shown(path), form(requiredForm(path)),
-          charge(ram.charge(3 * kBufferBytes, "buffers of " + path.filename().string())), file(path),
-          spool(folderOf(path)) {
+          charge(ram.charge(3 * kBufferBytes, "buffers of " + path.filename().string())),
+          file(path, existing), spool(folderOf(path)) {
         written.about = plainAbout(about);
         written.low = glm::vec3(std::numeric_limits<float>::infinity());
         written.high = -written.low;
@@ -103,13 +103,13 @@ std::vector<std::string> meshFileEndings() {
     return endings;
 }
 
-void checkMeshFile(const fs::path& file) {
+void checkMeshFile(const fs::path& file, Existing existing) {
     requiredForm(file);
-    checkOutputFile(file);
+    checkOutputFile(file, existing);
 }
 
-MeshWriter::MeshWriter(const fs::path& file, const std::string& about, MemoryBudget& ram)
-    : state_(std::make_unique<State>(file, about, ram)) {}
+MeshWriter::MeshWriter(const fs::path& file, const std::string& about, MemoryBudget& ram, Existing existing)
+    : state_(std::make_unique<State>(file, about, ram, existing)) {}
 MeshWriter::~MeshWriter() = default;
 
 void MeshWriter::point(const glm::dvec3& mm) {

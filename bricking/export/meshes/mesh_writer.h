@@ -8,6 +8,7 @@
 
 #include "bricking/analysis/surface/surface_mesh.h" // MeshSink
 #include "core/base/budget.h"
+#include "core/base/output_file.h" // Existing
 
 #include <cstdint>
 #include <filesystem>
@@ -19,15 +20,16 @@ namespace tessera {
 
 /// ".ply", ".stl", ".obj", ".glb".
 std::vector<std::string> meshFileEndings();
-/// Throws InputError naming file for another ending, or where no file can be written.
-void checkMeshFile(const std::filesystem::path& file);
+/// Throws InputError naming file for another ending, as checkOutputFile() does.
+void checkMeshFile(const std::filesystem::path& file, Existing existing = Existing::isReplaced);
 
 class MeshWriter : public MeshSink {
   public:
     /// The file's format is that of its ending. Throws InputError as checkMeshFile() does and if ram cannot
     /// hold the buffers, Error if the file cannot be made.
     /// @param about  what the mesh is, for the file's comment: one line of ASCII, cut after 160 characters
-    MeshWriter(const std::filesystem::path& file, const std::string& about, MemoryBudget& ram);
+    MeshWriter(const std::filesystem::path& file, const std::string& about, MemoryBudget& ram,
+               Existing existing = Existing::isReplaced);
     ~MeshWriter() override;
 
     /// Both throw Error naming the file where it cannot be written, InputError where the mesh is more than

@@ -1,9 +1,11 @@
 // tests/bricking/export/round_trip_test.cpp: what is exported is read again by the importers: the same values
 // and places, for every type, format, box and level.
 #include "bricking/export/exported_place.h"
+#include "bricking/export/exported_values.h"
 #include "bricking/export/label_value_source.h"
 #include "bricking/export/tiff_pages.h"
 #include "bricking/import/open_source.h"
+#include "core/base/interrupt.h"
 #include "tests/support/export_tools.h"
 
 #include <fstream>
@@ -196,6 +198,54 @@ TEST(Export, AnyBudgetGivesTheSameBytesOrIsRefused) {
                 ThrowsMessage<InputError>(HasSubstr("--ram")));
     EXPECT_FALSE(fs::exists(scratch / "no.nrrd"));
     EXPECT_EQ(entriesIn(scratch.path()), 3u);
+}
+
+TEST(Export, AFileIsReplacedByForceAloneAlsoOneThatAppears) {
+    const ScratchFolder scratch;
+    HashSource source(asymmetricInfo(ValueType::u16));
+    import(scratch / "v.zarr", source);
+    MemoryBudget ram("RAM", "--ram", kPlenty);
+    const StoreReader store(scratch / "v.zarr", ram);
+    for (const ExportFormat& format : exportFormats()) {
+        if (format.writesFolder || format.endings.empty())
+            continue;
+        const fs::path out = scratch / ("a" + format.endings.front());
+        Progress silent;
+        BoxSource box(store, wholeLevel(store.info(), 0), ram, 1);
+        setFileText(out, "theirs");
+        EXPECT_THAT(
+            [&] {
+                format.write(box, {out, false, false, ram, silent});
+            },
+            ThrowsMessage<InputError>(HasSubstr("--force")))
+            << format.name;
+        EXPECT_EQ(fileText(out), "theirs");
+    }
+}
+
+TEST(Export, WorkIsCalledOffBetweenPortionsOfASlice) {
+    const ScratchFolder scratch;
+    HashSource source(plainInfo({512, 300, 32}, ValueType::u8));
+    import(scratch / "v.zarr", source);
+    MemoryBudget ram("RAM", "--ram", kPlenty);
+    const StoreReader store(scratch / "v.zarr", ram);
+    Progress silent;
+    for (const FileType type : {FileType::u8, FileType::f32}) { // as stored, and converted
+        BoxSource box(store, wholeLevel(store.info(), 0), ram, 1);
+        ExportedValues values = storedValues(store.info());
+        values.type = type;
+        Cancellation::Flag stop{false};
+        const Cancellation asked(&stop);
+        std::size_t taken = 0;
+        EXPECT_THROW(streamNumbers(box, values, ram, silent,
+                                   [&](std::span<const std::byte> numbers) {
+                                       taken += numbers.size() / bytesPerFileValue(type);
+                                       stop = true;
+                                   }),
+                     Cancelled);
+        EXPECT_LT(taken, 512u * 300u);
+        EXPECT_GT(taken, 0u);
+    }
 }
 
 TEST(Export, BoxesAndLevelsThatAreNotThereAreRefused) {

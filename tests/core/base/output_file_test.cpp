@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <span>
 #include <string>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -125,6 +126,50 @@ TEST_F(OutputFiles, ReplacesFilesOnly) {
     writeOutputFile(folder_ / "kept.md", "kept");
     fs::permissions(folder_ / "kept.md", fs::perms::owner_read);
     expectRefused("kept.md", "may be replaced");
+}
+
+TEST_F(OutputFiles, AFileThatIsKeptIsNotReplacedNorIsOneThatAppears) {
+    const auto refusal = [&](const std::function<void()>& body) {
+        try {
+            body();
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string("nothing was refused");
+    };
+    const std::string bytes = "new";
+    {
+        OutputFile file(folder_ / "a.md", Existing::isKept);
+        file.writeAt(0, std::as_bytes(std::span(bytes)));
+        file.finish();
+    }
+    EXPECT_EQ(text("a.md"), "new");
+    EXPECT_THAT(refusal([&] { const OutputFile file(folder_ / "a.md", Existing::isKept); }),
+                HasSubstr("a.md: expected a new name, or --force to replace, found a file"));
+    EXPECT_THAT(refusal([&] {
+                    OutputFile file(folder_ / "b.md", Existing::isKept);
+                    file.writeAt(0, std::as_bytes(std::span(bytes)));
+                    std::ofstream(folder_ / "b.md") << "theirs";
+                    file.finish();
+                }),
+                HasSubstr("b.md: expected a new name, or --force to replace, found something"));
+    EXPECT_EQ(text("b.md"), "theirs");
+    EXPECT_EQ(names(), 2u);
+}
+
+TEST_F(OutputFiles, ARenameToANewNameNeedsNoSupportOfTheFileSystem) {
+    for (const bool inOneStep : {true, false}) {
+        std::ofstream(folder_ / "from.md") << "mine";
+        std::ofstream(folder_ / "to.md") << "theirs";
+        EXPECT_FALSE(renameToNewFile(folder_ / "from.md", folder_ / "to.md", inOneStep));
+        EXPECT_EQ(text("from.md"), "mine");
+        EXPECT_EQ(text("to.md"), "theirs");
+        fs::remove(folder_ / "to.md");
+        EXPECT_TRUE(renameToNewFile(folder_ / "from.md", folder_ / "to.md", inOneStep));
+        EXPECT_EQ(text("to.md"), "mine");
+        EXPECT_EQ(names(), 1u);
+        EXPECT_THROW(renameToNewFile(folder_ / "none.md", folder_ / "other.md", inOneStep), Error);
+    }
 }
 
 TEST_F(OutputFiles, KeepsThePermissionsOfWhatItReplaces) {

@@ -217,7 +217,6 @@ void parseSlab(const std::string& text, SlicePlane& slice) {
     checkSlice(slice, "--slab");
 }
 
-constexpr char kCropForm[] = "X0,X1,Y0,Y1,Z0,Z1", kCropWords[] = "body or X0,X1,Y0,Y1,Z0,Z1";
 constexpr char kPlaneForm[] = "X,Y,Z,NX,NY,NZ";
 
 void applyCuts(const ModeOptions& options, Cuts& cuts) {
@@ -235,9 +234,8 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
         throw badFile("--cut-volume", "--crop, --crop-voxels or --cut-plane, which cut it", "none");
     const auto addBox = [&](const std::string& text, const char* option, CropBox::Space space) {
         const bool patient = space == CropBox::Space::patient;
-        const std::vector<double> n = numbers(text, 6, option, patient ? kCropWords : kCropForm);
-        cuts.boxes.push_back({{n[0], n[2], n[4]}, {n[1], n[3], n[5]}, space, keep});
-        checkBox(cuts.boxes.back(), option);
+        cuts.boxes.push_back(cropBoxOf(text, option, space, patient ? kCropForms : kBoxForm));
+        cuts.boxes.back().keep = keep;
     };
     for (const std::string& text : options.boxes)
         if (text != ModeOptions::kBody) // found in the volume, once there is one
@@ -256,6 +254,14 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
 
 } // namespace
 
+CropBox cropBoxOf(const std::string& text, const std::string& option, CropBox::Space space,
+                  const char* forms) {
+    const std::vector<double> n = numbers(text, 6, option, forms);
+    const CropBox box{{n[0], n[2], n[4]}, {n[1], n[3], n[5]}, space, Keep::inside};
+    checkBox(box, option);
+    return box;
+}
+
 void addModeOptions(Command& command, ModeOptions& options) {
     command.option("--slice", options.slice,
                    std::string("a plane: ") + kSliceForm +
@@ -264,10 +270,10 @@ void addModeOptions(Command& command, ModeOptions& options) {
                    std::string("thickness of the slice and its reduction: ") + kSlabForm +
                        " (default: 0, a plane)");
     command.option("--crop", options.boxes,
-                   std::string("draw only the inside of a box along the patient's axes, mm: ") + kCropForm +
+                   std::string("draw only the inside of a box along the patient's axes, mm: ") + kBoxForm +
                        ", or body: the patient's, without the table (CT); of several, their intersection");
     command.option("--crop-voxels", options.boxesInVoxels,
-                   std::string("the same along the volume's axes, in voxels from 0: ") + kCropForm);
+                   std::string("the same along the volume's axes, in voxels from 0: ") + kBoxForm);
     command.option("--cut-plane", options.planes,
                    std::string("draw only the side that the normal points to: ") + kPlaneForm +
                        " (a point and a normal, mm); of several, their intersection");

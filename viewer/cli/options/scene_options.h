@@ -81,6 +81,12 @@ struct ModeOptions {
     static constexpr const char* kBody = "body"; // "body": a box found in the volume
     bool cropsToBody() const { return std::find(boxes.begin(), boxes.end(), kBody) != boxes.end(); }
 };
+/// A box in text, with its bounds checked. Throws InputError naming option.
+/// @param forms  what is expected: kBoxForm, or kCropForms where "body" is another way to say one
+constexpr char kBoxForm[] = "X0,X1,Y0,Y1,Z0,Z1", kCropForms[] = "body or X0,X1,Y0,Y1,Z0,Z1";
+CropBox cropBoxOf(const std::string& text, const std::string& option, CropBox::Space space,
+                  const char* forms = kBoxForm);
+
 void addModeOptions(Command& command, ModeOptions& options);
 /// The cuts that options add to: the scene's, or those of --cut-volume. Throws InputError where the scene has
 /// no such volume.
