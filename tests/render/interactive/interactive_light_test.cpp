@@ -237,6 +237,9 @@ TEST(InteractiveLight, ScatteredLightComesToTheSameWhateverWasSetBefore) {
     };
     relight("how much is scattered", [](Lighting& l) { l.lights[0].scatter = 0.5; });
     relight("how far", [](Lighting& l) { l.scatterRadiusMm = 5; });
+    // Then light by coarse maps is as fine as any, and still not that by whole maps.
+    relight("how fine", [](Lighting& l) { l.finestLevel = 3; });
+    relight("where the light is", [](Lighting& l) { l.lights[0].direction = {1, 1, 0.3}; });
     expectTheSameAfter(scene, changes, true);
 }
 
