@@ -1,7 +1,6 @@
 """What run.py and sample.py share: a mutant, and the copy of the sources in which one is planted, built and tested.
 The working tree is never touched."""
 import fcntl
-import hashlib
 import os
 import re
 import shutil
@@ -90,7 +89,7 @@ class Copy:
                                 capture_output=True, text=True).stdout.split("\0")
         wanted = {name for name in listed if name and (ROOT / name).is_file()}
         for name in wanted:
-            to, content = self.root / name, (ROOT / name).read_bytes()
+            to, content = self.root / name, self.content(name)
             if not to.is_file() or to.read_bytes() != content:
                 to.parent.mkdir(parents=True, exist_ok=True)
                 to.write_bytes(content)
@@ -102,6 +101,10 @@ class Copy:
         if not (self.build / "build.ninja").exists():
             subprocess.run(["cmake", *self.CONFIGURE, "-DTESSERA_WITH_TESTS=ON"], check=True, cwd=self.root,
                            env=self.env, stdout=subprocess.DEVNULL)
+
+    def content(self, name):
+        """What a file of the copy holds."""
+        return (ROOT / name).read_bytes()
 
     def plant(self, mutant):
         for edit in mutant.edits:
@@ -121,20 +124,6 @@ class Copy:
         done = processes.run(["ninja", "-C", self.build, "-j", self.jobs, *targets], self.root, self.env)
         return "" if done.status == 0 else done.text
 
-    def remember(self, parts):
-        """What programs are without a mutant. `parts`: by program, the files of the build that it is made of, starts or
-        loads."""
-        self.parts = parts
-        self.sums = {part: self.sum(part) for part in set().union(*parts.values())}
-
-    def sum(self, part):
-        path = self.build / part
-        return hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b""
-
-    def is_changed(self, program):
-        """False where the compiler makes the same of the mutant."""
-        return any(self.sum(part) != self.sums[part] for part in self.parts[program])
-
     def call(self, command, timeout=None, env=None):
         """Runs a command, which hangs after `timeout` seconds of a processor, or where it takes none any more."""
         timeout = timeout or self.timeout
@@ -148,7 +137,12 @@ class Copy:
                                          "--gtest_color=no"], timeout)
         if code == 0:
             return Tested("", text, seconds)
+        return Tested(self.failed(program, code, text), text, seconds)
+
+    @staticmethod
+    def failed(program, code, text):
+        """Who failed, by what tests wrote."""
         failed = re.search(r"\[  FAILED  \] ([\w/.]+)", text)
         begun = (re.findall(r"\[ RUN      \] (\S+)", text) or [program])[-1]
         ends = f"{begun}: hangs" if code is None else f"{begun}: ends with {code}"
-        return Tested(failed.group(1) if failed else ends, text, seconds)
+        return failed.group(1) if failed else ends

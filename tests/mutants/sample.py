@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Draws mutants at random, plants them one at a time and tells what share of them the tests kill, with its 95 %
-interval, and which survived. Every line of product code is as likely, rooms in turn by their share of the lines; then
-one of the operators (operators.py) that fit it. What does not compile, or with a warning, is drawn again. The same
-seed and sources draw the same. Results are kept in build/sample-SEED.jsonl: another run goes on where one ended.
-Exit status: 0 where the sample is whole, 1 where time was up before."""
+"""Draws mutants at random and tells what share of them the tests kill, with its 95 % interval, and which survived. Every
+line of product code is as likely, rooms in turn by their share of the lines; then one of the operators (operators.py) that
+fit it. What does not compile, or with a warning, is drawn again. The same seed and sources draw the same. One build holds
+all of them behind switches (switching.py). Results are kept in build/sample-SEED.jsonl: another run goes on where one
+ended."""
 import argparse
 import os
 import random
@@ -18,9 +18,12 @@ from pathlib import Path
 
 import processes
 import score
+from compiling import Compiler
+from judging import START_SECONDS, Judge, in_rounds, time_for
 from operators import faults_of
-from planting import ROOT, Copy, Edit, Mutant
-from reach import Reach
+from planting import ROOT
+from switched_build import SwitchedBuild
+from switching import MANNERS, switched
 
 LEFT_OUT = ("tests/", "viewer/studies/")  # no product code: tests, and programs that measure
 
@@ -56,140 +59,128 @@ def draws(texts, seed):
         faults = faults_of(texts[file][n])
         name = generator.choice(sorted({operator for operator, _ in faults}))
         fault = generator.choice([text for operator, text in faults if operator == name])
-        above = texts[file][:n]  # they make the old text stand once in its file
-        edit = Edit(file, above + [texts[file][n]], above + [fault])
-        yield {"file": file, "line": n + 1, "room": room_of(file), "operator": name, "before": texts[file][n],
-               "after": fault}, Mutant("sample", name, f"{file}:{n + 1}", name, [edit])
-
-
-def judge(copy, tests, mutant, limit):
-    """Plants a mutant and runs the tests that reach it until they have taken their processor time; what a result says of
-    that."""
-    ran, built, begun, used = [], {}, time.time(), 0  # built: whether the program is another with the mutant
-
-    def found(verdict, by, whole=True):
-        return {"verdict": verdict, "by": by, "tests": ran, "whole": whole, "reached": sum(len(names) for _, names, _ in tests),
-                "seconds": round(time.time() - begun, 1), "processor": round(used, 1),
-                "same": whole and bool(built) and not any(built.values())}
-    try:
-        copy.plant(mutant)
-        if not tests and (error := unbuilt(copy.make(["all"]))):
-            return found("no build", error)
-        for program, names, seconds in tests:
-            if used > limit:
-                return found("survived", "", False)
-            if program not in built and (text := copy.make([program])):
-                if error := unbuilt(text):
-                    return found("no build", error)
-                return found("killed", f"{program}: cannot list its tests")
-            if program not in built:
-                built[program] = copy.is_changed(program)
-            if not built[program]:
-                continue
-            ran.append(f"{program} {names[0] if len(names) == 1 else len(names)}")
-            done = copy.run_tests(program, ":".join(names), min(copy.timeout, 30 + 10 * seconds))
-            used += done.seconds
-            if done.by:
-                return found("killed", done.by)
-        return found("survived", "")
-    finally:
-        copy.restore()
-
-
-def unbuilt(text):
-    """The first error of a compiler or linker; "" where a build failed by what it ran."""
-    error = re.search(r"^.*error: .*$", text, re.M)
-    return error.group(0)[-200:] if error else ""
+        yield {"file": file, "line": n + 1, "room": room_of(file), "operator": name, "before": texts[file][n], "after": fault}
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--count", type=int, default=200,
-                        help="mutants that build, with those of earlier runs (default: 200)")
+    parser.add_argument("--count", type=int, default=200, help="mutants that build (default: 200)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--room", action="append",
                         help="only files below this folder, such as bricking/store/; may be repeated")
-    parser.add_argument("--minutes", type=float, default=1e9, help="begin nothing more after so many")
-    parser.add_argument("--limit", type=float, default=300, help="seconds of a processor for the tests of a mutant that lives (default: 300)")
-    parser.add_argument("--again", action="store_true", help="judge survivors again: with a longer --limit")
+    parser.add_argument("--first", type=float, default=15,
+                        help="seconds of a processor for the nearest tests of a mutant, by itself (default: 15)")
+    parser.add_argument("--limit", type=float, default=300,
+                        help="seconds of a processor for the tests of a mutant that has no switch (default: 300)")
     parser.add_argument("--new-tests", action="store_true",
-                        help="as --again, after tests were written: told as a score of its own")
+                        help="judge survivors again, after tests were written: told as a score of its own")
     parser.add_argument("--report", action="store_true", help="tell what is known and stop")
     parser.add_argument("--list", action="store_true", help="print what is drawn and stop")
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "mutants",
-                        help="folder of the first copy, as run.py has it; others beside it")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants side by side, each in its copy")
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "mutants-sampled", help="folder of the copy")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers and tests side by side")
     parser.add_argument("--timeout", type=float, default=120,
-                        help="seconds of a processor after which tests hang: a kill (default: 120)")
+                        help="seconds of a processor after which a test hangs without a fault (default: 120)")
     return parser.parse_args()
 
 
-def prepared(folder, options):
-    """A copy, built and with its stores."""
-    copy = Copy(folder.resolve(), options.jobs, options.timeout)
-    copy.update()
-    if text := copy.make(["all"]):
-        sys.exit(f"the sources do not build without a mutant:\n{text[-3000:]}")
-    stores = copy.build / "test-stores"
-    prepare = [str(copy.build / "prepare_test_stores"), str(stores)]
-    if not stores.exists() and copy.call(prepare, 20 * options.timeout)[0] != 0:
-        sys.exit("prepare_test_stores fails without a mutant")
-    return copy
+def compiled(copy, drawn, known, count, keep):
+    """The first `count` of what is drawn that compile without a warning, and in which manner each has a switch. `known`:
+    verdicts of earlier runs."""
+    compiler, chosen, drawn = Compiler(copy), [], iter(drawn)
+
+    def found(mutant):
+        """An error, or the number of a manner."""
+        if known.get(score.key(mutant)) == "no build":
+            return "known"
+        text = (ROOT / mutant["file"]).read_text()
+        lines = text.split("\n")
+        lines[mutant["line"] - 1] = mutant["after"]
+        if error := compiler.error(mutant["file"], "\n".join(lines)):
+            return error
+        for n, manner in enumerate(MANNERS):
+            switch, has = switched(text, [(0, mutant["line"], mutant["operator"], mutant["after"], manner)])
+            if has and not compiler.error(mutant["file"], switch):
+                return n
+        return len(MANNERS)
+    with ThreadPoolExecutor(copy.jobs) as threads:
+        while len(chosen) < count and (some := list(islice(drawn, count - len(chosen)))):
+            for mutant, what in zip(some, threads.map(found, some)):
+                if isinstance(what, int):
+                    chosen.append((mutant, what))
+                elif what != "known":
+                    if bad := compiler.error(mutant["file"], (ROOT / mutant["file"]).read_text()):
+                        sys.exit(f"{mutant['file']} does not compile without a fault: {bad}")
+                    keep(mutant, "no build", what, 0)
+    return chosen
 
 
-def wanted(options, results, drawn):
-    """What is to be judged, and how many of them that build."""
-    if options.again or options.new_tests:
-        alive = {name for name, result in score.judged(results, True).items() if result["verdict"] == "survived"}
-        return [(mutant, planted) for mutant, planted in drawn if score.key(mutant) in alive], len(alive)
-    known = {score.key(result) for result in results}
-    return ((mutant, planted) for mutant, planted in drawn if score.key(mutant) not in known), \
-        options.count - len(score.judged(results, False))
+def judge_alone(copy, n, tests, options, keep):
+    """A fault that has no switch: built by itself, and the tests of its file's other faults, then of its room's."""
+    mutant = copy.faults[n]
+    copy.planted = (mutant["file"], mutant["line"], mutant["after"])
+    try:
+        copy.update()
+        if text := copy.make(["all"]):
+            error = re.search(r"^.*error: .*$", text, re.M)
+            return keep(mutant, "no build" if error else "killed", error.group(0)[-200:] if error else "cannot list its tests", 0)
+
+        def near(of):
+            own = [copy.faults[m] for m in of["reached"] if m in copy.faults]
+            return -sum((m["file"] == mutant["file"]) + 0.1 * (m["room"] == mutant["room"]) for m in own) / (len(own) + 1) / \
+                (START_SECONDS + of["seconds"])
+        order = [tuple(name.split(" ", 1)) for name in sorted(tests, key=lambda name: near(tests[name]))]
+        cost = {test: START_SECONDS + tests[" ".join(test)]["seconds"] for test in order}
+        used, met = 0, 0
+        for program, names, seconds in in_rounds(order, cost):
+            if used > options.limit:
+                return keep(mutant, "survived", "", met, whole=False)
+            done = copy.run(program, names, set(), time_for(seconds))
+            used, met = used + done.seconds, met + len(names)
+            if done.by:
+                return keep(mutant, "killed", done.by, met)
+        return keep(mutant, "survived", "", met)
+    finally:
+        copy.planted = None
 
 
-def sampled(options, copies, path, drawn):
-    """Judges in all copies at once, and keeps; returns whether all were."""
-    reach, until, one = Reach(copies[0]), time.time() + 60 * options.minutes, threading.Lock()
-    chosen, left = wanted(options, score.read(path), drawn)
-    chosen = iter(chosen)
-    for copy in copies:
-        copy.jobs = 1
-        copy.remember(reach.parts)
+def sampled(options, path, drawn):
+    """Judges what is drawn, and keeps."""
+    lock = threading.Lock()
 
-    def work(copy):
-        nonlocal left
-        while True:
-            with one:
-                if left <= 0 or time.time() > until or (mutant := next(chosen, None)) is None:
-                    return
-                left -= 1
-                tests = reach.tests(mutant[0]["file"], mutant[0]["line"])
-            result = {"seed": options.seed, **mutant[0], **judge(copy, tests, mutant[1], options.limit),
-                      "new_tests": options.new_tests}
-            with one:
-                score.append(path, result)
-                left += result["verdict"] == "no build"
-                print(f"{result['verdict']:9} {result['seconds']:5.0f} s {result['processor']:5.0f} s  {mutant[1].place:60} {mutant[1].why:18} "
-                      f"{result['by'] or result['reached']}", flush=True)
-    with ThreadPoolExecutor(len(copies)) as threads:
-        list(threads.map(work, copies))
-    return left <= 0
+    def keep(mutant, verdict, by, met, whole=True):
+        with lock:
+            score.append(path, {"seed": options.seed, **mutant, "verdict": verdict, "by": by, "met": met, "whole": whole,
+                                "new_tests": options.new_tests})
+            place = f"{mutant['file']}:{mutant['line']}"
+            print(f"{time.strftime('%H:%M:%S')} {verdict:9} {place:60} {mutant['operator']:18} {by or met}", flush=True)
+    known = {score.key(result): result["verdict"] for result in score.read(path)}
+    copy = SwitchedBuild(options.build.resolve(), options.jobs, options.timeout)
+    copy.configure()
+    chosen = compiled(copy, drawn, known, options.count, keep)
+    copy.set_faults(chosen)
+    tests = copy.prepare()
+    wanted = {n for n, mutant in copy.faults.items() if
+              (known.get(score.key(mutant)) == "survived" if options.new_tests else score.key(mutant) not in known)}
+    alone = copy.alone(tests)
+    judge = Judge(copy.run, tests, copy.faults, lambda n, *found: keep(copy.faults[n], *found), options.jobs)
+    judge.judge(wanted - alone, options.first)
+    for n in sorted(wanted & alone):
+        judge_alone(copy, n, tests, options, keep)
 
 
 def main():
     options = arguments()
     path = ROOT / "build" / f"sample-{options.seed}.jsonl"
     texts = {file: (ROOT / file).read_text().split("\n") for file in sources(options.room)}
-    drawn, whole = draws(texts, options.seed), True
+    drawn = draws(texts, options.seed)
     if options.list:
-        for mutant, planted in islice(drawn, options.count):
-            print(f"{planted.place}: {planted.why}\n- {mutant['before'].strip()}\n+ {mutant['after'].strip()}")
+        for mutant in islice(drawn, options.count):
+            print(f"{mutant['file']}:{mutant['line']}: {mutant['operator']}\n- {mutant['before'].strip()}\n+ {mutant['after'].strip()}")
         return 0
     if not options.report:
-        folders = [options.build] + [options.build.with_name(f"{options.build.name}-{n}") for n in range(2, options.jobs + 1)]
-        whole = sampled(options, [prepared(folder, options) for folder in folders], path, drawn)
+        sampled(options, path, drawn)
     print(score.report(score.read(path), score.read(score.EQUIVALENT)))
-    return 0 if whole else 1
+    return 0
 
 
 if __name__ == "__main__":

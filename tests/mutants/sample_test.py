@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What sample.py draws: by the operators, the same for a seed, such as planted() can plant; the order and the limits of
-tests; and what score.py tells."""
+"""What sample.py draws: by the operators, the same for a seed; switches that are the faults they stand for; the order and
+the limits of tests; and what score.py tells."""
 import os
 import signal
 import subprocess
@@ -8,19 +8,19 @@ import sys
 import tempfile
 import time
 import unittest
-from collections import Counter
 from itertools import islice
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-import gcov
 import processes
 import score
+from judging import Judge, in_rounds
 from operators import OPERATORS, faults_of
-from planting import Tested, planted
+from planting import Tested
 from processes import Limits
-from reach import Reach, in_rounds
-from sample import draws, judge, room_of, unbuilt
+from sample import draws, room_of
+from switched_build import SwitchedBuild
+from switching import MANNERS, switched
 
 EXPECTED = [  # line, operator, one of its faults
     ("    if (a < b)", "comparison", "    if (a <= b)"),
@@ -43,7 +43,7 @@ TEXTS = {"core/scene/a.cpp": ["// a.cpp: one"] + LINES * 3, "render/b.cpp": ["//
 
 def result(verdict, n, new_tests=False):
     return {"file": "core/a.cpp", "line": n, "room": "core", "operator": "sign", "before": f"a + {n}", "after": f"a - {n}",
-            "verdict": verdict, "whole": True, "new_tests": new_tests}
+            "verdict": verdict, "met": 1, "whole": True, "new_tests": new_tests}
 
 
 class Operators(unittest.TestCase):
@@ -67,51 +67,186 @@ class Operators(unittest.TestCase):
 
 class Draws(unittest.TestCase):
     def test_repeat_with_the_seed_and_end(self):
-        first = [mutant for mutant, _ in draws(TEXTS, 5)]
-        self.assertEqual(first, [mutant for mutant, _ in draws(TEXTS, 5)])
-        self.assertNotEqual(first, [mutant for mutant, _ in draws(TEXTS, 6)])
+        first = list(draws(TEXTS, 5))
+        self.assertEqual(first, list(draws(TEXTS, 5)))
+        self.assertNotEqual(first, list(draws(TEXTS, 6)))
         self.assertEqual(len({(mutant["file"], mutant["line"]) for mutant in first}), len(first), "one of a line")
-
-    def test_can_be_planted(self):
-        for mutant, planting in draws(TEXTS, 5):
-            edit, whole = planting.edits[0], "\n".join(TEXTS[mutant["file"]])
-            lines = planted(edit, whole, "").split("\n")
-            self.assertEqual([(n + 1, new) for n, (old, new) in enumerate(zip(whole.split("\n"), lines)) if old != new],
-                             [(mutant["line"], mutant["after"])])
 
     def test_take_rooms_by_their_share(self):
         texts = {"a/b/one.cpp": ["    x = 1;"] * 30, "c/two.cpp": ["    x = 1;"] * 10, "a/b/d/three.cpp": ["    x = 1;"] * 20}
         texts = {file: [f"{line} // {n}" for n, line in enumerate(lines)] for file, lines in texts.items()}
         for seed in range(20):
-            rooms = [mutant["room"] for mutant, _ in islice(draws(texts, seed), 12)]
+            rooms = [mutant["room"] for mutant in islice(draws(texts, seed), 12)]
             self.assertIn(rooms.count("c"), (1, 2, 3))
         self.assertEqual(room_of("a/b/d/three.cpp"), "a/b")
 
 
-def reach_of(*tests):
-    """Of (program, test, seconds, functions), a function being its file and a name."""
-    reach = object.__new__(Reach)
-    reach.seconds, reach.ran, reach.files = {}, {}, {}
-    reach.functions = lambda file, line: {f"{file} {line}"}
-    for program, name, seconds, ran in tests:
-        reach.seconds.setdefault(program, {})[name] = seconds
-        reach.ran.setdefault(program, {})[name] = set(ran)
-        reach.files.setdefault(program, {})[name] = Counter(function.split()[0] for function in ran)
-    reach.programs = lambda file: list(reach.ran)
-    return reach
+SOURCE = r"""// A source of faults.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+namespace {
+constexpr int kMost = 7; // of a class
+template <class T>
+T limited(T a, T b)
+{
+    return std::max<T>(a - 1, b);
+}
+constexpr int twice(int n)
+{
+    return n * 2;
+}
+struct Point {
+    int x = 1, y{2};
+    static constexpr int kSide = 3;
+};
+int chosen(int n)
+{
+    constexpr int kOwn = 5;
+    if (n > 3 && // and
+        n < kMost)
+        n += 2;
+    else
+        n = -n;
+    std::array<int, 2> both{limited(n,
+                                    kOwn + 1), twice(n)};
+    for (int& one : both)
+        ++one;
+    Point p;
+    p.x = both[0];
+    const auto add = [&](int a, int b) { return a * 10 + b; };
+    return n == 8 ? p.y : add(p.x, both[1]) + Point::kSide;
+}
+}
+int main(int count, char**)
+{
+    for (int n = 0; n < 9; ++n)
+        std::printf("%d%c", chosen(n + count - 1), n == 8 ? '\\n' : ' ');
+}
+"""
+# A fault of a line of it: (line, operator, what the line is with it)
+FAULTS = [(6, "constant", "constexpr int kMost = (2 * 7); // of a class"), (10, "off by one", "    return std::max<T>(a, b);"),
+          (14, "early return", "    return {};"), (17, "constant", "    int x = 1, y{(2 * 2)};"),
+          (18, "constant", "    static constexpr int kSide = (2 * 3);"), (22, "constant", "    constexpr int kOwn = (2 * 5);"),
+          (23, "logic", "    if (n > 3 || // and"), (24, "comparison", "        n <= kMost)"), (25, "sign", "        n -= 2;"),
+          (27, "dropped statement", "        {}"),
+          (29, "sign", "                                    kOwn - 1), twice(n)};"), (31, "dropped statement", "        {}"),
+          (33, "axis", "    p.y = both[0];"), (34, "swapped arguments", "    const auto add = [&](int b, int a) { return a * 10 + b; };"),
+          (35, "swapped arguments", "    return n == 8 ? p.y : add(both[1], p.x) + Point::kSide;"),
+          (40, "negated condition", "    for (int n = 0; !(n < 9); ++n)")]
 
 
-class Order(unittest.TestCase):
-    WIDE = [f"b.cpp {n}" for n in range(50)]
+class Switches(unittest.TestCase):
+    def program(self, folder, name, text, *more):
+        (folder / f"{name}.cpp").write_text(text)
+        done = subprocess.run(["g++", "-std=c++20", f"{name}.cpp", *more, "-o", name], cwd=folder, capture_output=True, text=True)
+        return folder / name if done.returncode == 0 else None
 
-    def test_only_tests_that_reach_the_line(self):
-        reach = reach_of(("p", "one", 1, ["a.cpp 1"]), ("p", "other", 1, ["a.cpp 2"]), ("q", "two", 1, ["a.cpp 1", "b.cpp 1"]))
-        self.assertEqual([(program, names) for program, names, _ in reach.tests("a.cpp", 1)], [("p", ["one"]), ("q", ["two"])])
+    def said(self, program, **env):
+        return subprocess.run([program], env=dict(os.environ, **env), capture_output=True, check=True).stdout
 
-    def test_specific_tests_first_then_short_ones(self):
-        reach = reach_of(("p", "wide", 10, ["a.cpp 1"] + self.WIDE), ("q", "own", 10, ["a.cpp 1", "a.cpp 2"]),
-                         ("r", "short", 0.1, ["a.cpp 1"] + self.WIDE))
-        self.assertEqual([names for _, names, _ in reach.tests("a.cpp", 1)], [["own"], ["short"], ["wide"]])
+    def test_are_the_faults_that_they_stand_for(self):
+        """Each alone, and all in one program: with one it says what the source with that fault says, without what it said."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            library = [str(folder / "faults.so")]
+            subprocess.run(["gcc", "-shared", "-fPIC", Path(__file__).with_name("faults.c"), "-o", library[0]], check=True)
+            own, chosen = self.said(self.program(folder, "own", SOURCE)), []
+            for n, (line, operator, after) in enumerate(FAULTS):
+                for manner in MANNERS:
+                    fault = (n, line, operator, after, manner)
+                    text, lines = switched(SOURCE, [fault])
+                    self.assertEqual(text.count("\n"), SOURCE.count("\n"))
+                    if lines and self.program(folder, "one", text, *library):
+                        self.assertTrue(lines[n][0] <= line <= lines[n][1])
+                        chosen.append(fault)
+                        break
+            self.assertEqual([n for n, *_ in chosen], [n for n in range(len(FAULTS)) if FAULTS[n][0] != 34], "parameters have no switch")
+            text, lines = switched(SOURCE, chosen)
+            self.assertEqual(sorted(lines), [n for n, *_ in chosen])
+            program = self.program(folder, "all", text, *library)
+            self.assertEqual(self.said(program), own)
+            for n, line, _, after, _ in chosen:
+                faulty = SOURCE.split("\n")
+                faulty[line - 1] = after
+                faulty = self.said(self.program(folder, "faulty", "\n".join(faulty)))
+                self.assertEqual(self.said(program, TESSERA_FAULTS=f"99,{n}"), faulty, f"line {line}")
+                self.assertNotEqual(faulty, own, f"line {line} is no fault")
+            reached = folder / "reached"
+            reached.write_bytes(bytes(4096))
+            self.said(program, TESSERA_FAULTS_REACHED=str(reached))
+            self.assertEqual([n for n, byte in enumerate(reached.read_bytes()) if byte], [n for n, *_ in chosen])
+
+    def test_leave_what_they_cannot_part(self):
+        for line, operator, after in (("    if constexpr (n == 1)", "comparison", "    if constexpr (n != 1)"),
+                                      ("#define A(x) f(x, 1)", "constant", "#define A(x) f(x, 0)")):
+            text = f"// One.\n{line}\n"
+            self.assertEqual(switched(text, [(1, 2, operator, after, "plain")]), (text, {}))
+        shared = "// C++ and GLSL in one text.\nint f() { return 1; }\n"
+        self.assertEqual(switched(shared, [(1, 2, "constant", "int f() { return 0; }", "plain")]), (shared, {}))
+
+    def test_those_that_do_not_compile_are_found(self):
+        build = object.__new__(SwitchedBuild)
+        build.root = build.build = Path("/copy")
+        build.manners, build.parts = dict.fromkeys(range(4), 0), {"a.h": {0: (3, 4), 1: (9, 9)}, "b.h": {2: (1, 1), 3: (5, 5)}}
+        self.assertEqual(build.wrong("FAILED: x\nin a.h:9:\na.h:4:1: error: no\n"), {0})
+        self.assertEqual(build.wrong("FAILED: x\nc.cpp:4:1: error: not constant\nb.h:5:2: note: here\nFAILED: y\na.h:9:1: error: no\n"), {1, 3})
+        self.assertEqual(build.wrong("FAILED: x\na.h:7:1: error: no\n"), {0, 1}, "all of the file")
+        self.assertEqual(build.wrong("FAILED: x\nc.cpp:7:1: error: no\n"), set())
+
+
+class Tests:
+    """Tests that fail with some faults, and how often they ran."""
+
+    def __init__(self, **fails):
+        self.fails, self.runs = fails, []
+
+    def run(self, program, names, faults, timeout):
+        self.runs.append((names, sorted(faults)))
+        by = next((name for name in names if any(set(group) <= faults for group in self.fails[name])), "")
+        return Tested(by, "", 1.0)
+
+    def judged(self, reached, files=None, limit=0, jobs=1):
+        """{fault: (verdict, by, tests met)} of faults that tests reach, {test: (faults, seconds)}."""
+        faults = {n: {"file": (files or {}).get(n, "a.cpp")} for n in {n for of, _ in reached.values() for n in of} | {99}}
+        learnt = {f"p {name}": {"seconds": seconds, "reached": of} for name, (of, seconds) in reached.items()}
+        found = {}
+        judge = Judge(self.run, learnt, faults, lambda n, *told: found.__setitem__(n, told), jobs)
+        judge.judge(set(faults), limit)
+        return found
+
+
+class Judged(unittest.TestCase):
+    def test_by_the_tests_that_reach_them(self):
+        tests = Tests(one=[{1}, {2}], other=[{2}, {3}])
+        found = tests.judged({"one": ([1, 3], 1), "other": ([1, 2, 3], 1)})
+        self.assertEqual({n: told[:2] for n, told in found.items()},
+                         {1: ("killed", "one"), 2: ("killed", "other"), 3: ("killed", "other"), 99: ("survived", "")})
+        self.assertNotIn((["one"], [2]), tests.runs)
+        self.assertEqual(found[99][2], 0)
+
+    def test_survivors_have_met_all_and_most_at_once(self):
+        names = [f"t{n}" for n in range(20)]
+        tests = Tests(**{name: [{7}] if name == "t9" else [] for name in names})
+        found = tests.judged({name: (list(range(32)), 20) for name in names}, jobs=2)
+        self.assertEqual([n for n, told in found.items() if told[0] == "killed"], [7])
+        self.assertEqual({told[2] for n, told in found.items() if n not in (7, 99)}, {20})
+        self.assertLess(len(tests.runs), 32 + 20 + 3 * 10, "20 tests and 32 faults are 640")
+
+    def test_faults_that_hide_one_another_survive(self):
+        found = Tests(one=[{1, 2}]).judged({"one": ([1, 2], 1), "far": ([], 1)}, limit=-1)
+        self.assertEqual({told[0] for told in found.values()}, {"survived"})
+
+    def test_a_test_that_fails_now_and_then_kills_nobody(self):
+        tests = Tests(one=[set()], other=[{1}])
+        found = tests.judged({"one": ([1, 2], 1), "other": ([1, 2], 1)})
+        self.assertEqual({n: told[:2] for n, told in found.items()}, {1: ("killed", "other"), 2: ("survived", ""), 99: ("survived", "")})
+
+    def test_nearest_tests_first_then_short_ones(self):
+        reached = {"wide": ([1, 2, 3], 10), "own": ([1], 10), "short": ([1, 2, 3], 0.1)}
+        tests = Tests(wide=[], own=[], short=[])
+        tests.judged(reached, {2: "b.cpp", 3: "b.cpp"}, limit=100)
+        self.assertEqual([name for names, of in tests.runs if of == [1] for name in names], ["short", "own", "wide"])
 
     def test_join_short_ones_of_a_program(self):
         tests = [("p" if n % 2 else "q", str(n)) for n in range(100)]
@@ -120,57 +255,6 @@ class Order(unittest.TestCase):
         self.assertLess(len(found), 12)
         self.assertEqual(found[0], ("q", ["0", "2", "4"], 3.0))
         self.assertEqual(sum(seconds for _, _, seconds in found), 100)
-
-
-class Told:
-    """A copy whose tests take so many seconds of a processor, and fail or not."""
-
-    def __init__(self, *tests, same=()):
-        self.left, self.same, self.restored, self.timeout = list(tests), same, False, 100
-
-    def plant(self, mutant):
-        pass
-
-    def restore(self):
-        self.restored = True
-
-    def make(self, targets):
-        return ""
-
-    def is_changed(self, program):
-        return program not in self.same
-
-    def run_tests(self, program, tests, timeout):
-        seconds, by = self.left.pop(0)
-        return Tested(by, "", seconds)
-
-
-class Judged(unittest.TestCase):
-    TESTS = [("p", ["a"], 1), ("p", ["b"], 1), ("q", ["c"], 1)]
-
-    def test_by_the_first_that_fails(self):
-        copy = Told((1, ""), (2.5, "b"))
-        found = judge(copy, self.TESTS, None, 10)
-        self.assertEqual((found["verdict"], found["by"], found["processor"], copy.restored), ("killed", "b", 3.5, True))
-
-    def test_until_its_processor_time_is_up(self):
-        found = judge(Told((6, ""), (6, "")), self.TESTS, None, 10)
-        self.assertEqual((found["verdict"], found["whole"], found["tests"], found["reached"]), ("survived", False, ["p a", "p b"], 3))
-        self.assertTrue(judge(Told((6, ""), (1, ""), (6, "")), self.TESTS, None, 10)["whole"])
-
-    def test_not_by_programs_that_are_the_same(self):
-        found = judge(Told((6, ""), same=["p"]), self.TESTS, None, 10)
-        self.assertEqual((found["verdict"], found["tests"], found["whole"], found["same"]), ("survived", ["q c"], True, False))
-        found = judge(Told(same=["p", "q"]), self.TESTS, None, 10)
-        self.assertEqual((found["verdict"], found["tests"], found["whole"], found["same"]), ("survived", [], True, True))
-
-    def test_only_in_part_where_this_program_ends(self):
-        def stopped(*_):
-            raise processes.Stopped
-        copy = Told()
-        copy.run_tests = stopped
-        self.assertRaises(processes.Stopped, judge, copy, self.TESTS, None, 10)
-        self.assertTrue(copy.restored)
 
 
 def lives(process):
@@ -257,8 +341,6 @@ class Score(unittest.TestCase):
         self.assertIn("without 1 argued equivalent: 2 of 3", text)
         self.assertIn("written for survivors: 3 of 3", text)
         self.assertIn("equivalent: it is nothing", text)
-        text = score.report([result("killed", 1), dict(result("survived", 2), same=True)], [])
-        self.assertIn("without 1 argued equivalent: 1 of 1", text)
 
     def test_is_kept_between_runs(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -267,47 +349,6 @@ class Score(unittest.TestCase):
             score.append(path, result("killed", 1))
             score.append(path, result("survived", 2))
             self.assertEqual(score.read(path), [result("killed", 1), result("survived", 2)])
-
-    def test_only_compilers_errors_are_no_mutant(self):
-        self.assertIn("no such thing", unbuilt("a.cpp:1:2: error: no such thing\n"))
-        self.assertEqual(unbuilt("CMake Error at X: Error running test executable.\n"), "")
-
-PROGRAM = """#include "inlined.h"
-__attribute__((noinline)) int runs(int n)
-{
-    return inlined(n) + 1;
-}
-__attribute__((noinline)) int rests(int n)
-{
-    return n + 2;
-}
-int main(int count, char**)
-{
-    return count > 1 ? rests(count) : runs(count) - 2;
-}
-"""
-
-
-class Counters(unittest.TestCase):
-    def test_tell_lines_and_what_ran(self):
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "inlined.h").write_text("volatile int v;\ninline int inlined(int n)\n{\n    return n + v;\n}\n")
-            (Path(folder) / "a.cpp").write_text(PROGRAM)
-            subprocess.run(["g++", "-O2", "--coverage", "a.cpp", "-o", "a"], cwd=folder, check=True)
-            counts = dict(os.environ, GCOV_PREFIX=folder + "/counts", GCOV_PREFIX_STRIP="0")
-            subprocess.run([folder + "/a"], check=True, env=counts)
-            notes = gcov.lines_of(next(Path(folder).glob("*.gcno")))
-            ran = gcov.ran(next((Path(folder) / "counts").rglob("*.gcda")))
-            self.assertEqual({notes[function][0] for function in ran}, {("a.cpp", 2, 5), ("a.cpp", 10, 13)})
-            self.assertEqual({place for place, _, _ in notes.values()} - {notes[function][0] for function in ran}, {("a.cpp", 6, 9)})
-            self.assertIn(("inlined.h", 4), set().union(*(notes[function][2] for function in ran)))
-
-    def test_of_another_kind_are_refused(self):
-        with tempfile.NamedTemporaryFile() as file:
-            file.write(b"nothing of the kind")
-            file.flush()
-            self.assertRaises(ValueError, gcov.lines_of, file.name)
-            self.assertRaises(ValueError, gcov.ran, file.name)
 
 
 if __name__ == "__main__":

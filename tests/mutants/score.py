@@ -59,7 +59,6 @@ def report(results, equivalent):
     """Text: the score, that without what is argued equivalent, that with tests written since, and the survivors."""
     first, last = judged(results, False), judged(results, True)
     argued = {key(entry): entry["because"] for entry in equivalent}
-    argued |= {name: "the compiler makes the same programs of it" for name, result in last.items() if result.get("same")}
     real = [result for name, result in first.items() if name not in argued]
     unbuilt = len({key(result) for result in results} - set(first))
     text = [f"{told(first.values())}; {unbuilt} more did not build", *table(first.values(), "room"),
@@ -70,7 +69,7 @@ def report(results, equivalent):
     for name, result in last.items():
         if result["verdict"] == "survived":
             said = (f"equivalent: {argued[name]}" if name in argued else
-                    "all tests of the programs that hold it pass" if result["whole"] else "not all tests have run")
+                    f"all {result['met']} tests that reach it pass" if result["whole"] else "not all tests have run")
             text += ["", f"{result['file']}:{result['line']}: {result['operator']}; {said}",
                      "- " + result["before"].strip(), "+ " + result["after"].strip()]
     return "\n".join(text)
