@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <iomanip>
 #include <map>
 #include <regex>
 #include <set>
@@ -47,6 +48,7 @@ const std::vector<Command>& commands() {
           {"--seed", zero},
           {"--gl-device", zero}}},
         {"view", "s.zarr", {}},
+        {"validate", "s.zarr", {}},
         {"preset", "bone", {{"--output", names}, {"--keep", names}}},
         {"accuracy", "s.zarr", {{"--output", names}, {"--scans", names}, {"--gl-device", zero}}},
         {"bench lod", "", {{"--output", names}, {"--scans", names}, {"--gl-device", zero}}},
@@ -130,10 +132,11 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                     words.erase(at, words.find(' ', at + shortName.size() + 1) - at);
                 if (option == "--gl-device")
                     words = std::regex_replace(words, std::regex("--engine mirror"), "");
-                const bool needsOut =
-                    command.name != "render" && command.name != "import" && command.name != "info" &&
-                    command.name != "view" && command.name != "centreline" && command.name != "coverage" &&
-                    command.name != "mesh" && command.name != "export" && option != "--output";
+                const bool needsOut = command.name != "render" && command.name != "import" &&
+                                      command.name != "info" && command.name != "view" &&
+                                      command.name != "centreline" && command.name != "coverage" &&
+                                      command.name != "mesh" && command.name != "export" &&
+                                      command.name != "validate" && option != "--output";
                 const std::string line =
                     command.name + " " + words + " " + option + "=" + (value == "''" ? "" : value) +
                     (needsOut ? " -o made" + std::string(command.name == "phantom" ? ".zarr" : "") : "");
@@ -151,6 +154,56 @@ TEST_F(Program, ValuesThatMeanNothingAreRefusedByEveryOption) {
                 EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10)) << spaced;
             }
     }
+}
+
+/// The number that a range's text has, such as 0.05, 1e6 or 1/64.
+double numberOf(const std::string& text) {
+    const std::size_t slash = text.find('/');
+    return slash == std::string::npos ? std::stod(text)
+                                      : std::stod(text.substr(0, slash)) / std::stod(text.substr(slash + 1));
+}
+
+std::string words(double number) {
+    std::ostringstream text;
+    text << std::setprecision(17) << number;
+    return text.str();
+}
+
+// The ends that a refusal names are taken, and nothing beyond them is. Nothing is done: what commands need
+// besides is missing.
+TEST_F(Program, RangesOfOptionsAreWhatTheySay) {
+    const std::string number = "(-?[0-9][0-9.e+]*(?:/[0-9]+)?)";
+    const std::regex range("^tessera: (--[a-z-]+): expected [a-z0-9 ]*from " + number + " to " + number +
+                           "[^0-9].*\n");
+    std::size_t ranges = 0;
+    for (const Command& command : commands()) {
+        if (command.name == "accuracy" || command.name.starts_with("bench"))
+            continue; // they need nothing besides
+        for (const std::string& option : optionsIn(run(command.name + " --help").out)) {
+            const auto refusalOf = [&, this](const std::string& value) {
+                const std::string said =
+                    run(command.name + (command.name == "view" ? " none.zarr " : " ") + option + "=" + value)
+                        .problems;
+                const bool isOfValue = said.starts_with("tessera: " + option + ": expected") &&
+                                       said.find(", found \"" + value + "\"") != std::string::npos;
+                return isOfValue ? said : std::string();
+            };
+            const std::string said = refusalOf("1e300");
+            std::smatch found;
+            if (!std::regex_match(said, found, range))
+                continue;
+            ++ranges;
+            const std::string about = command.name + " " + option;
+            const double low = numberOf(found[2]), high = numberOf(found[3]);
+            for (const double taken : {low, high})
+                EXPECT_EQ(refusalOf(words(taken)), "") << about;
+            // Whole numbers and others.
+            for (const double beyond :
+                 {low - 1, high + 1, low - 1e-6 * (high - low), high + 1e-6 * (high - low)})
+                EXPECT_NE(refusalOf(words(beyond)), "") << about << " " << beyond;
+        }
+    }
+    EXPECT_GT(ranges, 20u);
 }
 
 TEST_F(Program, ValuesThatMeanSomethingAreTaken) {
