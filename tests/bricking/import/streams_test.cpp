@@ -298,6 +298,13 @@ std::string withFirstPackets(const std::vector<std::int32_t>& values, Jpeg2000Op
     }
 }
 
+TEST_F(Streams, ATileThatIsNotThereIsNamed) {
+    std::string stream = j2k_;
+    const std::size_t tile = tilePartLength(stream) - 2;
+    stream[tile] = 0, stream[tile + 1] = 7;
+    EXPECT_THAT(refused(image(k2000, stream)), HasSubstr("with tiles 0 to 0, found 7"));
+}
+
 TEST_F(Streams, TilePartOfAnotherLengthIsMendedOnlyIfTheLargestValueProvesIt) {
     std::string stream = j2k_;
     stream[tilePartLength(stream) + 3] = static_cast<char>(stream[tilePartLength(stream) + 3] + 9);

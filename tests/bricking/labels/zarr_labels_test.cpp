@@ -491,8 +491,11 @@ TEST_F(RefusedZarr, LyingMetadata) {
                 HasSubstr("no Zarr there"));
     EXPECT_THAT(refusalWith(list, [](Json& l) { l["attributes"]["ome"].erase("labels"); }),
                 HasSubstr("a list \"labels\""));
-    writeBytes(folder / "a.zarr" / image, "{\"zarr_format\": 3,");
-    EXPECT_THAT(refusalOfReading(folder / "a.zarr"), HasSubstr("JSON"));
+    for (const char* text : {"{\"zarr_format\": 3,", "[3]"}) {
+        writeBytes(folder / "a.zarr" / image, text);
+        EXPECT_THAT(refusalOfReading(folder / "a.zarr"),
+                    AllOf(HasSubstr("JSON"), HasSubstr((folder / "a.zarr" / image).string())));
+    }
 }
 
 TEST_F(RefusedZarr, ShardsAndVersion2) {
@@ -514,6 +517,13 @@ TEST_F(RefusedZarr, ShardsAndVersion2) {
     }
     writeBytes(shard, whole.substr(0, 60));
     EXPECT_THAT(refusalOfReading(folder / "s"), HasSubstr("cut short"));
+    for (const Json& index : {Json::array({"bytes"}), Json::array({"crc32c", "bytes"}),
+                              Json::array({"bytes", "zstd"}), Json::array({"transpose", "crc32c"})}) {
+        Json document = arrayMetadata(zarr);
+        document["codecs"][0]["configuration"]["index_codecs"] = index;
+        writeBytes(folder / "s/zarr.json", document.dump());
+        EXPECT_THAT(refusalOfReading(folder / "s"), HasSubstr("index_codecs")) << index;
+    }
     WrittenZarr two;
     two.version = 2;
     two.shape = kShape;

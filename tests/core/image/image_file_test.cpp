@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <random>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 namespace tessera {
 namespace {
@@ -294,6 +295,8 @@ TEST_F(ImageFile, BadNamesAndFilesAreInputErrors) {
     for (const char* name : {"a.jpg", "a", "a.png.bak", ""})
         EXPECT_THROW(checkImagePath(name), InputError);
     EXPECT_THROW(readImage(folder_ / "none.png"), InputError);
+    ASSERT_EQ(::mkfifo((folder_ / "pipe.png").c_str(), 0600), 0);
+    EXPECT_THROW(readImage(folder_ / "pipe.png"), InputError) << "nobody may ever write there";
     std::ofstream(folder_ / "text.exr") << "no picture";
     EXPECT_THROW(readImage(folder_ / "text.exr"), InputError);
     writeImage(folder_ / "a.exr", randomImage(false), "");

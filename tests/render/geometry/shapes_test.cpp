@@ -1,6 +1,7 @@
 // tests/render/geometry/shapes_test.cpp: rays meet triangles and tubes where they are: against every triangle
 // without a tree, across edges and corners, closed forms, order, budgets.
 #include "core/base/error.h"
+#include "render/geometry/box_tree.h"
 #include "render/geometry/mesh_shape.h"
 #include "render/geometry/shape_group.h"
 #include "render/geometry/triangle_hit.h"
@@ -204,6 +205,14 @@ TEST(MeshShapes, MemoryIsChargedBeforeItIsTaken) {
     MemoryBudget small("RAM", "--ram", MeshShape::bytesFor(mesh) - 1);
     EXPECT_THROW(MeshShape(mesh, small, "a sphere"), InputError);
     EXPECT_EQ(small.usedBytes(), 0u);
+}
+
+TEST(MeshShapes, TreesOfFewTrianglesTakeNoMoreThanIsSaid) {
+    TriangleMesh mesh{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}};
+    for (std::size_t count = 1; count < 40; ++count) {
+        mesh.triangles.push_back(count % 2 ? glm::uvec3(0, 1, 2) : glm::uvec3(1, 3, 2));
+        EXPECT_LE(BoxTree(mesh).bytes(), BoxTree::bytesFor(count)) << count;
+    }
 }
 
 /// The distance of a point to a line through points.

@@ -8,6 +8,7 @@
 #include "tests/support/native_fixture.h"
 #include "tests/support/scene_fixture.h"
 
+#include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -202,6 +203,30 @@ LightPath pathOf(const FramePlan& p) {
     path.optics = &p.layer().optics;
     path.occupancy = p.layer().occupancy.exists() ? &p.layer().occupancy : nullptr;
     return path;
+}
+
+/// Maps of any number of rows, cast a few at a time, come to an end, and are those that are cast at once.
+TEST(ShadowMaps, CastInPartsAreTheSame) {
+    Prepared prepared("torso", sceneOn(infoOf("torso"), "soft-tissue", 0, {16, 16}));
+    const VolumeInfo& info = prepared.p.info();
+    const LightPath path = pathOf(prepared.p);
+    for (const int size : {16, 20}) {
+        ShadowQuality quality;
+        quality.mapSize = size;
+        const PlacedLight light{false, glm::normalize(glm::dvec3(0.4, -0.7, 0.5))};
+        ShadowMaps whole(light, path, quality), parts(light, path, quality);
+        whole.build(path, 1);
+        int rounds = 1;
+        while (!parts.buildUntil(path, 1, std::chrono::steady_clock::time_point()) && rounds < size)
+            ++rounds;
+        EXPECT_EQ(rounds, (size + 7) / 8) << "eight rows at a time";
+        for (int n = 0; n < 200; ++n) {
+            const glm::dvec3 at =
+                glm::dvec3(info.extentVoxels) * glm::dvec3(n % 7 + 0.5, n % 5 + 0.5, n % 11 + 0.5) / 11.0;
+            const glm::dvec3 place(info.patientFromVoxel * glm::dvec4(at, 1));
+            ASSERT_EQ(parts.light(place), whole.light(place)) << n;
+        }
+    }
 }
 
 /// A run of places has the bits of one place after the other: inside the maps, across their edges, and far

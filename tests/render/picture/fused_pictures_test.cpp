@@ -21,6 +21,24 @@ using namespace tessera::test;
 
 constexpr glm::ivec2 kFusedSize(37, 29); // no packet's edges divide it
 
+TEST(FusedSlices, LieInTheMiddleUnlessToldOtherwise) {
+    VolumeInfo info;
+    info.extentVoxels = {20, 40, 80};
+    info.patientFromVoxel = glm::dmat4(1);
+    info.patientFromVoxel[3] = {100, 200, 300, 1};
+    for (const auto& [orientation, middle] : {std::pair(Orientation::sagittal, 110.0),
+                                              {Orientation::coronal, 220.0},
+                                              {Orientation::axial, 340.0}}) {
+        SlicePlane slice;
+        slice.orientation = orientation;
+        placeSlice(slice, info);
+        EXPECT_EQ(slice.positionMm, middle);
+        slice.positionMm = 5;
+        placeSlice(slice, info);
+        EXPECT_EQ(slice.positionMm, 5);
+    }
+}
+
 TEST(FusedBudgets, AreNeverExceeded) {
     Scene scene = fusedScene({0, 1, 2}, kFusedSize);
     const Image ample = fusedPicture(scene, EngineKind::native).image;
