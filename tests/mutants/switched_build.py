@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -160,15 +161,11 @@ class SwitchedBuild(Copy):
 
     def run(self, program, names, faults, timeout):
         """Runs tests of a program with faults until one fails."""
-        folder = self.root / "build" / f"tmp-{threading.get_ident()}"
-        folder.mkdir(exist_ok=True)
-        env = dict(self.env, TESSERA_FAULTS=",".join(map(str, sorted(faults))), TMPDIR=str(folder))
-        try:
+        with tempfile.TemporaryDirectory(prefix="t-") as folder:  # a short name, as tests have it otherwise
+            env = dict(self.env, TESSERA_FAULTS=",".join(map(str, sorted(faults))), TMPDIR=folder)
             code, text, seconds = self.call([self.build / program, f"--gtest_filter={':'.join(names)}", "--gtest_fail_fast",
                                              "--gtest_color=no"], timeout, env)
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
-            self.mend_stores()
+        self.mend_stores()
         return Tested("" if code == 0 else self.failed(program, code, text), text, seconds)
 
     def of_stores(self):
