@@ -57,9 +57,9 @@ TEST_F(ValidateProgram, ADamagedChunkIsDrawnFromACoarserLevelAndTold) {
     const Outcome whole = run(draw + "whole.png");
     ASSERT_EQ(whole.exitCode, 0) << whole.problems;
     EXPECT_EQ(whole.out.find("damagedChunks"), std::string::npos);
-    EXPECT_EQ(run(draw + "same.png --strict").exitCode, 0);
+    EXPECT_EQ(run(draw + "same.png --allow-damaged").exitCode, 0);
     flip("s.zarr/0/c/0/0/0", 30);
-    const Outcome outcome = run(draw + "damaged.png -q --explain");
+    const Outcome outcome = run(draw + "damaged.png -q --explain --allow-damaged");
     EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
     EXPECT_TRUE(exists("damaged.png"));
     EXPECT_THAT(outcome.problems,
@@ -68,13 +68,13 @@ TEST_F(ValidateProgram, ADamagedChunkIsDrawnFromACoarserLevelAndTold) {
                       HasSubstr("tessera validate")));
     EXPECT_THAT(outcome.out, AllOf(HasSubstr("\"damagedChunks\""), HasSubstr("\"drawnFromLevel\": 1"),
                                    HasSubstr("level 0 chunk (0,0,0) is damaged and drawn from level 1")));
-    const Outcome strict = run(draw + "strict.png --strict");
-    EXPECT_EQ(strict.exitCode, 2);
-    EXPECT_THAT(strict.problems, HasSubstr("level 0 chunk (0,0,0): expected checksum"));
-    EXPECT_FALSE(exists("strict.png"));
+    const Outcome refused = run(draw + "refused.png");
+    EXPECT_EQ(refused.exitCode, 2);
+    EXPECT_THAT(refused.problems, HasSubstr("level 0 chunk (0,0,0): expected checksum"));
+    EXPECT_FALSE(exists("refused.png"));
     for (int level = 1; level < 6; ++level)
         fs::remove(folder_ / ("s.zarr/" + std::to_string(level) + "/c/0/0/0"));
-    EXPECT_EQ(run(draw + "none.png").exitCode, 2);
+    EXPECT_EQ(run(draw + "none.png --allow-damaged").exitCode, 2);
 }
 
 } // namespace

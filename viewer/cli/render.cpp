@@ -143,9 +143,8 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                    "draw some pixels again at full accuracy and report the picture's error: " +
                        joinNames(verifyNames()) + " (default: quick)");
     command.flag("--no-check", a->noCheck, "the same as --verify none");
-    command.flag(
-        "--strict", a->strict,
-        "refuse a store with damaged chunks that show, in place of drawing them from coarser levels");
+    command.flag("--allow-damaged", a->allowDamaged,
+                 "draw damaged chunks from coarser levels, and say so, in place of refusing the store");
     command.option("--gpu-memory", a->gpuMemory, "budget, e.g. 256MiB (default: 1 GiB at most)");
     command.option("--ram", a->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.option("--gl-device", a->device, "auto, software, or a device's number").showsDefault();

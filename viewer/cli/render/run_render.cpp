@@ -129,7 +129,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     requireFloor(volume.path, scene, engine, ram);
     // Kept samples would outlive the damage.
     const Damage damage =
-        arguments.strict || !arguments.keepState.empty() ? Damage::isRefused : Damage::isDrawnCoarser;
+        arguments.allowDamaged && arguments.keepState.empty() ? Damage::isDrawnCoarser : Damage::isRefused;
     const std::unique_ptr<StoreReader> opened = openForPictures(volume.path, ram, volume.transform, damage);
     const StoreReader& store = *opened;
     const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common, damage);

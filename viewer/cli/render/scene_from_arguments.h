@@ -40,7 +40,7 @@ struct RenderArguments {
     std::optional<double> turn;                         // degrees, not 0; of turntables
     bool unfold = false, mayLeak = false;
     bool noCheck = false, explain = false, json = false, scaleBar = false;
-    bool strict = false; // no coarser level stands in for what is damaged
+    bool allowDamaged = false; // a coarser level stands in for what is damaged
     ModeOptions mode;
     InputOptions input;
 
