@@ -10,11 +10,11 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
     AreaPicture AutomaticIntegrator ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
-    DistanceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable IntegratorBound LabelBudgets
+    DistanceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
-    NearestBorders RayArray ReferenceThroughStore RenderBudget SeveralInteractives ShownRanges SliceLabels SlicePoses SphereDirections SurfaceTracer Texels
+    NearestBorders RayArray Scatter ReferenceThroughStore RenderBudget SeveralInteractives ShownRanges SliceLabels SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
 )
 quick_tests=(
