@@ -52,6 +52,7 @@ tests_of() { # FILE
     case $1 in
     core/image/*picture* | core/image/image_file* | tests/core/image/*) echo core_test core_image_file_test ;;
     core/* | tests/core/*) echo core_test core_scene_test ;;
+    bricking/validate/* | tests/bricking/validate/*) echo bricking_validate_test ;;
     bricking/store/* | bricking/mask/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
     bricking/cache/*) echo bricking_cache_test ;;
     bricking/levels/*) echo bricking_selection_test ;;
