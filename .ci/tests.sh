@@ -14,7 +14,7 @@ quick_suites=(
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
-    NearestBorders RayArray Scatter ReferenceThroughStore RenderBudget SeveralInteractives ShownRanges SliceLabels SlicePoses SphereDirections SurfaceTracer Texels
+    NearestBorders RayArray ReferenceThroughStore RenderBudget Scatter SeveralInteractives ShownRanges SliceLabels SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
 )
 quick_tests=(

@@ -29,6 +29,7 @@ namespace {
 constexpr std::int64_t kHistogramsVersion = 1; // others are made anew
 constexpr std::uint64_t kMostGroupBytes = 1 << 16;
 constexpr const char* kFolder = "stats/histograms";
+constexpr const char* kRoot = "/attributes/tessera/";
 
 ArraySpec numbersSpec(const glm::ivec3& extent) {
     return {"uint16", sizeof(std::uint16_t), extent, glm::min(extent, glm::ivec3(256, 256, 16)), 0};
@@ -54,16 +55,27 @@ Json aboutOf(const StoreReader& store, std::uint32_t hidden, const LocalHistogra
             {"most", settings.representatives}};
 }
 
+std::string groupPath(const StoreReader& store) {
+    return (store.path() / kFolder / "zarr.json").string();
+}
+
+/// Throws BadFile where it is missing or damaged.
+Json readGroup(const StoreReader& store, const FileHandle& folder) {
+    const std::string where = groupPath(store);
+    const auto text = readText(folder, std::string(kFolder) + "/zarr.json", store.path(), kMostGroupBytes);
+    if (!text)
+        throw badFile(where, "local histograms", "none");
+    Json group = parseJson(*text, where);
+    checkSeal(group, where);
+    return group;
+}
+
 LocalHistograms read(const StoreReader& store, std::uint32_t hidden, const LocalHistogramSettings& settings,
                      MemoryBudget& ram) {
     const FileHandle folder = openFolder(store.path());
-    const std::string file = std::string(kFolder) + "/zarr.json", where = (store.path() / file).string();
-    const auto text = readText(folder, file, store.path(), kMostGroupBytes);
-    if (!text)
-        throw badFile(where, "local histograms", "none");
-    const Json group = parseJson(*text, where);
-    checkSeal(group, where);
-    const std::string root = "/attributes/tessera/";
+    const std::string where = groupPath(store);
+    const Json group = readGroup(store, folder);
+    const std::string root = kRoot;
     const Json expected = aboutOf(store, hidden, settings);
     for (const auto& [key, value] : expected.items())
         if (jsonAt(group, root + key, where) != value)
@@ -125,14 +137,9 @@ void write(LocalHistograms& made, const StoreReader& store, std::uint32_t hidden
 
 /// What a group's document says it is of.
 LocalHistograms readAny(const StoreReader& store, MemoryBudget& ram) {
-    const FileHandle folder = openFolder(store.path());
-    const std::string file = std::string(kFolder) + "/zarr.json", where = (store.path() / file).string();
-    const auto text = readText(folder, file, store.path(), kMostGroupBytes);
-    if (!text)
-        throw badFile(where, "local histograms", "none");
-    const Json group = parseJson(*text, where);
-    checkSeal(group, where);
-    const std::string root = "/attributes/tessera/";
+    const std::string where = groupPath(store);
+    const Json group = readGroup(store, openFolder(store.path()));
+    const std::string root = kRoot;
     LocalHistogramSettings settings;
     settings.radiusMm = numberAt(group, root + "radius", where);
     if (!(settings.radiusMm > 0))

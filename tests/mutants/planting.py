@@ -1,6 +1,7 @@
 """What run.py and sample.py share: a mutant, and the copy of the sources in which one is planted, built and tested.
 The working tree is never touched."""
 import fcntl
+import json
 import os
 import re
 import shutil
@@ -41,6 +42,14 @@ class Tested(NamedTuple):
     by: str  # who failed; "" where all passed
     text: str  # what they wrote
     seconds: float  # of processors
+
+
+class ListedTest(NamedTuple):
+    program: str
+    name: str  # GoogleTest's
+    command: list
+    is_picture: bool
+    in_gate: bool  # of pictures: `.ci/run` runs it
 
 
 class Stale(Exception):
@@ -123,6 +132,20 @@ class Copy:
         """Builds; returns what the compiler said where that fails."""
         done = processes.run(["ninja", "-C", self.build, "-j", self.jobs, *targets], self.root, self.env)
         return "" if done.status == 0 else done.text
+
+    def listed_tests(self):
+        """The tests of GoogleTest that ctest has."""
+        pictures = subprocess.run(["bash", "-c", 'source .ci/tests.sh; echo "$one_a_feature|$one_store"'], check=True,
+                                  cwd=self.root, capture_output=True, text=True).stdout.strip()
+        listed = subprocess.run(["ctest", "--test-dir", self.build, "--show-only=json-v1"], check=True, env=self.env,
+                                capture_output=True, text=True).stdout
+        for test in json.loads(listed)["tests"]:
+            command = test.get("command", [""])
+            names = [word.split("=", 1)[1] for word in command if word.startswith("--gtest_filter=")]
+            labels = [kind["value"] for kind in test.get("properties", ()) if kind["name"] == "LABELS"]
+            if names:
+                yield ListedTest(Path(command[0]).name, names[0], command, labels == [["image"]],
+                                 bool(re.search(pictures, test["name"])))
 
     def call(self, command, timeout=None, env=None):
         """Runs a command, which hangs after `timeout` seconds of a processor, or where it takes none any more."""

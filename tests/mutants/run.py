@@ -125,18 +125,10 @@ class Bench(Copy):
 
     def gate(self):
         """Filters of the tests that .ci/run runs, by program."""
-        pictures = subprocess.run(["bash", "-c", 'source .ci/tests.sh; echo "$one_a_feature|$one_store"'], check=True,
-                                  cwd=self.root, capture_output=True, text=True).stdout.strip()
-        listed = subprocess.run(["ctest", "--test-dir", self.build, "--show-only=json-v1"], check=True, env=self.env,
-                                capture_output=True, text=True).stdout
         filters = {}
-        for test in json.loads(listed)["tests"]:
-            labels = [p["value"] for p in test.get("properties", ()) if p["name"] == "LABELS"]
-            if labels == [["image"]] and not re.search(pictures, test["name"]):
-                continue
-            chosen = [word for word in test.get("command", ()) if word.startswith("--gtest_filter=")]
-            if chosen:
-                filters.setdefault(Path(test["command"][0]).name, []).append(chosen[0].split("=", 1)[1])
+        for test in self.listed_tests():
+            if test.in_gate or not test.is_picture:
+                filters.setdefault(test.program, []).append(test.name)
         return {program: ":".join(names) for program, names in filters.items()}
 
     def all_tests(self):

@@ -133,19 +133,8 @@ class SwitchedBuild(Copy):
 
     def tests(self):
         """All but pictures of engines, of which those of `.ci/run`: {name: (program, command)}."""
-        pictures = subprocess.run(["bash", "-c", "source .ci/tests.sh && echo \"$one_a_feature|$one_store\""], check=True,
-                                  cwd=self.root, capture_output=True, text=True).stdout.strip()
-        listed = subprocess.run(["ctest", "--test-dir", self.build, "--show-only=json-v1"], check=True, env=self.env,
-                                capture_output=True, text=True).stdout
-        found = {}
-        for test in json.loads(listed)["tests"]:
-            command = test.get("command", [""])
-            names = [word.split("=", 1)[1] for word in command if word.startswith("--gtest_filter=")]
-            picture = any("image" in kind["value"] for kind in test["properties"] if kind["name"] == "LABELS")
-            program = Path(command[0]).name
-            if names and (not (picture and program.startswith("render_")) or re.search(pictures, test["name"])):
-                found[f"{program} {names[0]}"] = (program, command)
-        return found
+        return {f"{test.program} {test.name}": (test.program, test.command) for test in self.listed_tests()
+                if test.in_gate or not (test.is_picture and test.program.startswith("render_"))}
 
     def learn(self, name, of):
         """What a test takes and reaches; None where it does not pass."""

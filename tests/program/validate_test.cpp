@@ -70,7 +70,8 @@ TEST_F(ValidateProgram, ADamagedChunkIsDrawnFromACoarserLevelAndTold) {
                                    HasSubstr("level 0 chunk (0,0,0) is damaged and drawn from level 1")));
     const Outcome refused = run(draw + "refused.png");
     EXPECT_EQ(refused.exitCode, 2);
-    EXPECT_THAT(refused.problems, HasSubstr("level 0 chunk (0,0,0): expected checksum"));
+    EXPECT_THAT(refused.problems,
+                AllOf(HasSubstr("level 0 chunk (0,0,0): expected checksum"), HasSubstr("--allow-damaged")));
     EXPECT_FALSE(exists("refused.png"));
     for (int level = 1; level < 6; ++level)
         fs::remove(folder_ / ("s.zarr/" + std::to_string(level) + "/c/0/0/0"));

@@ -7,6 +7,7 @@
 #include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/interactive_fixture.h"
+#include "tests/support/lit_picture.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/reference_light.h"
@@ -110,19 +111,6 @@ TEST(HistogramLight, ColoursBleedWhileTheyShow) {
     EXPECT_EQ(red.colour.g, red.colour.b);
     EXPECT_NEAR(none.colour.r, none.colour.g, 0.004f);
     EXPECT_GT(none.open, red.open + 0.02f);
-}
-
-Image mirrorLit(Prepared& prepared) {
-    const FramePlan& p = prepared.p;
-    SceneLight light(p, 0);
-    const StoredLight stored(light, p, prepared.budgets.ram);
-    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
-    input.light = &stored;
-    Image image(p.view.imageSize);
-    Work work;
-    image.pixels =
-        mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
-    return image;
 }
 
 /// One level and mixed; alone, with colours, beside a shadow, whose light is finer.

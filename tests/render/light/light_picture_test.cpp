@@ -5,6 +5,7 @@
 #include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/interactive_fixture.h"
+#include "tests/support/lit_picture.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 
@@ -46,21 +47,8 @@ struct LitPlan {
     Prepared prepared;
 };
 
-Image mirrorWithLight(Prepared& prepared) {
-    const FramePlan& p = prepared.p;
-    SceneLight light(p, 0);
-    const StoredLight stored(light, p, prepared.budgets.ram);
-    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
-    input.light = &stored;
-    Image image(p.view.imageSize);
-    Work work;
-    image.pixels =
-        mirrorRays<float>(input, image.pixels.size(), frameRays(cast<float>(p.view.frame)), 0, work);
-    return image;
-}
-
 void expectNativeIsTheMirror(Prepared& prepared, const std::string& what) {
-    const Image mirror = mirrorWithLight(prepared);
+    const Image mirror = mirrorLit(prepared);
     for (const native::PacketTarget* target : nativeTargets())
         for (const bool ghostLayers : {true, false}) {
             NativeChoices choices;

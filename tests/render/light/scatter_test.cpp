@@ -7,6 +7,7 @@
 #include "render/light/scatter_light.h"
 #include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
+#include "tests/support/lit_picture.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/reference_light.h"
@@ -246,18 +247,6 @@ TEST(Scatter, IsWhatTheContractSays) {
         }
 }
 
-Image mirrorLit(Prepared& prepared, const RaySource<float>& rays) {
-    const FramePlan& p = prepared.p;
-    SceneLight light(p, 0);
-    const StoredLight stored(light, p, prepared.budgets.ram);
-    MirrorInput input = mirrorInput(p, p.view.quality.skipping);
-    input.light = &stored;
-    Image image(p.view.imageSize);
-    Work work;
-    image.pixels = mirrorRays<float>(input, image.pixels.size(), rays, 0, work);
-    return image;
-}
-
 /// Alone and beside every kind of ambient light, with surfaces, one level and mixed.
 TEST(Scatter, EnginesAgree) {
     const GlContext context({"software"});
@@ -288,7 +277,7 @@ TEST(Scatter, EnginesAgree) {
             p.view.shadowQuality.mapSize = 64;
             if (mixed)
                 p.setSelection(randomShownLevels(p.layer().selection, 3));
-            const Image mirror = mirrorLit(prepared, frameRays(cast<float>(p.view.frame)));
+            const Image mirror = mirrorLit(prepared);
             for (const native::PacketTarget* target : nativeTargets()) {
                 NativeChoices choices;
                 choices.target = target;

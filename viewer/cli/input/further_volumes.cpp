@@ -4,6 +4,7 @@
 #include "bricking/store/shard.h" // describe
 #include "bricking/store/stand_in_reader.h"
 #include "core/base/dicom_uid.h"
+#include "core/base/error.h"
 #include "core/base/volume.h"
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/named_scene.h"
@@ -15,14 +16,34 @@
 #include <filesystem>
 #include <glm/mat4x4.hpp>
 #include <glm/vector_relational.hpp>
+#include <memory>
+#include <span>
 #include <string>
 
 namespace tessera {
 
+namespace {
+
+/// A refusal says what would draw the picture.
+class RefusingReader : public StoreReader {
+  public:
+    using StoreReader::StoreReader;
+    void readChunk(const ChunkKey& key, std::span<std::byte> out) const override {
+        try {
+            StoreReader::readChunk(key, out);
+        } catch (const InputError& problem) {
+            throw InputError(std::string(problem.what()) +
+                             "; --allow-damaged, without --keep-state, draws it from a coarser level");
+        }
+    }
+};
+
+} // namespace
+
 std::unique_ptr<StoreReader> openForPictures(const std::filesystem::path& store, MemoryBudget& ram,
                                              const glm::dmat4& moved, Damage damage) {
     if (damage == Damage::isRefused)
-        return std::make_unique<StoreReader>(store, ram, moved);
+        return std::make_unique<RefusingReader>(store, ram, moved);
     return std::make_unique<StandInReader>(store, ram, moved);
 }
 

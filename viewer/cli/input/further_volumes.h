@@ -17,7 +17,7 @@ namespace tessera {
 /// What becomes of chunks that cannot be read.
 enum class Damage { isRefused, isDrawnCoarser };
 
-/// A store for pictures: a StoreReader or a StandInReader.
+/// A store for pictures. A refusal of a chunk names the option that allows it.
 std::unique_ptr<StoreReader> openForPictures(const std::filesystem::path& store, MemoryBudget& ram,
                                              const glm::dmat4& moved, Damage damage);
 
