@@ -1,0 +1,118 @@
+// render/plan/scene_rules.cpp: see scene_rules.h.
+#include "render/plan/scene_rules.h"
+
+#include "core/base/error.h"
+#include "render/plan/layer_histograms.h"
+
+#include <string>
+
+namespace tessera {
+namespace {
+
+/// Integrators that use a segment's ends assume a continuous field.
+void checkIntegrator(const Quality& quality) {
+    if (quality.edgeFunction == EdgeFunction::nearest && quality.integrator != Integrator::automatic &&
+        quality.integrator != Integrator::midpoint)
+        throw InputError(
+            "integrator: expected midpoint where bricks are not blended (edge function nearest), "
+            "found " +
+            integratorNames()[static_cast<std::size_t>(quality.integrator)]);
+}
+
+/// Scattered light is gathered from one volume, in the colours of its function.
+void checkScatter(const Scene& scene) {
+    if (!scatters(scene.lighting) || scene.lighting.transport || reductionOf(scene) != Reduction::composite)
+        return;
+    const auto refuse = [](const std::string& expected, const std::string& found) {
+        return InputError("lighting.lights: expected " + expected + " beside \"scatter\", found " + found);
+    };
+    if (scene.volumes.size() > 1)
+        throw refuse("one volume", std::to_string(scene.volumes.size()));
+    if (!scene.volumes.at(0).labels.path.empty())
+        throw refuse("no labels, whose colours scattered light would lack,", "some");
+    if (scene.lighting.surfaceOcclusion)
+        throw refuse("no surfaceOcclusion, which replaces light of voxels,", "it");
+}
+
+/// Occlusion is added to drawn colours, so the transmittance in front of a surface must be known.
+void checkSurfaceOcclusion(const FramePlan& plan) {
+    if (!plan.view.lighting.surfaceOcclusion)
+        return;
+    const std::string where = "lighting.surfaceOcclusion: ";
+    if (!plan.layer().optics.shading)
+        throw InputError(where +
+                         "occlusion is light, and this picture has none (shading is off); leave it out, "
+                         "or shade with ambient 1 and diffuse 0");
+    if (plan.layer().optics.surfaces.empty())
+        throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
+    if (plan.layer().optics.volumeShows)
+        throw InputError(where +
+                         "expected isosurfaces alone (mode isosurface), found a visible transfer function "
+                         "too, whose share before a surface is unknown; use lighting.occlusion");
+}
+
+/// What paths of light do not go with.
+void checkTransport(const Scene& scene, const FramePlan& plan) {
+    if (!scene.lighting.transport) {
+        if (scene.quality.pixels.denoise)
+            throw InputError("quality.denoise: expected paths of light (lighting.transport), whose noise it "
+                             "takes out, found none");
+        return;
+    }
+    const auto refuse = [](const std::string& expected, const std::string& found) {
+        return InputError("lighting.transport: expected " + expected + ", found " + found);
+    };
+    if (plan.layer().reduces())
+        throw refuse("mode composite", "one of single values");
+    if (!plan.layer().optics.surfaces.empty() &&
+        scene.lighting.transport->response == TransportResponse::contract)
+        throw refuse("no isosurfaces beside response \"contract\"",
+                     std::to_string(plan.layer().optics.surfaces.size()));
+    if (!plan.view.meshes.empty())
+        throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
+    if (const auto& sky = scene.lighting.environment; sky && !sky->file.path.empty() && !sky->file.map)
+        throw badFile(sky->file.path.string(), "a file of the scene's own lighting.environment",
+                      "one of a path's keyframes, which is not read");
+    if (scene.lighting.transport->response == TransportResponse::contract) {
+        if (!scene.shading.on)
+            throw refuse("shading, which response \"contract\" is about", "none");
+        if (const auto& occlusion = scene.lighting.occlusion;
+            occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
+            throw refuse("occlusion of method local and emission 0, which the mean of single ways comes to",
+                         "another");
+        if (scatters(scene.lighting))
+            throw refuse("no light with \"scatter\" beside response \"contract\", whose paths scatter once",
+                         "one");
+    }
+    if (scene.quality.pixels.samples == PixelSampling::kAutomatic)
+        throw refuse("a number of samples (pixels that choose theirs by noise are too dark)", "auto");
+    if (plan.view.quality.maxError)
+        throw refuse("no error bound (its noise is no part of it)", "one");
+}
+
+} // namespace
+
+void checkLight(const Scene& scene) {
+    if (lightChannels(scene.lighting) > 0 && !scene.shading.on)
+        throw InputError(
+            "lighting: occlusion, shadows and scattered light need shading, and it is off; leave "
+            "them out, or shade with ambient 1 and diffuse 0");
+    checkHistograms(scene);
+    checkScatter(scene);
+    const auto& occlusion = scene.lighting.occlusion;
+    if (occlusion && occlusion->emission > 0 && occlusion->method != OcclusionMethod::local)
+        throw InputError("lighting.occlusion: emission needs method \"local\", because other methods use "
+                         "only the light at a ray's end; set emission to 0, or use \"local\"");
+}
+
+void checkScene(const Scene& scene) {
+    checkIntegrator(scene.quality);
+    checkLight(scene);
+}
+
+void checkPlan(const Scene& scene, const FramePlan& plan) {
+    checkSurfaceOcclusion(plan);
+    checkTransport(scene, plan);
+}
+
+} // namespace tessera

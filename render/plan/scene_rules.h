@@ -1,0 +1,17 @@
+// render/plan/scene_rules.h: what of a scene does not go together, or is not implemented. All throw
+// InputError naming the key.
+#pragma once
+
+#include "core/scene/scene.h"
+#include "render/plan/frame_plan.h"
+
+namespace tessera {
+
+/// Lights, occlusion and scattered light, by the scene alone.
+void checkLight(const Scene& scene);
+/// The same, and the integrator.
+void checkScene(const Scene& scene);
+/// Occlusion of surfaces and paths of light, by what the plan draws. Its layers and view are planned.
+void checkPlan(const Scene& scene, const FramePlan& plan);
+
+} // namespace tessera
