@@ -130,7 +130,7 @@ void StoredLevels::checkShard(int l, std::size_t n) {
         if (const std::uint64_t bytes = fileSize(shard.file, shard.shown); end + index.size() != bytes)
             throw badFile(shard.shown, std::to_string(end + index.size()) + " bytes", std::to_string(bytes));
     } catch (const BadFile& problem) {
-        level.shards[n] |= record.chunks == 0 ? kStray : kBroken;
+        level.shards[n] |= kBroken;
         faults_.add(part, problem.what());
         if (record.chunks == 0)
             return; // it reads as fill

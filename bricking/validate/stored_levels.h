@@ -49,9 +49,8 @@ class StoredLevels {
     static constexpr std::uint8_t kDamaged = 1; // it cannot be read
     static constexpr std::uint8_t kForeign = 2; // it is not what the level before gives
     // Of a shard.
-    static constexpr std::uint8_t kBroken = 1;    // file or index
-    static constexpr std::uint8_t kStray = 2;     // a file that zarr.json says is not there
-    static constexpr std::uint8_t kExchanged = 4; // other chunks than zarr.json describes, perhaps whole ones
+    static constexpr std::uint8_t kBroken = 1;    // file or index, or a file that should not be there
+    static constexpr std::uint8_t kExchanged = 2; // other chunks than zarr.json describes, perhaps whole ones
 
     struct Level {
         glm::ivec3 extent{0}, grid{0};            // samples; chunks

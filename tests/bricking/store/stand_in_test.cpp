@@ -82,6 +82,22 @@ TEST_F(StandIn, TheNextCoarserWholeLevelIsTakenAndNotedOnce) {
     }
 }
 
+TEST_F(StandIn, ACoarserLevelIsDrawnFromTheOneAfterIt) {
+    const auto whole = read(StoreReader(path, ram), {1, 0, 0, 0});
+    damage(path / "1/c/0/0/0", 2, 0);
+    const StandInReader store(path, ram);
+    const auto values = read(store, {1, 0, 0, 0});
+    for (int z = 1; z < kChunkExtent - 1; ++z)
+        for (int y = 1; y < kChunkExtent - 1; ++y)
+            for (int x = 1; x < kChunkExtent - 1; ++x) {
+                const std::size_t at = linearIndex({x, y, z}, glm::ivec3(kChunkExtent));
+                ASSERT_NEAR(values[at], whole[at], 1e-3) << x << " " << y << " " << z;
+            }
+    ASSERT_EQ(store.damagedCount(), 1u);
+    EXPECT_EQ(store.damaged().front().key, (ChunkKey{1, 0, 0, 0}));
+    EXPECT_EQ(store.damaged().front().drawnFrom, 2);
+}
+
 TEST_F(StandIn, BeyondTheEdgeIsFillAsEver) {
     const auto whole = read(StoreReader(path, ram), {0, 2, 1, 0});
     damage(path / "0/c/0/0/0", 12, 5); // chunk (2,1,0): 6 voxels wide
