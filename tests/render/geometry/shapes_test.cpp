@@ -208,7 +208,8 @@ TEST(MeshShapes, MemoryIsChargedBeforeItIsTaken) {
 }
 
 TEST(MeshShapes, TreesOfFewTrianglesTakeNoMoreThanIsSaid) {
-    TriangleMesh mesh{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}};
+    TriangleMesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
     for (std::size_t count = 1; count < 40; ++count) {
         mesh.triangles.push_back(count % 2 ? glm::uvec3(0, 1, 2) : glm::uvec3(1, 3, 2));
         EXPECT_LE(BoxTree(mesh).bytes(), BoxTree::bytesFor(count)) << count;
