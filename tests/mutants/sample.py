@@ -5,6 +5,8 @@ fit it. What does not compile, or with a warning, is drawn again. The same seed 
 all of them behind switches (switching.py). Results are kept in build/sample-SEED.jsonl: another run goes on where one
 ended."""
 import argparse
+import hashlib
+import json
 import os
 import random
 import re
@@ -83,7 +85,20 @@ def arguments():
     return parser.parse_args()
 
 
-def compiled(copy, drawn, known, count, keep):
+class Manners:
+    """Which of the faults compile, and in which manner each has a switch, kept for runs on the same sources."""
+
+    def __init__(self, path, texts):
+        told = hashlib.sha256(json.dumps(sorted(texts.items())).encode()).hexdigest()
+        self.path = path.with_suffix(f".{told[:16]}.jsonl")
+        self.found = {tuple(entry["of"]): entry["manner"] for entry in score.read(self.path)}
+
+    def add(self, mutant, manner):
+        self.found[score.key(mutant)] = manner
+        score.append(self.path, {"of": score.key(mutant), "manner": manner})
+
+
+def compiled(copy, drawn, known, count, keep, manners):
     """The first `count` of what is drawn that compile without a warning, and in which manner each has a switch. `known`:
     verdicts of earlier runs."""
     compiler, chosen, drawn = Compiler(copy), [], iter(drawn)
@@ -92,6 +107,8 @@ def compiled(copy, drawn, known, count, keep):
         """An error, or the number of a manner."""
         if known.get(score.key(mutant)) == "no build":
             return "known"
+        if score.key(mutant) in manners.found:
+            return manners.found[score.key(mutant)]
         text = (ROOT / mutant["file"]).read_text()
         lines = text.split("\n")
         lines[mutant["line"] - 1] = mutant["after"]
@@ -107,6 +124,8 @@ def compiled(copy, drawn, known, count, keep):
             for mutant, what in zip(some, threads.map(found, some)):
                 if isinstance(what, int):
                     chosen.append((mutant, what))
+                    if score.key(mutant) not in manners.found:
+                        manners.add(mutant, what)
                 elif what != "known":
                     if bad := compiler.error(mutant["file"], (ROOT / mutant["file"]).read_text()):
                         sys.exit(f"{mutant['file']} does not compile without a fault: {bad}")
@@ -143,7 +162,7 @@ def judge_alone(copy, n, tests, options, keep):
         copy.planted = None
 
 
-def sampled(options, path, drawn):
+def sampled(options, path, drawn, texts):
     """Judges what is drawn, and keeps."""
     lock = threading.Lock()
 
@@ -156,7 +175,7 @@ def sampled(options, path, drawn):
     known = {score.key(result): result["verdict"] for result in score.read(path)}
     copy = SwitchedBuild(options.build.resolve(), options.jobs, options.timeout)
     copy.configure()
-    chosen = compiled(copy, drawn, known, options.count, keep)
+    chosen = compiled(copy, drawn, known, options.count, keep, Manners(copy.root / "build" / "compiled", texts))
     copy.set_faults(chosen)
     tests = copy.prepare()
     wanted = {n for n, mutant in copy.faults.items() if
@@ -171,14 +190,15 @@ def sampled(options, path, drawn):
 def main():
     options = arguments()
     path = ROOT / "build" / f"sample-{options.seed}.jsonl"
-    texts = {file: (ROOT / file).read_text().split("\n") for file in sources(options.room)}
-    drawn = draws(texts, options.seed)
+    texts = {file: (ROOT / file).read_text().split("\n") for file in sources([])}
+    of_rooms = set(sources(options.room))
+    drawn = draws({file: lines for file, lines in texts.items() if file in of_rooms}, options.seed)
     if options.list:
         for mutant in islice(drawn, options.count):
             print(f"{mutant['file']}:{mutant['line']}: {mutant['operator']}\n- {mutant['before'].strip()}\n+ {mutant['after'].strip()}")
         return 0
     if not options.report:
-        sampled(options, path, drawn)
+        sampled(options, path, drawn, texts)
     print(score.report(score.read(path), score.read(score.EQUIVALENT)))
     return 0
 

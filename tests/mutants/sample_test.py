@@ -18,7 +18,7 @@ from judging import Judge, in_rounds
 from operators import OPERATORS, faults_of
 from planting import Tested
 from processes import Limits
-from sample import draws, room_of
+from sample import Manners, draws, room_of
 from switched_build import SwitchedBuild
 from switching import MANNERS, switched
 
@@ -349,6 +349,13 @@ class Score(unittest.TestCase):
             score.append(path, result("killed", 1))
             score.append(path, result("survived", 2))
             self.assertEqual(score.read(path), [result("killed", 1), result("survived", 2)])
+
+    def test_switches_are_kept_for_the_same_sources(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, mutant = Path(folder) / "compiled", result("killed", 1)
+            Manners(path, TEXTS).add(mutant, 2)
+            self.assertEqual(Manners(path, TEXTS).found, {score.key(mutant): 2})
+            self.assertEqual(Manners(path, {**TEXTS, "render/b.cpp": ["    x = 2;"]}).found, {})
 
 
 if __name__ == "__main__":
