@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <tuple>
 
 namespace tessera::test {
 namespace {
@@ -173,6 +174,146 @@ TEST(ThinBranches, AreOfTheirSizeInMillimetres) {
                 EXPECT_NEAR(mm3, 4.19 * radius * radius * radius, 15 + 3 * radius * radius);
             }
         }
+}
+
+/// A column of lumen along z at x = 0, a way of some voxels along x, each a little less dark than the one
+/// before, and a hollow behind it; all else is wall.
+struct Hollow {
+    double spacing = 1;
+    int way = 2, voxels = 27;
+    std::size_t light = 0; // of the voxels around the hollow so many are hardly less dark than its way
+    static constexpr int kEdge = 4;
+
+    /// The hollow is filled layer by layer.
+    bool isIn(const glm::ivec3& v) const {
+        const glm::ivec3 at = v - glm::ivec3(way + 1, 4, 4);
+        return at == glm::clamp(at, glm::ivec3(0), glm::ivec3(kEdge - 1)) &&
+               at.y + kEdge * at.z + kEdge * kEdge * at.x < voxels;
+    }
+    double at(const glm::ivec3& v) const {
+        if (v.x == 0 && v.y >= 3 && v.y < 6)
+            return -1000;
+        if (v.y == 4 && v.z == 4 && v.x <= way)
+            return -702 - 10 * (way - v.x);
+        if (isIn(v))
+            return -880;
+        return isLight(v) ? -699 : 3000;
+    }
+    /// Of the voxels that touch a hollow voxel, in their order.
+    bool isLight(const glm::ivec3& v) const {
+        const glm::ivec3 low(way, 3, 3);
+        if (light == 0 || v != glm::clamp(v, low, low + kEdge + 1))
+            return false;
+        std::size_t before = 0;
+        for (const glm::ivec3& other : border()) {
+            if (other == v)
+                return before < light;
+            ++before;
+        }
+        return false;
+    }
+    std::vector<glm::ivec3> border() const {
+        std::vector<glm::ivec3> found;
+        const glm::ivec3 low(way, 3, 3), extent(kEdge + 2);
+        for (std::size_t i = 0; i < cellCount(extent); ++i) {
+            const glm::ivec3 v = low + gridPosition(i, extent);
+            bool touches = false;
+            for (int face = 0; face < 6; ++face) {
+                glm::ivec3 beside = v;
+                beside[face / 2] += face % 2 ? 1 : -1;
+                touches = touches || isIn(beside);
+            }
+            if (touches && !isIn(v) && v != glm::ivec3(way, 4, 4))
+                found.push_back(v);
+        }
+        return found;
+    }
+    ThinBranches find(double wall) const {
+        const FieldChunks field(
+            boxInfo({way + 9, 12, 12}, glm::dvec3(spacing), glm::dvec3(0)),
+            [this](const glm::dvec3& mm) { return at(glm::ivec3(glm::floor(mm / spacing))); });
+        MemoryBudget ram("RAM", "--ram", kThinBudget);
+        BrickCache cache(field, ram, 64u << 20, 2);
+        LumenValues values(cache, field.info());
+        LumenRule rule;
+        rule.threshold = -900;
+        GrownLumen lumen = growLumen(cache, field.info(), rule, {0, 4, 4}, ram);
+        const std::uint64_t before = lumen.count;
+        const ThinBranches found = addThinBranches(values, lumen, rule, wall, -699.5, ram);
+        EXPECT_EQ(lumen.count, before + found.voxels);
+        EXPECT_EQ(lumen.voxels.count(), lumen.count);
+        return found;
+    }
+};
+
+/// A branch has 8 mm3 and six voxels at least, with the last voxel of the way to it.
+TEST(ThinBranches, HaveALeastSize) {
+    for (const auto& [spacing, voxels, isOne] : {std::tuple{1.0, 6, false},
+                                                 {1.0, 7, true},
+                                                 {2.0, 4, false},
+                                                 {2.0, 5, true},
+                                                 {0.5, 62, false},
+                                                 {0.5, 63, true}}) {
+        Hollow hollow;
+        hollow.spacing = spacing;
+        hollow.voxels = voxels;
+        const ThinBranches found = hollow.find(100);
+        EXPECT_EQ(found.branches, isOne ? 1u : 0u) << spacing << " " << voxels;
+        EXPECT_EQ(found.voxels, isOne ? static_cast<std::uint64_t>(voxels + hollow.way) : 0u);
+        EXPECT_EQ(found.leaks, 0u);
+        EXPECT_EQ(found.to.has_value(), isOne);
+        if (found.to) {
+            EXPECT_NEAR(*found.to, -702, 1e-9);
+        }
+    }
+}
+
+/// The way to a branch has 6 mm at most.
+TEST(ThinBranches, HaveAWayOfAMostLength) {
+    for (const auto& [spacing, way, isOne] : {std::tuple{1.0, 1, true},
+                                              {1.0, 6, true},
+                                              {1.0, 7, false},
+                                              {2.0, 3, true},
+                                              {2.0, 4, false},
+                                              {0.75, 8, true},
+                                              {0.75, 9, false}}) {
+        Hollow hollow;
+        hollow.spacing = spacing;
+        hollow.way = way;
+        EXPECT_EQ(hollow.find(100).branches, isOne ? 1u : 0u) << spacing << " " << way;
+    }
+}
+
+/// Its border stands out by the wall's contrast in the mean, where bone counts no more than four walls.
+TEST(ThinBranches, HaveAWallInTheMean) {
+    // 95 voxels around the hollow and two more around the way's last one, of 3 or 3702 HU more than that
+    for (const auto& [wall, light] : {std::pair<double, std::size_t>{100, 70},
+                                      {100, 73},
+                                      {100, 74},
+                                      {10, 78},
+                                      {10, 79},
+                                      {2000, 44},
+                                      {2000, 45}}) {
+        Hollow hollow;
+        hollow.voxels = 64;
+        hollow.light = light;
+        ASSERT_EQ(hollow.border().size(), 95u);
+        const auto part = static_cast<double>(light);
+        const double mean = (part * 3 + (97 - part) * std::min(3702.0, 4 * wall)) / 97;
+        const ThinBranches found = hollow.find(wall);
+        EXPECT_EQ(found.branches, mean >= wall ? 1u : 0u) << wall << " " << light;
+        EXPECT_EQ(found.leaks, mean >= wall ? 0u : 1u) << wall << " " << light;
+    }
+}
+
+TEST(ThinBranches, AWallIsThreeTimesTheNoiseAndAQuarterOfTheWay) {
+    SeedNeighbourhood around;
+    around.lumen = -1000;
+    for (const double noise : {0.0, 20.0, 33.0, 34.0, 90.0}) {
+        around.noise = noise;
+        for (const double threshold : {-600.0, -1400.0})
+            EXPECT_NEAR(branchWall(around, {threshold, true}), std::max(100.0, 3 * noise), 1e-9);
+    }
 }
 
 TEST(ThinBranches, CoverageCountsTheirWallToo) {

@@ -183,6 +183,141 @@ TEST(WallCoverage, TheVolumesBorderIsNoWall) {
         }
 }
 
+/// What the header says, face by face, with the wall's normals and lines of sight of wall_patches.h.
+struct PlainCoverage {
+    double wall = 0, seen = 0;
+    std::uint64_t faces = 0, blind = 0;
+};
+PlainCoverage plainly(const FieldChunks& chunks, const CoverageRequest& request) {
+    const VolumeInfo& info = chunks.info();
+    MemoryBudget ram("RAM", "--ram", kWallBytes);
+    VoxelSet lumen(info.extentVoxels, ram);
+    const glm::dmat4 toMm = info.patientFromVoxel, toVoxel = glm::inverse(toMm);
+    const auto mmOf = [&](const glm::dvec3& place) { return glm::dvec3(toMm * glm::dvec4(place, 1)); };
+    std::vector<std::int16_t> chunk(cellCount(glm::ivec3(kChunkExtent)));
+    for (std::size_t c = 0; c < cellCount(lumen.chunks()); ++c) {
+        const glm::ivec3 at = gridPosition(c, lumen.chunks());
+        chunks.readChunk({0, at.x, at.y, at.z}, std::as_writable_bytes(std::span(chunk)));
+        for (std::size_t i = 0; i < chunk.size(); ++i) {
+            const glm::ivec3 local = gridPosition(i, glm::ivec3(kChunkExtent)), v = 32 * at + local;
+            if (v == glm::min(v, info.extentVoxels - 1) && chunk[i] < request.lumen.threshold)
+                lumen.edit(c)[static_cast<std::size_t>(local.y + 32 * local.z)] |= 1u << local.x;
+        }
+    }
+    const std::vector<RoutePoint> route = routeOf(request.lines, request.flight.route);
+    const double from = request.flight.fromMm, to = request.flight.toMm.value_or(route.back().alongMm);
+    double reach = 0;
+    for (const RoutePoint& point : route)
+        if (point.alongMm >= from && point.alongMm <= to)
+            reach = std::max(reach, 1.5 * point.radiusMm);
+    reach += glm::length(info.spacingMm());
+    std::vector<glm::dvec3> way, others; // points of lines that are not flown
+    for (const RoutePoint& point : route)
+        way.push_back(point.at);
+    for (const CentreLine& line : request.lines)
+        for (const glm::dvec3& p : line.points)
+            if (lineDistance(p, way) > 0.5 * line.spacingMm)
+                others.push_back(p);
+    const auto counts = [&](const glm::dvec3& mm) {
+        std::size_t nearest = 0;
+        double best = 1e300;
+        for (std::size_t i = 0; i + 1 < way.size(); ++i)
+            if (const double away = segmentDistance(mm, way[i], way[i + 1]); away < best) {
+                best = away;
+                nearest = i;
+            }
+        const glm::dvec3 a = way[nearest], ab = way[nearest + 1] - a;
+        const double t = glm::dot(mm - a, ab) / glm::dot(ab, ab);
+        const double along = route[nearest].alongMm +
+                             std::clamp(t, 0.0, 1.0) * (route[nearest + 1].alongMm - route[nearest].alongMm);
+        const bool beyond = (nearest == 0 && t < 0) || (nearest + 2 == way.size() && t > 1);
+        return best <= reach && !beyond && along >= from && along <= to &&
+               std::none_of(others.begin(), others.end(),
+                            [&](const glm::dvec3& p) { return glm::length(p - mm) < best; });
+    };
+    PlainCoverage found;
+    std::vector<Camera> eyes;
+    for (const Camera& camera : request.cameras)
+        if (lumen.containsPlace(glm::dvec3(toVoxel * glm::dvec4(camera.position, 1))))
+            eyes.push_back(camera);
+    found.blind = request.cameras.size() - eyes.size();
+    const WallFaces wall(lumen, toMm);
+    for (std::size_t i = 0; i < cellCount(info.extentVoxels); ++i)
+        for (int side = 0; side < kSides; ++side) {
+            const glm::ivec3 v = gridPosition(i, info.extentVoxels), beside = v + sideStep(side);
+            if (!lumen.contains(v) || lumen.contains(beside) ||
+                beside != glm::clamp(beside, glm::ivec3(0), info.extentVoxels - 1))
+                continue;
+            const WallFaces::Face face = wall.at(v, side);
+            const glm::dvec3 mm = mmOf(face.middle);
+            if (!counts(mm))
+                continue;
+            ++found.faces;
+            found.wall += face.areaMm2;
+            for (const Camera& eye : eyes) {
+                const glm::dmat3 axes = patientFromCamera(eye);
+                const glm::dvec3 ray = mm - eye.position,
+                                 local(glm::dot(ray, axes[0]), glm::dot(ray, axes[1]),
+                                       -glm::dot(ray, axes[2]));
+                const double edge = std::tan(0.5 * eye.viewAngle * pi / 180) * local.z;
+                if (local.z > 0 && glm::dot(ray, face.outward) > 0 &&
+                    std::abs(local.x) <= edge * request.aspect && std::abs(local.y) <= edge &&
+                    glm::length(ray) <= request.farthestMm &&
+                    seesThrough(lumen, face.above, glm::dvec3(toVoxel * glm::dvec4(eye.position, 1)))) {
+                    found.seen += face.areaMm2;
+                    break;
+                }
+            }
+        }
+    return found;
+}
+
+/// Three lines of different widths that fork, of which two are flown; the wall of the third is not theirs.
+TEST(WallCoverage, IsWhatEveryFaceAndEveryCameraSay) {
+    const std::vector<glm::dvec3> trunk = straight({0, 0, 0}, {3, 2, 30}, 20),
+                                  left = straight({3, 2, 30}, {-14, 8, 52}, 25),
+                                  right = straight({3, 2, 30}, {17, -3, 49}, 17);
+    VolumeInfo info = boxInfo({61, 47, 41}, glm::dvec3(1), glm::dvec3(0));
+    const double c = std::cos(0.25), s = std::sin(0.25);
+    info.patientFromVoxel =
+        patientFromVoxelOf({-26, -18, -3.5}, {0.9 * c, 0.9 * s, 0}, {-s, c, 0}, {0, 0.05, 1.4});
+    const Field wide = tube(trunk, 5.6, 1), a = tube(left, 4.1, 1), b = tube(right, 3.3, 1);
+    const FieldChunks chunks(info, [=](const glm::dvec3& p) { return std::min({wide(p), a(p), b(p)}); });
+    Path path;
+    path.lines = {lineOf(trunk, 5.6), lineOf(left, 4.1), lineOf(right, 3.3)};
+    path.lines[1].parent = path.lines[2].parent = 0;
+    path.lines[1].leavesAtMm = path.lines[2].leavesAtMm = path.lines[0].lengthMm();
+    path.lumen = Lumen{-480, Lumen::Side::below};
+    for (const std::size_t branch : {1u, 2u})
+        for (const bool part : {false, true}) {
+            path.flight = Flight{};
+            path.flight->route = {0, branch};
+            path.flight->viewAngle = part ? 75 : 110;
+            if (part) {
+                path.flight->fromMm = 8.5;
+                path.flight->toMm = 41.2;
+            }
+            CoverageRequest request;
+            request.lines = path.lines;
+            request.flight = *path.flight;
+            request.lumen = *path.lumen;
+            request.cameras = flightCameras(path, 7, part);
+            request.cameras.push_back(request.cameras.back());
+            request.cameras.back().position += glm::dvec3(0, 20, 0); // in the wall
+            request.aspect = part ? 0.7 : 1.6;
+            request.farthestMm = part ? 24 : 1e9;
+            const WallCoverage found = measure(chunks, request);
+            const PlainCoverage expected = plainly(chunks, request);
+            EXPECT_EQ(found.faces, expected.faces);
+            EXPECT_EQ(found.blind, expected.blind);
+            EXPECT_EQ(expected.blind, 1u);
+            EXPECT_NEAR(found.wallMm2, expected.wall, 1e-4 * expected.wall);
+            EXPECT_NEAR(found.seenMm2, expected.seen, 1e-4 * expected.wall);
+            EXPECT_GT(expected.seen, 0.3 * expected.wall);
+            EXPECT_LT(expected.seen, 0.99 * expected.wall);
+        }
+}
+
 TEST(WallCoverage, TheBackOfAFoldIsSeenOnTheWayBackAlone) {
     // a ring that stands 5 mm into the tube, 3 mm thick, in the middle
     const Field pipe = tube({{0, 0, -14}, {0, 0, 134}}, kRadius, 1);
