@@ -3,6 +3,7 @@
 #include "core/base/error.h"
 #include "tests/support/closed_mesh.h"
 #include "tests/support/held_volume.h"
+#include "tests/support/recorded_numbers.h"
 
 #include <gtest/gtest.h>
 
@@ -111,6 +112,30 @@ TEST(SimplifyMesh, ErrorsBoundIt) {
     simplify(flat, 0, 1e-3);
     EXPECT_LT(flat.triangles.size(), 900u);
     EXPECT_NEAR(shapeOf(held(flat)).volume, 27000, 5);
+}
+
+/// Triangles, errors and places, as they are recorded: rules of the choice of edges show in these alone.
+TEST(SimplifyMesh, IsThatOfTheRecord) {
+    RecordedNumbers record("tests/bricking/analysis/recorded/simplified.txt");
+    const HeldVolume waves({23, 19, 27}, [](const glm::ivec3& v) {
+        return gyroidAt(v, 0.37) + 0.02 * v.x - 0.013 * v.y + 0.007 * v.z;
+    });
+    const HeldMesh before = meshOf(waves, 0.21);
+    for (const auto& [goal, error] :
+         {std::pair{3001.0, 1e9}, {800.0, 1e9}, {0.0, 0.06}, {0.0, 0.4}, {0.0, 1e9}}) {
+        TriangleMesh mesh = asFloats(before);
+        const double made = simplify(mesh, static_cast<std::uint64_t>(goal), error);
+        glm::dvec3 sum(0), squares(0);
+        for (const glm::vec3& p : mesh.points) {
+            sum += glm::dvec3(p);
+            squares += glm::dvec3(p) * glm::dvec3(p);
+        }
+        record.expect("mesh",
+                      {static_cast<double>(mesh.triangles.size()), static_cast<double>(mesh.points.size()),
+                       made, shapeOf(held(mesh)).volume, sum.x, sum.y, sum.z, squares.x, squares.y,
+                       squares.z},
+                      1e-4);
+    }
 }
 
 TEST(SimplifyMesh, TheSameMeshGivesTheSame) {

@@ -1,9 +1,11 @@
 // tests/bricking/analysis/table_mask_test.cpp: tables under patients that are formulas: what is hidden is
 // table and never patient.
+#include "bricking/analysis/body/body_box.h"
 #include "bricking/analysis/body/body_marks.h"
 #include "bricking/analysis/body/table_mask.h"
 #include "core/base/error.h"
 #include "tests/support/lumen_tubes.h"
+#include "tests/support/recorded_numbers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -283,6 +285,75 @@ TEST(PatientTable, ThreadsChangeNothingAndLittleMemoryIsSaid) {
                 ::testing::ElementsAreArray(four.mask->shares()));
     EXPECT_NEAR(one.litres, 0.8, 0.4); // of a shell of 12 mm
     EXPECT_THROW(findTable(scan, few, 1), InputError);
+}
+
+/// Bodies, and what is hidden of tables, as they are recorded: sums over the hidden samples by their places.
+/// Patients and tables that lie a little aside, so that nothing is symmetric.
+TEST(PatientTable, IsThatOfTheRecord) {
+    RecordedNumbers record("tests/bricking/analysis/recorded/tables.txt");
+    const VolumeInfo info = boxInfo({109, 61, 33}, {5.2, 4.9, 9.3}, {-276, -143, -151});
+    for (std::size_t n = 0; n < 5; ++n)
+        for (const std::size_t of : {3 + n, 3 + (n + 2) % 5}) {
+            const Named& patient = patients()[n];
+            const NamedTable& table = namedTables()[of];
+            const FieldChunks scan(info, [&](const glm::dvec3& p) {
+                // a board ends at 120 mm, and is a little higher there
+                const glm::dvec3 under = p + glm::dvec3(7, 0.01 * p.z, 0);
+                return std::max(patient.hu(p - glm::dvec3(9, 3, 4)), p.z < 120 ? table.hu(under) : kAir);
+            });
+            MemoryBudget ram("RAM", "--ram", 256u << 20);
+            const FoundTable it = findTable(scan, ram, 2);
+            double hidden = 0, x = 0, y = 0, z = 0;
+            for (std::size_t i = 0; it.mask && i < it.mask->shares().size(); ++i)
+                if (it.mask->shares()[i]) {
+                    const glm::ivec3 at = gridPosition(i, info.extentVoxels);
+                    ++hidden;
+                    x += at.x, y += at.y, z += at.z;
+                }
+            record.expect("table", {it.litres, hidden, x, y, z});
+            const BodyBox box = findBody(scan, ram);
+            record.expect("body", {box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z,
+                                   box.litres, box.litresLeftOut});
+        }
+}
+
+/// What is taken for body begins at -300 HU, boards of light stuff at -900 HU.
+TEST(PatientTable, ThresholdsAreAsTheyAreSaid) {
+    const VolumeInfo info = boxInfo({112, 64, 30}, {5, 5, 10}, {-280, -140, -150});
+    MemoryBudget ram("RAM", "--ram", 256u << 20);
+    for (const double board : {-905.0, -900.0, -899.0, -500.0}) {
+        const FieldChunks scan(info, [&](const glm::dvec3& p) {
+            return std::max(trunk(p), p.y > 112 && p.y < 136 && std::abs(p.x) < 230 ? board : kAir);
+        });
+        EXPECT_EQ(findTable(scan, ram, 2).mask != nullptr, board > -900) << board;
+    }
+    for (const double tissue : {-301.0, -300.0, -299.0}) {
+        const FieldChunks scan(info, [&](const glm::dvec3& p) { return trunk(p) > 0 ? tissue : kAir; });
+        if (tissue > -300) {
+            EXPECT_GT(findBody(scan, ram).litres, 5);
+        } else {
+            EXPECT_THROW(findBody(scan, ram), InputError);
+        }
+    }
+    // shorter than 40 mm along the table is too little
+    for (const int slices : {3, 4}) {
+        const FieldChunks scan(
+            boxInfo({112, 64, slices}, {5, 5, 10}, {-280, -140, -15}),
+            [&](const glm::dvec3& p) { return std::max(trunk(p), namedTables()[3].hu(p)); });
+        EXPECT_EQ(findTable(scan, ram, 2).why.find("shorter") != std::string::npos, slices < 4);
+    }
+}
+
+/// A table takes four fifths of the volume's length at least.
+TEST(PatientTable, ATableRunsAlongMostOfTheVolume) {
+    const VolumeInfo info = boxInfo({112, 64, 30}, {5, 5, 10}, {-280, -140, -150});
+    MemoryBudget ram("RAM", "--ram", 256u << 20);
+    for (const double end : {70.0, 80.0, 90.0, 100.0}) {
+        const FieldChunks scan(info, [&](const glm::dvec3& p) {
+            return std::max(trunk(p), p.y > 102 && p.y < 112 && p.z < end ? 100. : kAir);
+        });
+        EXPECT_EQ(findTable(scan, ram, 2).mask != nullptr, end >= 90) << end; // of 300 mm, from -150
+    }
 }
 
 TEST(PatientTable, SaysWhyNothingIsHidden) {
