@@ -5,6 +5,7 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "tests/support/bricking_store_tools.h"
+#include "tests/support/recorded_numbers.h"
 
 #include <algorithm>
 #include <climits>
@@ -234,6 +235,83 @@ TEST(LocalHistograms, LevelsFollowTheRadius) {
     EXPECT_EQ(localHistogramLevel(info, 8.1), 2);
     EXPECT_EQ(localHistogramLevel(info, 128), 5);
     EXPECT_EQ(localHistogramLevel(info, 129), kLevelCount);
+}
+
+/// Neighbours within the radius, and the six beside a sample, by 1/d^2 of the nearest one's 16384.
+TEST(LocalHistograms, ABallHasItsNeighboursByTheirDistance) {
+    VolumeInfo info = plainInfo({64, 64, 64}, ValueType::i16);
+    info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {0.6, 0.1, 0}, {-0.1, 0.8, 0.05}, {0.02, 0, 1.3});
+    for (const int level : {1, 2})
+        for (const double radius : {0.5, 3.3, 6.2}) {
+            const glm::dmat3 mm = glm::dmat3(info.patientFromVoxel) * static_cast<double>(1 << level);
+            const LocalBall ball = localBall(info, level, radius);
+            double least = 1e300;
+            glm::ivec3 reach(1);
+            std::size_t near = 0;
+            const auto counts = [&](const glm::ivec3& offset) {
+                const int steps = std::abs(offset.x) + std::abs(offset.y) + std::abs(offset.z);
+                return steps == 1 || (steps > 0 && glm::length(mm * glm::dvec3(offset)) <= radius);
+            };
+            for (std::size_t i = 0; i < 25u * 25 * 25; ++i) {
+                const glm::ivec3 offset = gridPosition(i, glm::ivec3(25)) - 12;
+                if (!counts(offset))
+                    continue;
+                ++near;
+                least = std::min(least, glm::length(mm * glm::dvec3(offset)));
+                reach = glm::max(reach, glm::abs(offset));
+            }
+            EXPECT_EQ(2 * ball.half.size(), near) << radius;
+            for (const LocalBall::Neighbour& n : ball.half) {
+                EXPECT_TRUE(counts(n.offset));
+                const double d = least / glm::length(mm * glm::dvec3(n.offset));
+                EXPECT_EQ(n.weight, static_cast<std::uint32_t>(std::max(1.0, std::round(16384 * d * d))));
+                for (const LocalBall::Neighbour& other : ball.half)
+                    EXPECT_NE(n.offset, -other.offset);
+            }
+            EXPECT_TRUE(glm::all(glm::greaterThanEqual(ball.reach, reach)));
+            EXPECT_TRUE(glm::all(glm::lessThanEqual(ball.reach, reach + 1)));
+        }
+}
+
+/// Numbers of representatives and their shares, as they are recorded: what settings make of them, errors do
+/// not tell.
+TEST(LocalHistograms, AreThoseOfTheRecord) {
+    RecordedNumbers record("tests/bricking/statistics/recorded/histograms.txt");
+    Volume volume({52, 45, 39}, [](int x, int y, int z) {
+        return waves(x, y, z) + (x > 30 ? 200 + y : 0) + (x * y * z % 1009 == 5 ? 2900 : 0);
+    });
+    for (const LocalHistogramSettings settings :
+         {LocalHistogramSettings{.radiusMm = 3.7, .bins = 23, .representatives = 90},
+          LocalHistogramSettings{.radiusMm = 9, .representatives = 500}}) {
+        const LocalHistograms made = volume.make(settings);
+        std::vector<double> centres(made.centres.begin(), made.centres.end());
+        record.expect("centres", centres);
+        double numbers = 0, shares = 0;
+        for (std::size_t i = 0; i < made.numbers.size(); ++i)
+            numbers += made.numbers[i] * static_cast<double>(i % 101);
+        for (std::size_t i = 0; i < made.shares.size(); ++i)
+            shares += made.shares[i] * static_cast<double>(i % 103);
+        record.expect("sums", {static_cast<double>(made.level), static_cast<double>(made.representatives()),
+                               numbers, shares, static_cast<double>(made.bytes()),
+                               static_cast<double>(localHistogramBytes(volume.store->info(), settings))});
+    }
+    // a sample with clusters in clusters
+    std::vector<VectorQuantiser::Vector> sample(6000);
+    for (std::size_t n = 0; n < sample.size(); ++n)
+        for (std::size_t i = 0; i < sample[n].size(); ++i)
+            sample[n][i] = static_cast<std::uint8_t>(
+                mixed(n % 9 * 1000 + i) % 100 + mixed(n % 211 * 1000 + i) % 60 + mixed(n * 1000 + i) % 50);
+    for (const std::size_t most : {7u, 64u, 300u}) {
+        const VectorQuantiser quantiser(sample, most, 1);
+        double error = 0, numbers = 0;
+        for (std::size_t n = 0; n < sample.size(); ++n) {
+            const std::uint16_t number = quantiser.nearest(sample[n]);
+            error += VectorQuantiser::distance(sample[n], quantiser[number]);
+            numbers += number * static_cast<double>(n % 97);
+        }
+        record.expect("quantised", {static_cast<double>(quantiser.size()), error, numbers,
+                                    static_cast<double>(VectorQuantiser::bytes(sample.size(), most))});
+    }
 }
 
 bool same(const LocalHistograms& a, const LocalHistograms& b) {

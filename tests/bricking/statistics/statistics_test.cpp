@@ -106,7 +106,8 @@ TEST(StoreStatistics, OfVersion4BoundTheWiderRanges) {
     ScratchFolder scratch;
     const glm::ivec3 n(70, 47, 65);
     // Rising along all axes: the extremes around a brick lie in the furthest of the layers around it.
-    HashSource source(plainInfo(n, ValueType::i16), [](int x, int y, int z) { return x + y + z; });
+    // Some bricks are below 0, others above.
+    HashSource source(plainInfo(n, ValueType::i16), [](int x, int y, int z) { return x + y + z - 90; });
     import(scratch / "v.zarr", source);
     MemoryBudget ram("RAM", "--ram", kPlenty);
     const StoreReader store(scratch / "v.zarr", ram);
@@ -130,6 +131,18 @@ TEST(StoreStatistics, OfVersion4BoundTheWiderRanges) {
     for (std::size_t b = 0; b < today.wideMin.size(); ++b) {
         EXPECT_LE(older.wideMin[b], today.wideMin[b]);
         EXPECT_GE(older.wideMax[b], today.wideMax[b]);
+        // of its cells, and those around
+        const glm::ivec3 own = gridPosition(b, today.bricks) * kCellsPerBrick;
+        const glm::ivec3 low = glm::max(own - 1, glm::ivec3(0)),
+                         count = glm::min(own + kCellsPerBrick + 1, today.cells) - low;
+        float least = 1e9f, most = -1e9f;
+        for (std::size_t c = 0; c < cellCount(count); ++c) {
+            const std::size_t cell = linearIndex(low + gridPosition(c, count), today.cells);
+            least = std::min(least, today.cellMin[cell]);
+            most = std::max(most, today.cellMax[cell]);
+        }
+        EXPECT_EQ(older.wideMin[b], least) << b;
+        EXPECT_EQ(older.wideMax[b], most) << b;
         wider = wider || older.wideMax[b] > today.wideMax[b];
     }
     EXPECT_TRUE(wider);
@@ -230,6 +243,139 @@ TEST(RayStatistics, AreRowsOfTheBrickAtEveryLevel) {
         }
         EXPECT_GT(found.size(), 13 * cellCount(bricks)); // different rays, but for bricks a few voxels wide
     }
+}
+
+/// The rays of brick_rays.h's first lines, chosen and sampled plainly.
+struct PlainRays {
+    struct Row {
+        int axis;
+        glm::ivec3 start;
+        std::size_t number = 0; // of candidates: the first of equal ones
+        double mean = 0, residual = 0;
+    };
+    const BrickFields& fields;
+
+    double at(int level, const glm::dvec3& p) const {
+        if (level == 0)
+            return fields.voxels[linearIndex(glm::ivec3(glm::floor(p)), fields.size)];
+        const BrickFields::Box& box = fields.levels[static_cast<std::size_t>(level)];
+        const std::vector<double> values(box.samples.begin(), box.samples.end());
+        return fieldAt(values, box.extent, level, p - glm::dvec3(box.first) * std::ldexp(1.0, level));
+    }
+    std::vector<Row> rows() const {
+        const BrickFields::Box& box = fields.levels[3];
+        std::vector<Row> rows;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int u = (axis + 1) % 3, w = (axis + 2) % 3;
+            for (int q = 0; 2 * q < fields.size[w]; ++q)
+                for (int p = 0; 2 * p < fields.size[u]; ++p) {
+                    Row row{axis, glm::ivec3(0), rows.size()};
+                    row.start[u] = std::min(2 * p + q % 2, fields.size[u] - 1);
+                    row.start[w] = std::min(2 * q + p % 2, fields.size[w] - 1);
+                    for (int i = 0; i < fields.size[axis]; ++i) {
+                        glm::ivec3 voxel = row.start;
+                        voxel[axis] = i;
+                        const double value = fields.voxels[linearIndex(voxel, fields.size)];
+                        row.mean += value; // whole numbers, whose sums are exact
+                        row.residual += std::abs(
+                            value -
+                            static_cast<double>(box.samples[linearIndex(voxel / 8 - box.first, box.extent)]));
+                    }
+                    row.mean /= fields.size[axis];
+                    row.residual /= fields.size[axis];
+                    rows.push_back(row);
+                }
+        }
+        return rows;
+    }
+    /// Samples of two parts, and the axes.
+    void choose(std::array<std::vector<double>, 2>& samples, std::array<std::vector<int>, 2>& axes) const {
+        std::vector<Row> sorted = rows();
+        std::stable_sort(sorted.begin(), sorted.end(),
+                         [](const Row& a, const Row& b) { return a.mean < b.mean; });
+        const auto take = [&](std::size_t part, const Row& row) {
+            axes[part].push_back(row.axis);
+            for (int level = 0; level < kLevelCount; ++level) {
+                const int count = std::array{16, 16, 8, 4, 2, 2}[static_cast<std::size_t>(level)];
+                for (int j = 0; j < count; ++j) {
+                    glm::dvec3 p = glm::dvec3(row.start) + 0.5;
+                    p[row.axis] = raySampleAt(j, count, fields.size[row.axis]);
+                    samples[part].push_back(at(level, p));
+                }
+            }
+        };
+        const std::size_t n = sorted.size();
+        for (std::size_t group = 0; group < 11; ++group) {
+            const std::size_t first = n * group / 11, end = n * (group + 1) / 11;
+            std::vector<Row> own(sorted.begin() + static_cast<std::ptrdiff_t>(first),
+                                 sorted.begin() + static_cast<std::ptrdiff_t>(end));
+            if (own.empty()) // fewer rows than groups
+                own.push_back(sorted[std::min(first, n - 1)]);
+            std::sort(own.begin(), own.end(), [](const Row& a, const Row& b) {
+                return std::tuple(a.residual, a.number) < std::tuple(b.residual, b.number);
+            });
+            for (std::size_t half = 0; half < 2; ++half)
+                take((half + group) % 2, own[own.size() * (1 + 2 * half) / 4]);
+        }
+        const auto [least, most] = std::minmax_element(fields.voxels.begin(), fields.voxels.end());
+        for (int part = 0; part < 2; ++part) {
+            const auto voxel = static_cast<std::size_t>((part == 0 ? most : least) - fields.voxels.begin());
+            Row row{part, gridPosition(voxel, fields.size), 0};
+            row.start[part] = 0;
+            take(static_cast<std::size_t>(part), row);
+        }
+    }
+};
+
+TEST(RayStatistics, AreTheRaysThatRepresentABrick) {
+    for (const glm::ivec3& size : {glm::ivec3(32), {31, 17, 9}, {5, 3, 32}, {2, 6, 1}, {1, 1, 1}})
+        for (const bool inside : {true, false}) { // with a layer around, or a volume of a brick
+            BrickFields fields;
+            fields.size = size;
+            std::vector<float> voxels(cellCount(size));
+            for (std::size_t i = 0; i < voxels.size(); ++i) {
+                const glm::ivec3 v = gridPosition(i, size);
+                voxels[i] =
+                    static_cast<float>(7 * v.x + 3 * v.y - 5 * v.z) + static_cast<float>(mixed(i) % 64);
+            }
+            fields.voxels = voxels;
+            std::array<std::vector<float>, kLevelCount> levels;
+            for (int level = 1; level < kLevelCount; ++level) {
+                BrickFields::Box& box = fields.levels[static_cast<std::size_t>(level)];
+                box.first = glm::ivec3(inside ? -1 : 0);
+                box.extent = ceilDiv(size, 1 << level) + (inside ? 2 : 0);
+                std::vector<float>& samples = levels[static_cast<std::size_t>(level)];
+                samples.resize(cellCount(box.extent));
+                for (std::size_t i = 0; i < samples.size(); ++i)
+                    samples[i] = static_cast<float>(mixed(i + 1000 * static_cast<std::size_t>(level)) % 200);
+                box.samples = samples;
+            }
+            std::array<std::vector<double>, 2> samples;
+            std::array<std::vector<int>, 2> axes;
+            PlainRays{fields}.choose(samples, axes);
+            const auto parts = sampleRays(fields);
+            for (std::size_t part = 0; part < 2; ++part) {
+                const auto [lo, hi] = std::minmax_element(samples[part].begin(), samples[part].end());
+                EXPECT_FLOAT_EQ(parts[part].lo, static_cast<float>(*lo));
+                EXPECT_FLOAT_EQ(parts[part].hi, static_cast<float>(*hi));
+                for (int ray = 0; ray < kRaysPerPart; ++ray)
+                    EXPECT_EQ(parts[part].axis(ray), axes[part][static_cast<std::size_t>(ray)])
+                        << size.x << ", part " << part << ", ray " << ray;
+                ASSERT_EQ(samples[part].size(), parts[part].codes.size());
+                for (std::size_t i = 0; i < samples[part].size(); ++i) {
+                    const double range = std::max(*hi - *lo, 1e-9);
+                    ASSERT_NEAR(parts[part].codes[i], (samples[part][i] - *lo) / range * 255, 0.51)
+                        << size.x << ", part " << part << ", sample " << i;
+                }
+            }
+        }
+    // where a row is sampled: voxels before and after the middles of its parts, or the middles
+    EXPECT_EQ(raySampleAt(0, 16, 32), 0.5);
+    EXPECT_EQ(raySampleAt(1, 16, 32), 3.5);
+    EXPECT_EQ(raySampleAt(15, 16, 32), 31.5);
+    EXPECT_EQ(raySampleAt(15, 16, 1), 0.5);
+    EXPECT_EQ(raySampleAt(0, 8, 32), 2);
+    EXPECT_EQ(raySampleAt(3, 4, 30), 26.25);
 }
 
 TEST(RayStatistics, ComeFromTheVoxelsWhereTheStoreHasNone) {
