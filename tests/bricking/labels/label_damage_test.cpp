@@ -8,6 +8,7 @@
 #include "bricking/store/zarr_array.h"
 #include "core/base/error.h"
 
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -248,6 +249,45 @@ TEST_F(DamagedLabels, OthersSeeColoursAndNames) {
         EXPECT_EQ(row.at("names").at(0), whole.table.labels[set[0]].name);
     }
     EXPECT_EQ(shown.at("colors").at(0), Json({{"label-value", 1}, {"rgba", {255, 188, 0, 255}}}));
+}
+
+/// Colours in 8 bits of sRGB; of a set the mean of its coloured labels, none of uncoloured ones.
+TEST(ImageLabel, SetsHaveTheMeanOfTheirColours) {
+    LabelTable table;
+    table.labels = {{3, "a", "", glm::vec3(0.002f, 0.0031f, 0.0034f)},
+                    {4, "b", "", glm::vec3(0.2f, 0.6f, 1)},
+                    {9, "c"},
+                    {11, "d", "", glm::vec3(0.4f, 0.1f, 0)}};
+    table.sets = {{}, {0}, {1}, {2}, {1, 3}, {0, 2}};
+    const Json shown = parseJson(imageLabelOf(table), "");
+    ASSERT_EQ(shown.at("properties").size(), 5u);
+    EXPECT_EQ(shown.at("properties").at(3),
+              Json({{"label-value", 4}, {"names", {"b", "d"}}, {"values", {4, 11}}}));
+    const auto srgb = [](double linear) {
+        return static_cast<int>(std::lround(
+            255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055)));
+    };
+    const auto colour = [&](int number, double r, double g, double b) {
+        return Json({{"label-value", number}, {"rgba", {srgb(r), srgb(g), srgb(b), 255}}});
+    };
+    EXPECT_EQ(shown.at("colors"), Json({colour(1, 0.002, 0.0031, 0.0034), colour(2, 0.2, 0.6, 1),
+                                        colour(4, 0.3, 0.35, 0.5), colour(5, 0.002, 0.0031, 0.0034)}));
+    table.labels[0].colour = table.labels[1].colour = table.labels[3].colour = {};
+    EXPECT_FALSE(parseJson(imageLabelOf(table), "").contains("colors"));
+}
+
+/// Other programs are told of up to 4096 sets.
+TEST(ImageLabel, VeryManySetsAreNotShown) {
+    LabelTable table;
+    for (std::uint32_t i = 0; i < 4096; ++i) {
+        table.labels.push_back({i + 1, "n"});
+        if (table.sets.size() < 4096)
+            table.sets.push_back({static_cast<std::uint16_t>(i)});
+    }
+    ASSERT_EQ(table.sets.size(), 4096u);
+    EXPECT_FALSE(imageLabelOf(table).empty());
+    table.sets.push_back({4095});
+    EXPECT_EQ(imageLabelOf(table), "");
 }
 
 } // namespace

@@ -323,6 +323,77 @@ TEST(LabelImport, EmptyLabelsStayInTheTable) {
     EXPECT_EQ(back.table.sets, (std::vector<std::vector<std::uint16_t>>{{}, {1}}));
 }
 
+/// What a report says of labels without a voxel: at most five by name.
+TEST(LabelImport, EmptyLabelsAreNamed) {
+    const VolumeInfo scan = scanOf({9, 8, 7});
+    for (const auto& [count, text] : std::vector<std::pair<std::uint32_t, std::string>>{
+             {1, "1 label has no voxel on the scan: n11"},
+             {2, "2 labels have no voxel on the scan: n11, n12"},
+             {5, "5 labels have no voxel on the scan: n11, n12, n13, n14, n15"},
+             {6, "6 labels have no voxel on the scan: n11, n12, n13, n14, n15 and 1 more"},
+             {9, "9 labels have no voxel on the scan: n11, n12, n13, n14, n15 and 4 more"}}) {
+        const ScratchFolder scratch;
+        std::vector<Label> labels;
+        for (std::uint32_t i = 0; i < count; ++i)
+            labels.push_back({11 + i, "n" + std::to_string(11 + i)});
+        Values values(9 * 8 * 7, 0);
+        for (std::size_t i = 0; i < 100; ++i)
+            values[i] = i < 30 ? 3 : 4;
+        LabelFile file = fileOf({HeldLayer(scan, values)}, labels);
+        const LabelImportReport report = importAtFloor(file, scan, scratch / "l.zarr");
+        EXPECT_EQ(report.notes, std::vector<std::string>{text});
+        EXPECT_EQ(report.voxels, 9u * 8 * 7);
+        EXPECT_EQ(report.labelled, 100u);
+        EXPECT_EQ(report.labels, count + 2);
+        EXPECT_EQ(report.sets, 3u);
+    }
+}
+
+/// Names without signs of control, a name for each, colours from 0 to 1, the first of two of a value.
+TEST(LabelImport, LabelsOfATableAreShownSafely) {
+    const VolumeInfo scan = scanOf({9, 8, 7});
+    const ScratchFolder scratch;
+    LabelFile file =
+        fileOf({HeldLayer(scan, Values(9 * 8 * 7, 5))}, {{5, "",
+                                                          "a\x01"
+                                                          "b",
+                                                          glm::vec3(-0.5f, 1.5f, 0.25f)},
+                                                         {6, "x", "", glm::vec3(std::nanf(""), INFINITY, 1)},
+                                                         {6, "another"},
+                                                         {0, "none"}});
+    importAtFloor(file, scan, scratch / "l.zarr");
+    const ReadBack back = readBack(scratch / "l.zarr");
+    ASSERT_EQ(back.table.labels.size(), 2u);
+    EXPECT_EQ(back.table.labels[0].name, "label 5");
+    EXPECT_EQ(back.table.labels[0].group.find('\x01'), std::string::npos);
+    EXPECT_EQ(back.table.labels[0].colour, glm::vec3(0, 1, 0.25f));
+    EXPECT_EQ(back.table.labels[1].name, "x");
+    EXPECT_EQ(back.table.labels[1].colour, glm::vec3(0, 0, 1));
+}
+
+/// A note says how voxels get to another grid: by weights, or from the factor two on by counts.
+TEST(LabelImport, TheWayToAnotherGridIsSaid) {
+    const VolumeInfo scan = gridOf({20, 16, 12}, glm::dmat4(1));
+    for (const auto& [factor, word] : std::vector<std::pair<double, std::string>>{{1, ""},
+                                                                                  {1.5, "largest weight"},
+                                                                                  {1.99, "largest weight"},
+                                                                                  {2, "most voxels"},
+                                                                                  {3, "most voxels"}}) {
+        const ScratchFolder scratch;
+        const glm::ivec3 extent(glm::dvec3(20, 16, 12) * factor + 0.5);
+        const glm::dmat4 affine = glm::scale(glm::dmat4(1), glm::dvec3(1 / factor));
+        LabelFile file = fileOf({HeldLayer(gridOf(extent, affine), Values(cellCount(extent), 5))});
+        const LabelImportReport report = importAtFloor(file, scan, scratch / "l.zarr");
+        if (word.empty()) {
+            EXPECT_TRUE(report.notes.empty());
+            continue;
+        }
+        ASSERT_EQ(report.notes.size(), 1u) << factor;
+        EXPECT_THAT(report.notes[0], AllOf(HasSubstr(word), HasSubstr(std::to_string(extent.x) + " x " +
+                                                                      std::to_string(extent.y) + " x ")));
+    }
+}
+
 TEST(LabelImport, WhatDoesNotFitIsRefused) {
     const VolumeInfo scan = scanOf({9, 8, 7});
     const Values ones(9 * 8 * 7, 1);

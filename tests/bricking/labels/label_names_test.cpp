@@ -3,6 +3,7 @@
 #include "bricking/labels/label_names.h"
 #include "core/image/colour.h"
 #include "tests/support/label_file_tools.h"
+#include "tests/support/recorded_numbers.h"
 
 #include <glm/geometric.hpp>
 #include <set>
@@ -118,6 +119,71 @@ TEST_F(LabelNames, FaultsNameTheirPlace) {
     EXPECT_THROW(readLabelNames(folder_ / "gone.ctbl"), InputError);
 }
 
+/// Every word that a header may have for a column, in any case and order.
+TEST_F(LabelNames, HeadersOfCsvHaveSeveralWords) {
+    const std::vector<std::vector<std::string>> words = {{"value", "LabelValue", "index", "ID"},
+                                                         {"name", "Label"},
+                                                         {"r", "red", "Color_R"},
+                                                         {"g", "green", "COLOR_G"},
+                                                         {"b", "blue", "color_b"},
+                                                         {"group", "Category"}};
+    for (std::size_t n = 0; n < 4; ++n) {
+        const auto word = [&](std::size_t column) {
+            return words[column][std::min(n, words[column].size() - 1)];
+        };
+        const std::string header = word(5) + "," + word(4) + "," + word(3) + ",what," + word(2) + "," +
+                                   word(1) + "," + word(0) + "\n";
+        expectNames(read("a.csv", header + "organs,30,20,x,10,liver,5\n,,,,,colon,4294967295\n"),
+                    {{5u, "liver", "organs", srgb(10, 20, 30)}, {4294967295u, "colon"}});
+    }
+    for (const char* colour : {"colour", "color", "Hex"})
+        expectNames(read("b.csv", std::string("name;") + colour + "\nli,ver;#0a141e\n"),
+                    {{std::nullopt, "li,ver", "", srgb(10, 20, 30)}});
+    // without a header: three columns have a colour in the third, five and more red, green and blue
+    expectNames(read("c.csv", "7,a,#0a141e\n"), {{7u, "a", "", srgb(10, 20, 30)}});
+    expectNames(read("d.csv", "7,a,10,20,30\n8,b,10,20,30,99\n"),
+                {{7u, "a", "", srgb(10, 20, 30)}, {8u, "b", "", srgb(10, 20, 30)}});
+}
+
+TEST_F(LabelNames, NumbersAreTakenUpToTheirBounds) {
+    struct Row {
+        const char* file;
+        const char* text;
+        bool isTaken;
+    };
+    for (const Row& row : {Row{"a.ctbl", "1 x 255 0 0 255", true},
+                           {"a.ctbl", "1 x 255 0 256 255", false},
+                           {"a.ctbl", "1 x 0.5 1.0 0.0 1", true},
+                           {"a.ctbl", "1 x 0.5 1.001 0.0 1", false},
+                           {"a.ctbl", "1 x -1 0 0 255", false},
+                           {"a.ctbl", "1 x 1 2", false},
+                           {"a.ctbl", "1 x 1 2 3", true},
+                           {"a.ctbl", "1 1 2 3", false},
+                           {"a.ctbl", "4294967295 x 1 2 3", true},
+                           {"a.ctbl", "4294967296 x 1 2 3", false},
+                           {"a.label", "1 2 3 4 1 1 1 \"x\"", true},
+                           {"a.label", "1 2 3 4 1 1 \"x\"", false},
+                           {"a.csv", "1,x,255,255,255", true},
+                           {"a.csv", "1,x,255,256,255", false},
+                           {"a.csv", "name,value\n,5", true},
+                           {"a.csv", "name,value\n,", false},
+                           {"a.json", R"({"x": 4294967295})", true},
+                           {"a.json", R"({"x": 4294967296})", false},
+                           {"a.json", R"({"x": -1})", false},
+                           {"a.json", R"([{"value": 5}])", true},
+                           {"a.json", R"([{"group": "g"}])", false},
+                           {"a.json", R"([{"value": 5, "color": [0, 255, 1.5]}])", true},
+                           {"a.json", R"([{"value": 5, "color": [0, 255.5, 1]}])", false},
+                           {"a.json", R"([{"value": 5, "color": [0, -0.5, 1]}])", false},
+                           {"a.json", R"([{"value": 5, "color": [0, 1]}])", false}})
+        EXPECT_EQ(refusal(row.file, row.text).empty(), row.isTaken) << row.text;
+    EXPECT_EQ(linearFromSrgb(1.0), static_cast<double>(read("b.ctbl", "1 x 0.0 1.0 0.5\n")[0].colour->g));
+    // of a long line 60 characters are shown, and its number counts comments and empty lines
+    const std::string wrong(61, 'w');
+    EXPECT_THAT(refusal("a.ctbl", "# one\n\n  \n" + wrong + "\n"),
+                testing::AllOf(HasSubstr("line 4"), HasSubstr("\"" + std::string(60, 'w') + "\"")));
+}
+
 TEST(ShippedNames, All117AndThoseOfVersion1) {
     const std::vector<LabelName>& names = totalSegmentatorNames();
     std::map<std::string, LabelName> byName;
@@ -230,6 +296,16 @@ TEST(LabelColours, AreFixedAndApart) {
     EXPECT_EQ(labelColour(7), labelColour(7));
     labelColour(4294967295u);
     labelColour(0);
+}
+
+/// A label keeps its colour from version to version.
+TEST(LabelColours, AreThoseOfTheRecord) {
+    RecordedNumbers record("tests/bricking/labels/recorded/colours.txt");
+    for (const std::uint32_t value : {0u, 1u, 2u, 3u, 5u, 8u, 10u, 11u, 117u, 65534u, 4294967295u}) {
+        const glm::vec3 colour = labelColour(value);
+        record.expect(std::to_string(value), {static_cast<double>(colour.r), static_cast<double>(colour.g),
+                                              static_cast<double>(colour.b)});
+    }
 }
 
 TEST(LabelPatterns, NamesGlobsValuesAndGroups) {
