@@ -125,14 +125,14 @@ class StoredFunction {
         return true;
     }
 
-    /// The largest extinction on [lo,hi], by the same argument.
+    /// The largest extinction on [lo,hi]: at its ends, or a limit at a kink. The function itself has the
+    /// limit from above in physical units; that from below is beside the kink.
     double mostExtinction(double lo, double hi) const {
         double most = std::max(extinction(lo), extinction(hi));
-        for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi;
-             ++k) {
-            const double inside = std::nextafter(*k, -std::numeric_limits<double>::infinity());
-            most = std::max({most, extinction(*k), extinction(std::max(lo, inside))});
-        }
+        const double below = std::copysign(std::numeric_limits<double>::infinity(), -slope_);
+        for (auto k = std::lower_bound(kinks_.begin(), kinks_.end(), lo); k != kinks_.end() && *k <= hi; ++k)
+            most =
+                std::max({most, extinction(*k), extinction(std::clamp(std::nextafter(*k, below), lo, hi))});
         return most;
     }
 
