@@ -204,5 +204,28 @@ TEST(Camera, AxesOfAngles) {
         }
 }
 
+// The eye of a parallel view is four half heights before the nearest that it shows; it aims at the middle.
+TEST(Camera, AParallelEyeIsInFrontOfEverything) {
+    for (const View view : {View::anterior, View::left, View::inferior}) {
+        ViewFit fit(view, Projection::parallel, {100, 50});
+        fit.add({10, 20, 30}, {3, 4, 5});
+        const Camera camera = fit.camera();
+        EXPECT_NEAR(camera.parallelScale, 1.03 * 4, 1e-12) << "twice as wide as high";
+        const ViewAxes& axes = fit.axes();
+        EXPECT_NEAR(glm::dot(camera.position, axes.towards), 35 + 4 * 1.03 * 4, 1e-9);
+        EXPECT_NEAR(glm::dot(camera.focalPoint, axes.towards), 30, 1e-9);
+        for (const glm::dvec3& place : {camera.position, camera.focalPoint}) {
+            EXPECT_NEAR(glm::dot(place, axes.right), 10, 1e-9);
+            EXPECT_NEAR(glm::dot(place, axes.up), 20, 1e-9);
+        }
+        ViewFit other(view, Projection::parallel, {100, 50});
+        other.add({-30, 20, 0}, {1, 1, 1});
+        fit.add(other);
+        EXPECT_TRUE(fit.holds({-30, 20, 0}, {1, 1, 1}));
+        EXPECT_FALSE(fit.holds({-30, 20, 0}, {1.01, 1, 1}));
+        EXPECT_NEAR(glm::dot(fit.camera().focalPoint, axes.towards), 17, 1e-9) << "between -1 and 35";
+    }
+}
+
 } // namespace
 } // namespace tessera

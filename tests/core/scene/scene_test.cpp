@@ -451,5 +451,46 @@ TEST(Shading, EveryLightAndMaterialMakesItBrighter) {
     EXPECT_EQ(brightest(shading, lighting, {{0, 1, 0.5, 1, 0.5, 3}}), 1);
 }
 
+// A light that tissue scatters, fixed to the camera at a point, casts shadows, so that it is placed anew.
+TEST(Scene, ScatteredPointLightsOfTheCameraCastShadows) {
+    const auto refused = [](const std::string& more) {
+        try {
+            parseScene(R"({"tesseraScene":1,"volumes":[{"path":"x"}],"lighting":{"lights":[{)" + more +
+                           "}]}}",
+                       "/", "s");
+        } catch (const InputError&) {
+            return true;
+        }
+        return false;
+    };
+    for (const char* scatter : {"0.001", "0.5", "1", "4"}) {
+        const std::string light = R"("kind":"point","scatter":)" + std::string(scatter);
+        EXPECT_TRUE(refused(light)) << scatter;
+        EXPECT_FALSE(refused(light + R"(,"shadow":true)")) << scatter;
+        EXPECT_FALSE(refused(light + R"(,"frame":"patient")")) << scatter;
+    }
+    EXPECT_FALSE(refused(R"("kind":"point","scatter":0)"));
+    EXPECT_FALSE(refused(R"("kind":"directional","scatter":1)"));
+}
+
+// A volume may be made smaller and larger, mirrored and turned, but not flat: voxels of a millionth to a
+// million times their volume.
+TEST(Scene, TransformsCanBeInverted) {
+    const auto refused = [](const std::string& x) {
+        try {
+            parseScene(R"({"tesseraScene":1,"volumes":[{"path":"x","transform":[)" + x +
+                           ",0,0,5,0,1,0,6,0,0,1,7]}]}",
+                       "/", "s");
+        } catch (const InputError&) {
+            return true;
+        }
+        return false;
+    };
+    for (const char* x : {"1", "-1", "0.0000010001", "-0.0000010001", "999999", "-999999"})
+        EXPECT_FALSE(refused(x)) << x;
+    for (const char* x : {"0", "0.00000099", "1000001", "-0.00000099"})
+        EXPECT_TRUE(refused(x)) << x;
+}
+
 } // namespace
 } // namespace tessera

@@ -233,5 +233,21 @@ TEST(TransferTable, EmptinessRespectsGapsAndIsConservative) {
     }
 }
 
+// A step at one value has a table with room on either side: a unit, or a millionth of a large value.
+TEST(TransferTable, OfASingleValueLiesAroundIt) {
+    for (const double value : {0.0, -5.0, 300.0, 1e8, -3e9}) {
+        const TransferTable table = makeTable(TransferFunction::fromExtinction({{value, 0}, {value, 1}}, {}));
+        const double width = std::max(1.0, 1e-6 * std::abs(value)),
+                     rounding = std::max(std::abs(value), 1.0) * 0x1p-23; // of the first value, a float
+        EXPECT_NEAR(static_cast<double>(table.entries.size() - 1) /
+                        static_cast<double>(table.entriesPerValue),
+                    width, 1e-3 * width)
+            << value;
+        EXPECT_NEAR(static_cast<double>(table.firstValue), value - 0.5 * width, rounding) << value;
+        EXPECT_EQ(table.entries.front().a, 0);
+        EXPECT_EQ(table.entries.back().a, 1);
+    }
+}
+
 } // namespace
 } // namespace tessera
