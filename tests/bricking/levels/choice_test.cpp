@@ -4,6 +4,8 @@
 #include "bricking/levels/level_chooser.h"
 #include "tests/support/bricking_selection_tools.h"
 
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace tessera {
@@ -121,6 +123,68 @@ TEST_F(Chooser, IsItsPartsPutTogether) {
                   predictError(best, chooser.errors(), weights, visibility).p99);
     }
     EXPECT_TRUE(matters) << "a scene in which nothing is hidden proves nothing";
+}
+
+/// Labels leave a share of the function's errors, and add those of their borders, of which three tenths stay
+/// where a pixel averages them. Their own medium takes light, too.
+TEST_F(Chooser, KnowsWhatLabelsLeave) {
+    const StoreReader store(scratch_ / "v.zarr", ram_);
+    Statistics statistics = loadStatistics(store, ram_, 1);
+    const TransferTable table = whiteAbove150(0.05);
+    LevelChooser chooser(store, ram_, 1);
+    chooser.setFunction(statistics, table, Culling::unlit);
+    const LevelErrors plain = chooser.errors();
+    statistics.labelledBricks.resize(plain.shows.size());
+    for (std::size_t b = 0; b < plain.shows.size(); ++b) {
+        const float part = static_cast<float>(b + 1) / static_cast<float>(plain.shows.size());
+        statistics.labelledBricks[b] = {part, b == 0 ? 1.5f : 0.3f * part, 0.5f * (1 - part)};
+    }
+    chooser.setFunction(statistics, table, Culling::unlit);
+    const double ofBorders[] = {0, 17, 28, 40, 55, 80}; // level_chooser.cpp says where they were measured
+    ASSERT_GT(std::count(plain.shows.begin(), plain.shows.end(), 1), 4);
+    for (std::size_t b = 0; b < plain.shows.size(); ++b) {
+        const Statistics::LabelledBrick& of = statistics.labelledBricks[b];
+        const bool shows = plain.shows[b] != 0;
+        const double function = shows ? static_cast<double>(of.function) : 1,
+                     borders = shows ? static_cast<double>(of.borders) : 0;
+        for (std::size_t level = 0; level < kLevelCount; ++level) {
+            const double border = borders * ofBorders[level];
+            EXPECT_NEAR(chooser.errors().errors[b][level],
+                        function * static_cast<double>(plain.errors[b][level]) + border, 1e-4)
+                << b << " " << level;
+            EXPECT_NEAR(chooser.errors().biases[b][level],
+                        function * static_cast<double>(plain.biases[b][level]) + 0.3 * border, 1e-4)
+                << b << " " << level;
+        }
+        const double through = std::pow(static_cast<double>(plain.transmittances[b]), function) *
+                               (shows ? 1 - std::min(1.0, static_cast<double>(of.medium)) : 1);
+        EXPECT_NEAR(chooser.errors().transmittances[b], through, 1e-5) << b;
+    }
+}
+
+/// Finer levels than a pixel shows may be allowed, for bricks that are in the picture.
+TEST_F(Chooser, AllowsFinerLevels) {
+    const StoreReader store(scratch_ / "v.zarr", ram_);
+    const Statistics statistics = loadStatistics(store, ram_, 1);
+    LevelChooser chooser(store, ram_, 1);
+    chooser.setFunction(statistics, whiteAbove150(0.0001), Culling::none);
+    Camera camera = fitCamera(store.info(), View::left, Projection::perspective, {40, 30});
+    camera.viewAngle = 60;
+    chooser.setCamera(camera, {4, 3});
+    const ViewWeights before = chooser.weights();
+    chooser.allowSubpixelLevels(1);
+    bool changes = false;
+    for (std::size_t b = 0; b < before.area.size(); ++b) {
+        const int finest = before.area[b] > 0 ? std::max(0, before.finest[b] - 1) : before.finest[b];
+        EXPECT_EQ(chooser.weights().finest[b], finest) << b;
+        changes = changes || finest != before.finest[b];
+    }
+    EXPECT_TRUE(changes);
+    chooser.allowSubpixelLevels(9);
+    for (std::size_t b = 0; b < before.area.size(); ++b)
+        if (before.area[b] > 0) {
+            EXPECT_EQ(chooser.weights().finest[b], 0);
+        }
 }
 
 } // namespace
