@@ -401,5 +401,44 @@ TEST(Centreline, IsCalledOffWhileItReads) {
     EXPECT_LT(chunks.read(), 60) << "of 6 x 6 x 4";
 }
 
+/// What people are told of a lumen, word by word.
+TEST(Centreline, ALumenIsToldInOneLine) {
+    Centrelines found;
+    found.lumen.threshold = -480.25;
+    found.evidence.lumen = -1000;
+    found.evidence.wall = 40;
+    const auto text = [&] { return lumenText(found, "HU"); };
+    EXPECT_EQ(text(), "lumen: below -480.2 HU, half way from -1000 in it to 40 around it");
+    EXPECT_EQ(lumenText(found, ""), "lumen: below -480.2, half way from -1000 in it to 40 around it");
+    found.evidence.given = true;
+    EXPECT_EQ(text(), "lumen: below -480.2 HU, as given");
+    found.evidence.leaksAt = -350;
+    EXPECT_EQ(text(), "lumen: below -480.2 HU, tightened from -350 HU, at which it leaks");
+    found.lumen.branchesTo = -400;
+    found.lumen.noise = 20;
+    found.evidence.noise = 21;
+    found.evidence.noiseLeft = 3.5;
+    EXPECT_EQ(text(),
+              "lumen: below -480.2 HU, tightened from -350 HU, at which it leaks; thin branches to -400 HU; "
+              "noise of 21 HU, smoothed to 3.5 HU");
+    found.evidence.leaks = true;
+    found.lumen.branchesTo.reset();
+    found.lumen.noise = 0;
+    EXPECT_EQ(text(),
+              "lumen: below -480.2 HU, as given; it leaks: lines may lie outside of it, and a tighter "
+              "threshold separates the seeds");
+    found.lumen.leavesAtMm = 24.4;
+    EXPECT_THAT(text(), HasSubstr("outside of it from 24.4 mm on, and"));
+    found.evidence = {};
+    found.evidence.lumen = 300;
+    found.lumen = {200, Lumen::Side::above};
+    for (const double left : {24.9, 25.0, 25.1}) { // four deviations are clear
+        found.evidence.noiseLeft = left;
+        EXPECT_EQ(found.evidence.clear(200), left <= 25) << left;
+        EXPECT_EQ(text(), std::string("lumen: above 200 HU, half way from 300 in it to 0 around it") +
+                              (left > 25 ? "; unsure: it hardly differs from the noise in it" : ""));
+    }
+}
+
 } // namespace
 } // namespace tessera::test

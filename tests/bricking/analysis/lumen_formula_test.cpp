@@ -123,6 +123,37 @@ TEST(LumenFormula, DenoisingIsChargedForEveryReader) {
     EXPECT_EQ(own, 2 * 4 * std::size_t{36 * 36 * 36});
 }
 
+/// Each of two caches takes a quarter of what is free, 256 MiB at most; where little is free their floors,
+/// and the first a chunk more for every reader.
+TEST(LumenFormula, CachesTakeAQuarterOfTheBudget) {
+    const VoxelChunks<std::int16_t> source(infoOf({40, 40, 40}, glm::dvec3(1), ValueType::i16),
+                                           [](const glm::ivec3& v) { return v.x; });
+    constexpr std::size_t kMiB = std::size_t{1} << 20, chunk = 2 * 32 * 32 * 32;
+    for (const int threads : {1, 3}) {
+        const std::size_t floor = BrickCache::floorBytes(source.info(), threads),
+                          scratch = static_cast<std::size_t>(threads) * 2 * 4 * 36 * 36 * 36;
+        MemoryBudget ram("RAM", "--ram", 64 * kMiB), much("RAM", "--ram", 8192 * kMiB);
+        LumenField field(source, ram, threads), large(source, much, threads);
+        EXPECT_EQ(ram.usedBytes(), 16 * kMiB);
+        EXPECT_EQ(much.usedBytes(), 256 * kMiB);
+        field.quieten(3);
+        EXPECT_EQ(ram.usedBytes(), 16 * kMiB + scratch + (48 * kMiB - scratch) / 4);
+        field.unquieten();
+        EXPECT_EQ(ram.usedBytes(), 16 * kMiB);
+        const std::size_t least = 2 * floor + static_cast<std::size_t>(threads) * chunk + scratch;
+        for (const bool enough : {true, false}) {
+            MemoryBudget little("RAM", "--ram", enough ? least : least - 1);
+            LumenField small(source, little, threads);
+            EXPECT_EQ(little.usedBytes(), floor + static_cast<std::size_t>(threads) * chunk);
+            if (enough) {
+                EXPECT_NO_THROW(small.quieten(3));
+            } else {
+                EXPECT_THROW(small.quieten(3), InputError);
+            }
+        }
+    }
+}
+
 /// Standard deviation of the part of a normal distribution that is left above its quantile p.
 double deviationAbove(double p) {
     double low = -9, high = 9; // the quantile, by halving

@@ -259,8 +259,9 @@ TEST(LumenGraphs, CostsKeepPathsInTheMiddle) {
         }
     }
     const glm::dvec3 pitch = graph.spacingMm() * static_cast<double>(graph.blockExtent());
-    for (const glm::ivec3& voxel : {glm::ivec3(14, 31, 9), {50, 30, 21}, {3, 20, 17}})
+    for (std::size_t i = 0; i < cellCount(kExtent); i += 1999) // all over the volume
         for (const double reach : {0.0, 2.3, 6.1, 11.4}) {
+            const glm::ivec3 voxel = gridPosition(i, kExtent);
             float widest = 0;
             for (LumenNode node = 0; node < graph.count(); ++node)
                 if (glm::length(glm::dvec3(graph.block(node) - voxel / graph.blockExtent()) * pitch) <= reach)
