@@ -106,7 +106,8 @@ bool mayBeLabelsOf(const VolumeInfo& volume, const std::filesystem::path& file) 
         if (isFolder)
             return mayBeMasksOf(volume, file);
         const LabelFile labels = openLabels(file, {});
-        return isOnLattice(labels, volume) && hasFewValues(*labels.layers.front());
+        return labels.labels.empty() && // of a file that describes labels there is no doubt
+               isOnLattice(labels, volume) && hasFewValues(*labels.layers.front());
     } catch (const Error&) {
         return false;
     }

@@ -318,7 +318,21 @@ void writeNifti(const fs::path& file, std::int16_t type, const std::function<T(s
     std::ofstream(file, std::ios::binary) << b;
 }
 
-/// A NIfTI file may be labels or a volume.
+template <class T>
+void writeNrrd(const fs::path& file, const char* type, const std::function<T(std::size_t)>& value) {
+    const glm::ivec3 e = LabelledScan::kExtent;
+    std::ofstream out(file, std::ios::binary);
+    out << "NRRD0004\ntype: " << type << "\ndimension: 3\nspace: left-posterior-superior\nsizes: " << e.x
+        << " " << e.y << " " << e.z
+        << "\nspace directions: (2,0,0) (0,2,0) (0,0,2)\nkinds: domain domain domain\n"
+        << "endian: little\nencoding: raw\nspace origin: (-10,8,6)\n\n";
+    for (std::size_t i = 0; i < cellCount(e); ++i) {
+        const T typed = value(i);
+        out.write(reinterpret_cast<const char*>(&typed), sizeof typed);
+    }
+}
+
+/// A NIfTI or NRRD file may be labels or a volume.
 TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
     const LabelledScan scan(kFour, 4);
     const fs::path folder = scan.store.parent_path();
@@ -330,7 +344,11 @@ TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
                              [](std::size_t i) { return static_cast<std::int16_t>(i % 300); });
     writeNifti<std::int16_t>(folder / "ct.nii", 4,
                              [](std::size_t i) { return static_cast<std::int16_t>(i < 90 ? -1000 : 40); });
-    for (const char* name : {"organs.nii", "beside.nii", "floats.nii", "scan.nii", "ct.nii"}) {
+    writeNrrd<std::int16_t>(folder / "organs.nrrd", "short", few);
+    writeNrrd<float>(folder / "floats.nrrd", "float",
+                     [&](std::size_t i) { return static_cast<float>(few(i)); });
+    for (const char* name :
+         {"organs.nii", "beside.nii", "floats.nii", "scan.nii", "ct.nii", "organs.nrrd", "floats.nrrd"}) {
         Looker looker(false);
         looker.opened(scan.store);
         looker.viewing->open(folder / name, kPicture);
@@ -339,7 +357,7 @@ TEST(LabelSession, WholeNumbersOnTheLatticeAreTakenAsLabels) {
             return seen && (seen->labels || seen->path != scan.store);
         })) << name;
         const auto seen = looker.viewing->volume();
-        const bool isLabels = std::string(name) == "organs.nii";
+        const bool isLabels = std::string(name).starts_with("organs.");
         EXPECT_EQ(seen->labels != nullptr, isLabels) << name;
         EXPECT_EQ(seen->path, isLabels ? scan.store : folder / name);
         EXPECT_EQ(seen->eitherFile, isLabels ? folder / name : fs::path());

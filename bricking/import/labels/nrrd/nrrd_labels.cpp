@@ -41,6 +41,11 @@ class NrrdLayer final : public LabelLayer {
 
     bool isAlone() const override { return true; } // what is shared does not change
 
+    bool hasWholeType() const override {
+        const FileType type = dataType(file_->header);
+        return type != FileType::f32 && type != FileType::f64;
+    }
+
     void readSlices(int count, std::span<std::uint32_t> out) override {
         const glm::ivec3 extent = info().extentVoxels;
         TESSERA_CHECK(count >= 0 && next_ + count <= extent.z);
