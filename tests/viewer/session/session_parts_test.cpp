@@ -7,12 +7,14 @@
 #include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/session/file_kind.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/scene_change.h"
 #include "viewer/session/volume_offers.h"
 #include "viewer/session/volume_values.h"
 
 #include <cmath>
+#include <fstream>
 #include <gtest/gtest.h>
 
 namespace tessera::test {
@@ -258,6 +260,45 @@ TEST(ThinVolumes, AreShownAsTheirPlane) {
                 faceThinVolume(asked, info, true);
                 EXPECT_EQ(asked.mode, Mode::composite);
             }
+}
+
+/// A structure set by its kind, which stands whole within the first KiB; a mesh by its name's ending.
+TEST(FileKinds, AreKnownByKindAndEnding) {
+    const ScratchFolder folder;
+    const std::string kind = "1.2.840.10008.5.1.4.1.1.481.3", front = std::string(128, '\0') + "DICM";
+    const auto means = [&](const std::string& bytes) {
+        std::ofstream(folder / "file", std::ios::binary) << bytes;
+        return meansStructureSet(folder / "file");
+    };
+    EXPECT_TRUE(means(front + kind + '\0'));
+    EXPECT_TRUE(means(front + "UI" + kind + "\x08\x01"));
+    EXPECT_FALSE(means(front + kind)) << "perhaps it goes on";
+    EXPECT_FALSE(means(front + kind + "1"));
+    EXPECT_FALSE(means(front + kind + ".1"));
+    EXPECT_TRUE(means(front + kind + '\0' + '.')) << "what follows is another element";
+    EXPECT_FALSE(means(front + kind.substr(0, kind.size() - 1) + "2" + '\0'));
+    EXPECT_FALSE(means(std::string(127, '\0') + "DICM" + kind + '\0' + '\0'));
+    EXPECT_FALSE(means(std::string(128, '\0') + "DICN" + kind + '\0'));
+    EXPECT_FALSE(means("DICM"));
+    EXPECT_FALSE(means(""));
+    const std::size_t room = 1024 - front.size() - kind.size();
+    EXPECT_TRUE(means(front + std::string(room - 1, 'x') + kind + '\0'));
+    EXPECT_FALSE(means(front + std::string(room, 'x') + kind + '\0')) << "its end is not looked at";
+    for (const auto& [name, isMesh] : std::vector<std::pair<std::string, bool>>{{"a.ply", true},
+                                                                                {"a.STL", true},
+                                                                                {"a.Obj", true},
+                                                                                {"a.gltf", true},
+                                                                                {"a.glb", true},
+                                                                                {"a.gl", false},
+                                                                                {"ply", false},
+                                                                                {"a.ply.gz", false}}) {
+        EXPECT_FALSE(meansMesh(folder / name)) << name << " is not there";
+        std::ofstream(folder / name) << "x";
+        EXPECT_EQ(meansMesh(folder / name), isMesh) << name;
+    }
+    std::filesystem::create_directory(folder / "b.ply");
+    EXPECT_FALSE(meansMesh(folder / "b.ply")) << "a folder";
+    EXPECT_FALSE(meansStructureSet(folder / "b.ply"));
 }
 
 } // namespace

@@ -16,8 +16,11 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
+#include <memory>
+#include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace tessera::test {
 namespace {
@@ -276,6 +279,47 @@ TEST(SliceThread, GoesBack) {
         while (std::exchange(before, news) != news || before == -1) // until nothing more comes
             std::this_thread::sleep_for(60ms);
         EXPECT_TRUE(thread.shown()->wish == first) << n;
+    }
+}
+
+/// The first planes of a volume are two levels coarser than the fine ones after them, at most level 5.
+TEST(SliceThread, ComesCoarselyFirst) {
+    const VolumeInfo info = sheared();
+    Volume volume(info);
+    MemoryBudget ram("RAM", "--ram", std::size_t{32} << 20);
+    for (const int edge : {300, 40, 2}) {
+        std::vector<std::shared_ptr<const ShownSlices>> all;
+        std::atomic<SliceThread*> thread = nullptr;
+        std::mutex mutex;
+        SliceThread drawing(volume.store, ram, 2, [&] {
+            const std::lock_guard lock(mutex);
+            all.push_back(thread.load()->shown());
+        });
+        thread = &drawing;
+        SliceWish wish;
+        wish.window = {0, 1000};
+        wish.placeMm = glm::dvec3(info.patientFromVoxel * glm::dvec4(35, 22, 45, 1));
+        wish.sizes = {glm::ivec2(edge), glm::ivec2(edge), glm::ivec2(edge)};
+        drawing.show(wish);
+        const auto end = std::chrono::steady_clock::now() + 30s;
+        const auto count = [&] {
+            const std::lock_guard lock(mutex);
+            return all.size();
+        };
+        while (count() < 2 && std::chrono::steady_clock::now() < end)
+            std::this_thread::sleep_for(2ms);
+        ASSERT_EQ(count(), 2u);
+        const std::lock_guard lock(mutex);
+        EXPECT_FALSE(all[0]->fine);
+        EXPECT_TRUE(all[1]->fine);
+        for (std::size_t n = 0; n < 3; ++n) {
+            EXPECT_EQ(all[0]->planes[n].level, std::min(all[1]->planes[n].level + 2, kLevelCount - 1));
+            EXPECT_EQ(all[0]->planes[n].display.size(), static_cast<std::size_t>(edge * edge));
+            const SliceFrame frame =
+                sliceFrame(info, static_cast<Orientation>(n), wish.placeMm, wish.sizes[n]);
+            EXPECT_EQ(all[1]->planes[n].frame.mmPerPixel, frame.mmPerPixel);
+            EXPECT_EQ(all[1]->planes[n].frame.pose.normal, frame.pose.normal);
+        }
     }
 }
 
