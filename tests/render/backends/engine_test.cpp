@@ -2,11 +2,14 @@
 // add"): a minimal one of each, which rendering uses unchanged. The work of existing engines can be cut
 // anywhere.
 #include "render/backends/mirror/mirror_engine.h"
+#include "render/backends/native/native_engine.h"
 #include "render/backends/reference/reference_engine.h"
 #include "tests/support/scene_fixture.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <mutex>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -220,6 +223,42 @@ TEST(Engines, TheReferenceIsCutLikewise) {
     while (!caster->draw({}, RayCaster::Clock::time_point::min(), work)) {
     }
     EXPECT_TRUE(bitEqual(caster->image(), whole));
+}
+
+// Shares of a picture's rays: those of the GPU never fall and meet the area after every tile; all end at 1.
+TEST(Engines, TellTheShareOfTheirRays) {
+    const GlContext context({"software"});
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+    Prepared prepared("torso", sceneOn(StoreReader(storePath("torso"), ram).info(), "bone-1", 0, {40, 37}));
+    GpuEngine gpu(context, prepared.budgets.gpu, prepared.budgets.ram);
+    NativeEngine native(2, prepared.budgets.gpu, prepared.budgets.ram);
+    MirrorEngine mirror(2);
+    ReferenceEngine reference(2);
+    for (Engine* engine : {static_cast<Engine*>(&gpu), static_cast<Engine*>(&native),
+                           static_cast<Engine*>(&mirror), static_cast<Engine*>(&reference)}) {
+        Work work;
+        loadBricks(*engine, prepared.p, prepared.budgets.gpu, work);
+        const auto caster = engine->caster({}, prepared.budgets.gpu);
+        caster->begin(raysOf(prepared.p));
+        std::mutex mutex;
+        std::vector<double> shares;
+        Slicing slicing;
+        slicing.fixedTile = 16;
+        slicing.progress = [&](double share) {
+            const std::lock_guard lock(mutex);
+            shares.push_back(share);
+        };
+        EXPECT_TRUE(caster->draw(slicing, RayCaster::Clock::time_point::max(), work));
+        ASSERT_FALSE(shares.empty());
+        EXPECT_EQ(*std::max_element(shares.begin(), shares.end()), 1);
+        EXPECT_GE(*std::min_element(shares.begin(), shares.end()), 0);
+        if (engine == &gpu) {
+            EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+            for (const int area : {256, 512, 640, 896, 1152, 1280, 1360, 1440, 1480})
+                EXPECT_TRUE(std::binary_search(shares.begin(), shares.end(), area / (40.0 * 37))) << area;
+        }
+        engine->close();
+    }
 }
 
 } // namespace
