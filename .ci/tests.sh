@@ -9,7 +9,8 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. Whole suites, then tests of
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
-    AreaPicture AutomaticIntegrator ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
+    AreaPicture AutomaticIntegrator AutomaticStep BadRays Cameras ExtremeCases ExtremeReference FusedCameras HostileNumbers ImportBudget LabelCamera LabelLooks LabelShows LabelTexels
+    OutlineBands PlanePlaces SetReaders LightMemory LightTexel MeshShade OcclusionRoom PlacedLights SceneLight VoxelLight ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
     DistanceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
@@ -18,6 +19,10 @@ quick_suites=(
     ValueWindow
 )
 quick_tests=(
+    Frames/FramesOf.EqualStills/mirror Frames/FramesOf.EqualStills/native Frames/FramesOf.EqualStills/nativeGreatest
+    Frames/FramesOf.EqualStills/nativeLight Frames/FramesOf.EqualStills/nativePasses
+    Frames/FramesOf.EqualStills/nativePaths Frames/FramesOf.EqualStills/nativeSamples
+    Frames/FramesOf.EqualStills/nativeShort Frames/FramesOf.EqualStills/nativeSurface
     Gradients.AnalyticOneIsTheDerivativeOfMixedLevels Gradients.AreExactForWhatTheirFormulaIs
     Gradients.CentralIsTrilinearBetweenTheDifferencesOfTheLattice
     Gradients.CubicIsSmoothAndConvolvesTheSamplesWithTheSpline Gradients.HaveTheirOrders
@@ -25,6 +30,7 @@ quick_tests=(
     Gradients.ZeroIsUnlitAndNeverNan Interactive.ADamagedChunkIsToldOfOnce
     Interactive.ThePathsNextBricksAreLoadedAhead Isosurfaces.ASphereIsHitWhereARayMeetsIt
     Isosurfaces.AllCrossingsAreFoundWhateverTheStep Isosurfaces.OccupyOnlyWhereTheyAre
+    LightExtremes.AreFiniteAndBounded
     LightPicture.CostsNothingWhereItIsNotAskedFor LightPicture.CutsAndThreadsChangeNothing
     LightPicture.DarkensWhatIsHidden LightPicture.WhatIsBehindASurfaceTakesLight MixedLevels.EmptyCellsShowNothing
     MixedLevels.NearestBrickJumpsAtBorders MixedLevels.OneLevelIsPlainTrilinear
@@ -32,14 +38,23 @@ quick_tests=(
     Places.NativePicturesHaveTheMirrorsBits Places.NativeSurfacesAndHitsAreTheMirrors
     Places.OfTheReferenceAreThoseOfLargerPictures ReferenceLight.LightsAreWhereShadowMapsHaveThem
     ReferenceLight.OcclusionBesideAWall ReferenceLight.OcclusionInARisingMedium ReferenceLight.OcclusionInOneMedium
-    ReferenceLight.OtherSums ReferenceLight.ShadowsOfASlab SampledPictures.ComeToTheMeanOfThePixel
-    SampledPictures.NeedTheMemoryThatTheySay ShadowMaps.ARunIsPlaceByPlace
+    ReferenceLight.OtherSums ReferenceLight.ReachesThePlaceWhereAShareIsLeft ReferenceLight.ShadowsInAnyVolume
+    ReferenceLight.ShadowsOfASlab SampledPictures.ComeToTheMeanOfThePixel
+    SampledPictures.AreTheSameOnEveryEngineAndHoweverTheyAreCut
+    SampledPictures.NeedTheMemoryThatTheySay SampledScenes.APictureOfNothingIsMeasuredToo
+    SampledScenes.AVolumeThatClipsThePicturesEdgeIsSampledLikeAnyOther
+    SampledScenes.MaxErrorEndsWithTheFloorsMemory
+    ShadowMaps.ARunIsPlaceByPlace ShadowMaps.BearExtremes ShadowMaps.BytesAreThoseOfTheMaps
+    ShadowMaps.CastInPartsAreTheSame ShadowMaps.HoldTheBoxOfWhatShows
+    ShadowMaps.OfAnEvenMediumAreItsClosedForm ShadowMaps.OfAnEvenMediumInAnyLattice
+    ShadowMaps.OfSoftLightsAreTheMean ShadowMaps.OfSoftLightsLookFromItsDisk
+    ShadowMaps.PointLightsHaveOneMapOrSix
     ShadowMaps.LookFromBeforeAPlace ShadowMaps.PacketsCastTheSameRays ShadowMaps.PacketsThatLackABrickLeaveTheRest
     Skipping.RefiningIsLeftOutWhereItDoesNotPay Stiff.BoundaryLayer Stiff.BoundaryLayerOnGradedSegments
     SurfaceLight.ACornerIsAsDarkAsItsFormula SurfaceLight.BricksBesideThePictureStay
     SurfaceLight.CostsNothingWhereItIsNotAskedFor SurfaceLight.CutsOpen SurfaceLight.DirectionsAreSpreadByTheCosine
     SurfaceLight.EnginesAgree SurfaceLight.ErrorFallsWithDirections SurfaceLight.GlassLetsSomeThrough
-    SurfaceLight.RefusalsHelp SurfaceLight.TakesFromTheAmbientLightAlone SurfaceLight.TakesThePlaceOfTheVoxels
+    SurfaceLight.RefusalsHelp SurfaceLight.TheFilterHasNoSide SurfaceLight.TakesFromTheAmbientLightAlone SurfaceLight.TakesThePlaceOfTheVoxels
     SurfaceLight.TheFilterKnowsNoVoxels SurfaceLight.TheFilterSmoothsAndKeepsEdges
     SurfaceReference.SidesAndOrderAreTheSame
 )

@@ -426,5 +426,144 @@ TEST(Occupancy, AtLevelZeroACellCountsByItsOwnRange) {
     EXPECT_EQ(occupancy.occupiedCells(), occupied);
 }
 
+// Tight: what shows in single voxels occupies no cell that lies further than a cell from it, at levels up to
+// 3: their samples, and blends across faces, reach no further. A cell's range has a voxel around it.
+TEST(Occupancy, CellsAreEmptyWhereNothingIsNear) {
+    const glm::ivec3 extent(100, 75, 130);
+    const std::vector<glm::ivec3> spots = {
+        {3, 40, 9}, {66, 2, 77}, {33, 63, 96}, {99, 74, 64}, {40, 31, 127}};
+    const Stored stored(
+        [&](const glm::dvec3& p) {
+            return std::count(spots.begin(), spots.end(), glm::ivec3(p)) > 0 ? 1.0 : 0.0;
+        },
+        extent, true);
+    Budgets budgets;
+    const StoreReader reader(stored.folder / "v.zarr", budgets.ram);
+    const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
+    const TransferTable table = makeTable(TransferFunction::fromExtinction({{0.5, 0}, {1, 1}}, {}));
+    const Selection culled = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
+    std::mt19937 random(3);
+    for (int round = 0; round < 12; ++round)
+        for (const EdgeFunction edge : kEdgeFunctions) {
+            Selection s = culled;
+            s.counts = {};
+            for (std::uint8_t& level : s.levels) {
+                if (level != Selection::kEmpty)
+                    level = static_cast<std::uint8_t>(round < 4 ? round : static_cast<int>(random() % 4));
+                ++s.counts[level];
+            }
+            const Occupancy occupancy({statistics, table, reader.info(), s, edge}, MapScale::cells,
+                                      budgets.ram);
+            const glm::ivec3 cells = cellGrid(extent);
+            std::size_t occupied = 0;
+            for (std::size_t c = 0; c < cellCount(cells); ++c) {
+                const glm::ivec3 cell = gridPosition(c, cells);
+                const int around = s.uniform() && round == 0 ? 0 : 1;
+                const glm::ivec3 low = (cell - around) * kCellExtent - 1,
+                                 high = (cell + 1 + around) * kCellExtent;
+                const bool isNear = std::any_of(spots.begin(), spots.end(), [&](const glm::ivec3& spot) {
+                    return glm::all(glm::lessThanEqual(low, spot)) &&
+                           glm::all(glm::lessThanEqual(spot, high));
+                });
+                ASSERT_TRUE(isNear || occupancy.isEmpty(cell))
+                    << "round " << round << ", cell " << cell.x << "," << cell.y << "," << cell.z;
+                occupied += occupancy.isEmpty(cell) ? 0 : 1;
+            }
+            EXPECT_EQ(occupied, occupancy.occupiedCells());
+            EXPECT_GE(occupied, spots.size());
+        }
+}
+
+/// Rays through an occupancy: leaps end exactly where a look at every stride says, and are long.
+TEST(Occupancy, RaysLeapToTheFirstOccupiedStride) {
+    const glm::ivec3 extent(100, 75, 130);
+    const Stored stored(
+        [&](const glm::dvec3& p) {
+            return glm::length(p - glm::dvec3(30, 20, 40)) < 12 ||
+                           glm::length(p - glm::dvec3(70, 60, 100)) < 9
+                       ? 1
+                       : 0;
+        },
+        extent, true);
+    Budgets budgets;
+    const StoreReader reader(stored.folder / "v.zarr", budgets.ram);
+    const Statistics statistics = loadStatistics(reader, budgets.ram, 1);
+    const TransferTable table = makeTable(TransferFunction::fromExtinction({{0.5, 0}, {1, 1}}, {}));
+    const Selection s = cullBricks(statistics, table, reader.info(), 0, Culling::unlit);
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (const MapScale scale : {MapScale::cells, MapScale::bricks}) {
+        const Occupancy o({statistics, table, reader.info(), s}, scale, budgets.ram);
+        // Blocks of maps by bricks are cells, of which the last two of a brick share a bit; those of maps by
+        // cells are all marked until a device looks.
+        const auto occupiedAt = [&](const glm::dvec3& p) {
+            const glm::ivec3 cell =
+                glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), extent - 1) / kCellExtent;
+            const glm::ivec3 in = cell % kCellsPerBrick;
+            if (scale == MapScale::bricks && in.y == 3 && in.z == 3 && in.x >= 2) {
+                const glm::ivec3 first(cell.x - in.x + 2, cell.y, cell.z);
+                return !o.isEmpty(first) ||
+                       (first.x + 1 < cellGrid(extent).x && !o.isEmpty(first + glm::ivec3(1, 0, 0)));
+            }
+            return !o.isEmpty(cell);
+        };
+        std::size_t strides = 0, calls = 0, shown = 0;
+        for (int n = 0; n < 200; ++n) {
+            const glm::dvec3 size(extent), a = size * glm::dvec3(unit(random), unit(random), unit(random));
+            glm::dvec3 b = size * glm::dvec3(unit(random), unit(random), unit(random));
+            if (n % 3 == 0)
+                b[n % 9 / 3] = a[n % 9 / 3]; // along a plane
+            SegmentedRay<double> ray;
+            ray.entry = a;
+            ray.direction = glm::normalize(b - a);
+            const double step = n % 2 == 0 ? 0.5 : 1.25;
+            ray.step = step * ray.direction;
+            ray.count = static_cast<int>(std::floor(glm::distance(a, b) / step)) + 1;
+            ray.tail = 1;
+            Strides by;
+            by.uniformSegments = 1 << n % 3;
+            by.segmentVoxels = step;
+            const auto middleOf = [&](int i) {
+                return stridePosition(ray, i, strideLength(ray, i, strideAt(by, ray, i)));
+            };
+            for (int i = 0; i < ray.count;) {
+                int expected = i;
+                while (expected < ray.count && !occupiedAt(middleOf(expected)))
+                    expected += by.uniformSegments, ++strides;
+                expected = std::min(expected, ray.count);
+                int found = i;
+                while (found < ray.count) {
+                    const int next = nextOccupied(o, by, ray, found, by.uniformSegments, middleOf(found));
+                    ++calls;
+                    ASSERT_GE(next, found);
+                    if (next == found)
+                        break;
+                    found = next;
+                }
+                ASSERT_EQ(std::min(found, ray.count), expected) << "ray " << n;
+                // By the ends of strides: nothing that shows at an end is left out, and nothing far from it
+                // stays.
+                const int byEnds = nextShown(o, by, ray, i), clear = nextNotClear(o, by, ray, i);
+                for (int k = i; k < byEnds; k += by.uniformSegments)
+                    ASSERT_FALSE(occupiedAt(segmentStart(ray, k))) << "ray " << n << " at " << k;
+                ASSERT_LE(clear, byEnds) << "what is clear between its ends shows at none";
+                for (int k = i; k < clear; k += by.uniformSegments)
+                    ASSERT_FALSE(occupiedAt(middleOf(k)));
+                if (byEnds < ray.count) {
+                    const int length = by.uniformSegments;
+                    ASSERT_TRUE(occupiedAt(segmentStart(ray, byEnds)) ||
+                                occupiedAt(strideEnd(ray, byEnds, strideLength(ray, byEnds, length))))
+                        << "ray " << n << " at " << byEnds;
+                }
+                if (found < ray.count)
+                    ++shown;
+                i = std::max(expected, i) + by.uniformSegments;
+            }
+        }
+        EXPECT_GT(shown, 300u);
+        EXPECT_LT(3 * calls, strides + 3 * shown + 600) << "leaps are long";
+    }
+}
+
 } // namespace
 } // namespace tessera

@@ -1,6 +1,7 @@
 // Statistics of pixels that were drawn again: known values of distributions and ranks, and the share of
 // intervals that contain the truth. Fields have known errors in clusters and with long tails, and many
 // choices of pixels are tried.
+#include "core/image/colour.h"
 #include "core/image/image_metrics.h"
 #include "render/verify/error_goal.h"
 #include "render/verify/intervals.h"
@@ -9,6 +10,8 @@
 
 #include <cmath>
 #include <functional>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <numbers>
 
@@ -349,6 +352,155 @@ TEST(ErrorGoal, GoesOnUntilTheBoundIsWithinIt) {
         ++rounds;
     EXPECT_EQ(rounds, ErrorGoal::kMostRounds);
     EXPECT_FALSE(endless.shortfall().empty());
+}
+
+// What is made finer: half of the bound's excess at once, by no more than ten times, and by no less than 0.7.
+TEST(ErrorGoal, CorrectsByHalfOfWhatIsTooMuch) {
+    const auto corrected = [](double high, bool ofRays) {
+        ErrorGoal goal(2);
+        const double rays = goal.ofRays(), samples = goal.ofSamples();
+        EXPECT_NEAR(rays, 0.7 * 2, 1e-12);
+        EXPECT_NEAR(samples, 2.0 / 3, 1e-12);
+        const MeasuredErrors errs = errorOf(high, high), small = errorOf(0.1, 0.2);
+        EXPECT_EQ(goal.judge(errs, ofRays ? small : errs, ofRays ? errs : small, false, false),
+                  ErrorGoal::Verdict::goOn);
+        EXPECT_EQ(ofRays ? goal.ofSamples() : goal.ofRays(), ofRays ? samples : rays);
+        return ofRays ? goal.ofRays() / rays : goal.ofSamples() / samples;
+    };
+    for (const bool ofRays : {true, false}) {
+        EXPECT_NEAR(corrected(4, ofRays), 0.25, 1e-9);
+        EXPECT_NEAR(corrected(2.01, ofRays), 0.5 * 2 / 2.01, 1e-9);
+        EXPECT_NEAR(corrected(100, ofRays), 0.1, 1e-9);
+    }
+    // A cause counts from half of what is asked on; where none does, both are made finer.
+    const auto both = [](double samples, double rays) {
+        ErrorGoal goal(2);
+        const double r = goal.ofRays(), s = goal.ofSamples();
+        EXPECT_EQ(goal.judge(errorOf(3, 3), errorOf(samples, samples), errorOf(rays, rays), false, false),
+                  ErrorGoal::Verdict::goOn);
+        return std::pair(goal.ofSamples() / s, goal.ofRays() / r);
+    };
+    EXPECT_EQ(both(1.01, 1).second, 1);
+    EXPECT_NEAR(both(1.01, 1).first, 0.7, 1e-9) << "0.99, held to 0.7";
+    EXPECT_EQ(both(1, 1.01).first, 1);
+    EXPECT_EQ(both(1, 1).first, both(1, 1).second);
+    EXPECT_NEAR(both(1, 1).first, 0.7, 1e-9);
+    EXPECT_NEAR(both(1.6, 2.5).first, 0.625, 1e-9);
+    EXPECT_NEAR(both(1.6, 2.5).second, 0.4, 1e-9);
+    // At the bound it is reached, a hair above not.
+    ErrorGoal goal(2);
+    EXPECT_EQ(goal.judge(errorOf(1, 2), errorOf(1, 2), errorOf(1, 2), true, true),
+              ErrorGoal::Verdict::reached);
+    EXPECT_EQ(goal.judge(errorOf(1, 2.001), errorOf(1, 2), errorOf(1, 2), true, true),
+              ErrorGoal::Verdict::notReached);
+    EXPECT_NE(goal.shortfall().find("no level or step is finer"), std::string::npos);
+    EXPECT_EQ(goal.judge(errorOf(1, 2.001), errorOf(1, 2), errorOf(0.1, 0.2), true, true),
+              ErrorGoal::Verdict::notReached);
+    EXPECT_NE(goal.shortfall().find("no pixel can get more samples"), std::string::npos);
+    // Nothing is known of the error: by the least correction.
+    MeasuredErrors unknown;
+    EXPECT_EQ(goal.judge(unknown, unknown, unknown, false, false), ErrorGoal::Verdict::goOn);
+    EXPECT_NEAR(goal.ofRays(), 0.7 * 0.7 * 2, 1e-12);
+    EXPECT_NE(goal.shortfall().find("could not be measured"), std::string::npos);
+}
+
+// The ends of an interval are where Hall's transformed T is the quantile of Student's t.
+TEST(ClusterSums, IntervalsInvertHallsTransform) {
+    for (const double unit : {1.0, -0.4})
+        for (const int clusters : {8, 40}) {
+            ClusterSums sums(clusters);
+            for (int n = 0; n < clusters; ++n)
+                sums.add(n, unit * (n % 7 == 3 ? 4 : 0.3 * (n % 3)));
+            const double error = std::sqrt(sums.variance()), g = sums.thirdMoment() / (error * error * error);
+            const double t = studentQuantile(0.975, clusters / 2);
+            const Interval found = clusterInterval(7, sums, 0);
+            const auto transformed = [&](double T) {
+                return T + g * T * T / 3 + g * g * T * T * T / 27 + g / 6;
+            };
+            // Of both ends the one to which errors are drawn out is further than t, the other is t itself.
+            const double low = (found.low - 7) / error, high = (found.high - 7) / error;
+            EXPECT_NEAR(unit > 0 ? transformed(-high) : transformed(-low), unit > 0 ? -t : t, 1e-6);
+            EXPECT_NEAR(unit > 0 ? low : high, unit > 0 ? -t : t, 1e-6);
+        }
+}
+
+// A pixel's error: squares less the variance of the truth's mean; colours by halves of what was drawn again.
+TEST(PixelErrorsOfPairs, AreThoseOfTheirFormula) {
+    RandomNumbers random(4);
+    for (const int replicates : {1, 2, 4, 6, 8}) {
+        PixelPairs pairs;
+        pairs.replicates = replicates;
+        for (int i = 0; i < 9; ++i) {
+            pairs.sample.pixels.push_back({{i, 2 * i}, i / 2});
+            const auto any = [&](double most) {
+                glm::vec4 v;
+                for (int c = 0; c < 4; ++c)
+                    v[c] = static_cast<float>(most * random.unit());
+                return v;
+            };
+            const glm::vec4 truth = any(1.1);
+            pairs.picture.push_back(truth + any(0.2));
+            for (int r = 0; r < replicates; ++r)
+                pairs.truth.push_back(truth + any(0.1));
+        }
+        const std::vector<PixelError> found = pixelErrors(pairs, 0.6f);
+        ASSERT_EQ(found.size(), 9u);
+        const auto luv = [](const glm::dvec4& v) {
+            return luvFromLinear(glm::clamp(glm::dvec3(v), 0.0, 1.0));
+        };
+        for (std::size_t i = 0; i < 9; ++i) {
+            const glm::dvec4 picture(pairs.picture[i]);
+            const glm::vec4* const drawn = &pairs.truth[i * static_cast<std::size_t>(replicates)];
+            const auto meanOf = [&](const std::vector<int>& which) {
+                glm::dvec4 sum(0);
+                for (const int r : which)
+                    sum += glm::dvec4(drawn[r]) / static_cast<double>(which.size());
+                return sum;
+            };
+            std::vector<int> all;
+            for (int r = 0; r < replicates; ++r)
+                all.push_back(r);
+            const glm::dvec4 mean = meanOf(all);
+            double squares = 0;
+            for (int c = 0; c < 4; ++c) {
+                double variance = 0; // of the mean
+                for (int r = 0; r < replicates && replicates > 1; ++r)
+                    variance += std::pow(drawn[r][c] - mean[c], 2) / (replicates * (replicates - 1.0));
+                squares += (std::pow(picture[c] - mean[c], 2) - variance) / 4;
+            }
+            EXPECT_EQ(found[i].cluster, static_cast<int>(i / 2));
+            EXPECT_EQ(found[i].shown, mean.a > static_cast<double>(0.6f));
+            EXPECT_NEAR(found[i].square, squares, 1e-9);
+            EXPECT_NEAR(found[i].luv, glm::length(luv(picture) - luv(mean)), 1e-9);
+            // All pairs of quarters, or both halves.
+            std::vector<glm::dvec4> halves;
+            if (replicates == 1)
+                halves = {mean};
+            else if (replicates % 4 != 0)
+                for (int h = 0; h < 2; ++h) {
+                    std::vector<int> which;
+                    for (int r = 0; r < replicates / 2; ++r)
+                        which.push_back(h * replicates / 2 + r);
+                    halves.push_back(meanOf(which));
+                }
+            else
+                for (int a = 0; a < 4; ++a)
+                    for (int b = a + 1; b < 4; ++b) {
+                        std::vector<int> which;
+                        for (int r = 0; r < replicates; ++r)
+                            if (r / (replicates / 4) == a || r / (replicates / 4) == b)
+                                which.push_back(r);
+                        halves.push_back(meanOf(which));
+                    }
+            ASSERT_EQ(found[i].luvHalves.size(), halves.size());
+            double noisier = 0;
+            for (std::size_t h = 0; h < halves.size(); ++h) {
+                EXPECT_NEAR(found[i].luvHalves[h], glm::length(luv(picture) - luv(halves[h])), 1e-9);
+                noisier += found[i].luvHalves[h] / static_cast<double>(halves.size());
+            }
+            EXPECT_NEAR(found[i].luvNoisier, noisier, 1e-9);
+        }
+    }
 }
 
 } // namespace
