@@ -9,7 +9,7 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # Parts of a picture alone: formulas, sums, counts and choices, most of them below a second. Whole suites, then tests of
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
-    AreaPicture AutomaticIntegrator AutomaticStep BadRays Cameras ExtremeCases ExtremeReference FusedCameras HostileNumbers ImportBudget LabelCamera LabelLooks LabelShows LabelTexels
+    AreaPicture AutomaticIntegrator AutomaticStep BadRays Cameras ExtremeCases ExtremeReference FusedCameras HostileNumbers ImportBudget IntegratorOrder LabelCamera LabelLooks LabelShows LabelTexels
     OutlineBands PlanePlaces SetReaders LightMemory LightTexel MeshShade OcclusionRoom PlacedLights SceneLight VoxelLight ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
     DistanceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
@@ -19,6 +19,12 @@ quick_suites=(
     ValueWindow
 )
 quick_tests=(
+    Engines/SliceOfDicom.IsTrilinearInterpolationOfItsValues/mirror
+    Engines/SliceOfDicom.IsTrilinearInterpolationOfItsValues/native
+    Engines/SliceOfDicom.IsTrilinearInterpolationOfItsValues/reference
+    Integrators/Determinism.ThreadsChangeNoBit/linear Integrators/Determinism.ThreadsChangeNoBit/midpoint
+    Integrators/Determinism.ThreadsChangeNoBit/preintegrated
+    Integrators/Determinism.ThreadsChangeNoBit/preintegrated2d
     Frames/FramesOf.EqualStills/mirror Frames/FramesOf.EqualStills/native Frames/FramesOf.EqualStills/nativeGreatest
     Frames/FramesOf.EqualStills/nativeLight Frames/FramesOf.EqualStills/nativePasses
     Frames/FramesOf.EqualStills/nativePaths Frames/FramesOf.EqualStills/nativeSamples
@@ -29,14 +35,18 @@ quick_tests=(
     Gradients.NormalsOfASphereAreRadialUnderAnySpacing Gradients.SobelIsThatOfTheNeighbouringSamples
     Gradients.ZeroIsUnlitAndNeverNan Interactive.ADamagedChunkIsToldOfOnce
     Interactive.ThePathsNextBricksAreLoadedAhead Isosurfaces.ASphereIsHitWhereARayMeetsIt
-    Isosurfaces.AllCrossingsAreFoundWhateverTheStep Isosurfaces.OccupyOnlyWhereTheyAre
+    Interactive.ComesToTheStillsLevelsAndPicture Interactive.FirstPictureIsWholeAndPicturesGetBetter
+    Isosurfaces.AllCrossingsAreFoundWhateverTheStep Isosurfaces.CostNothingWhereThereAreNone
+    Isosurfaces.NothingGrowsBehindAnOpaqueMedium Isosurfaces.NothingIsMetBeyondTheLastOfSteepEdges
+    Isosurfaces.NothingIsSampledFarFromThem Isosurfaces.OccupyOnlyWhereTheyAre
     LightExtremes.AreFiniteAndBounded
     LightPicture.CostsNothingWhereItIsNotAskedFor LightPicture.CutsAndThreadsChangeNothing
     LightPicture.DarkensWhatIsHidden LightPicture.WhatIsBehindASurfaceTakesLight MixedLevels.EmptyCellsShowNothing
     MixedLevels.NearestBrickJumpsAtBorders MixedLevels.OneLevelIsPlainTrilinear
     MixedLevels.ValuesStayInTheHullOfTheirSamples Places.AreChargedWhereTheyAreKept
     Places.NativePicturesHaveTheMirrorsBits Places.NativeSurfacesAndHitsAreTheMirrors
-    Places.OfTheReferenceAreThoseOfLargerPictures ReferenceLight.LightsAreWhereShadowMapsHaveThem
+    Places.OfTheReferenceAreThoseOfLargerPictures Places.WaitingRaysGoOnThroughTheirPlaces
+    ReferenceLight.LightsAreWhereShadowMapsHaveThem
     ReferenceLight.OcclusionBesideAWall ReferenceLight.OcclusionInARisingMedium ReferenceLight.OcclusionInOneMedium
     ReferenceLight.OtherSums ReferenceLight.ReachesThePlaceWhereAShareIsLeft ReferenceLight.ShadowsInAnyVolume
     ReferenceLight.ShadowsOfASlab SampledPictures.ComeToTheMeanOfThePixel
@@ -50,13 +60,17 @@ quick_tests=(
     ShadowMaps.OfSoftLightsAreTheMean ShadowMaps.OfSoftLightsLookFromItsDisk
     ShadowMaps.PointLightsHaveOneMapOrSix
     ShadowMaps.LookFromBeforeAPlace ShadowMaps.PacketsCastTheSameRays ShadowMaps.PacketsThatLackABrickLeaveTheRest
-    Skipping.RefiningIsLeftOutWhereItDoesNotPay Stiff.BoundaryLayer Stiff.BoundaryLayerOnGradedSegments
+    Skipping.PicturesAreBitEqualWithEitherMap Skipping.RefiningIsLeftOutWhereItDoesNotPay
+    StepOfMeans.IsLongerAndThePictureAsGood StepOfMeans.IsNotTakenWhereRaysHaveNoPhases
+    Stiff.BoundaryLayer Stiff.BoundaryLayerOnGradedSegments Stiff.ColourRampInDouble Stiff.ColourRampInFloat
     SurfaceLight.ACornerIsAsDarkAsItsFormula SurfaceLight.BricksBesideThePictureStay
     SurfaceLight.CostsNothingWhereItIsNotAskedFor SurfaceLight.CutsOpen SurfaceLight.DirectionsAreSpreadByTheCosine
     SurfaceLight.EnginesAgree SurfaceLight.ErrorFallsWithDirections SurfaceLight.GlassLetsSomeThrough
     SurfaceLight.RefusalsHelp SurfaceLight.TheFilterHasNoSide SurfaceLight.TakesFromTheAmbientLightAlone SurfaceLight.TakesThePlaceOfTheVoxels
     SurfaceLight.TheFilterKnowsNoVoxels SurfaceLight.TheFilterSmoothsAndKeepsEdges
-    SurfaceReference.SidesAndOrderAreTheSame
+    SurfaceReference.BothIntegratorsSeeWhatBeginsAtAPointOfTheFunction
+    SurfaceReference.SidesAndOrderAreTheSame SurfaceReference.TheVolumeBetweenThemConverges
+    Visibility.LevelsChosenBySightAreBetter
 )
 one_a_feature+=$(printf '|^%s[.]' "${quick_suites[@]}")$(printf '|^%s$' "${quick_tests[@]}")
 # What engines have in common with the mirror, on one of the scans' stores.
