@@ -285,5 +285,106 @@ TEST(SurfaceMesh, PointsFarFromTheOriginStayApart) {
     EXPECT_EQ(places.size(), found.mesh.points.size());
 }
 
+struct Plane {
+    int low, high;
+    double weight, place;
+};
+void expectPlanes(const SurfaceLattice& lattice, int axis, const std::vector<Plane>& expected) {
+    const std::vector<LatticePlane>& planes = lattice.planes(axis);
+    ASSERT_EQ(planes.size(), expected.size());
+    EXPECT_EQ(lattice.extent()[axis], static_cast<int>(expected.size()));
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+        EXPECT_EQ(planes[i].low, expected[i].low) << i;
+        EXPECT_EQ(planes[i].high, expected[i].high) << i;
+        EXPECT_NEAR(planes[i].weight, expected[i].weight, 1e-12) << i;
+        EXPECT_NEAR(planes[i].place, expected[i].place, 1e-12) << i;
+        const int plane = static_cast<int>(i);
+        EXPECT_EQ(lattice.isOutside(axis, plane), i == 0 || i + 1 == planes.size());
+    }
+}
+
+/// At samples, on the faces, and 1/1024 of a sample inside of these.
+TEST(SurfaceLattice, HasThePlanesOfSamplesAndTwoAtEachEnd) {
+    VolumeInfo info;
+    info.extentVoxels = {5, 7, 6};
+    info.patientFromVoxel = glm::scale(glm::dmat4(1), glm::dvec3(2, 1, 1.5));
+    const double e = 1.0 / 1024;
+    const SurfaceLattice fine(info, {glm::dvec3(-3, 1.3, 0.5), glm::dvec3(5, 3.8, 99)}, 0, "test");
+    expectPlanes(fine, 0,
+                 {{0, 1, 0, 0},
+                  {0, 1, 0, e},
+                  {0, 0, 0, 0.5},
+                  {1, 1, 0, 1.5},
+                  {2, 2, 0, 2.5},
+                  {3, 3, 0, 3.5},
+                  {4, 4, 0, 4.5},
+                  {4, 4, 0, 5 - e},
+                  {4, 4, 0, 5}});
+    expectPlanes(fine, 1,
+                 {{0, 1, 0.8, 1.3},
+                  {0, 1, 0.8 + e, 1.3 + e},
+                  {1, 1, 0, 1.5},
+                  {2, 2, 0, 2.5},
+                  {3, 3, 0, 3.5},
+                  {3, 4, 0.3 - e, 3.8 - e},
+                  {3, 4, 0.3, 3.8}});
+    // no sample nearer to a face than twice as much
+    expectPlanes(fine, 2,
+                 {{0, 1, 0, 0.5},
+                  {0, 1, e, 0.5 + e},
+                  {1, 1, 0, 1.5},
+                  {2, 2, 0, 2.5},
+                  {3, 3, 0, 3.5},
+                  {4, 4, 0, 4.5},
+                  {5, 5, 0, 5.5},
+                  {5, 5, 0, 6 - e},
+                  {5, 5, 0, 6}});
+    const SurfaceLattice coarse(info, {glm::dvec3(0), glm::dvec3(5, 7, 6)}, 1, "test");
+    expectPlanes(
+        coarse, 0,
+        {{0, 1, 0, 0}, {0, 1, 0, 2 * e}, {0, 0, 0, 1}, {1, 1, 0, 3}, {1, 2, 1 - e, 5 - 2 * e}, {2, 2, 0, 5}});
+    // a crossing keeps from the ends of its edge; on a face it is there
+    const auto along = [&](int plane, double low, double high) {
+        return fine.crossing({2, plane, 3}, 1, low, high).y;
+    };
+    EXPECT_NEAR(along(3, -1, 3), 2.75, 1e-12);
+    EXPECT_NEAR(along(3, 3, -1), 3.25, 1e-12);
+    EXPECT_NEAR(along(3, -1, 0), 3.5 - e, 1e-12);
+    EXPECT_NEAR(along(3, 0, -1), 2.5 + e, 1e-12);
+    EXPECT_EQ(along(0, -1, 3), 1.3);
+    EXPECT_EQ(along(5, 3, -1), 3.8);
+    EXPECT_NEAR(fine.crossing({2, 3, 3}, 1, -1, 3).x, 2 * 0.5, 1e-12);
+    EXPECT_NEAR(fine.crossing({2, 3, 3}, 1, -1, 3).z, 1.5 * 2.5, 1e-12);
+}
+
+/// Four steps of numbers of 32 bits, as far from the origin, are a sixteenth of a sample at most.
+TEST(SurfaceLattice, SamplesMayBeFarFromTheOriginInProportion) {
+    VolumeInfo info;
+    info.extentVoxels = glm::ivec3(4);
+    for (const double share : {0.97, 1.03}) {
+        const double spacing = 16 * 4 * 100 * std::ldexp(1.0, -23) / share;
+        info.patientFromVoxel = glm::scale(glm::dmat4(1), glm::dvec3(1, spacing, 2));
+        info.patientFromVoxel[3] = {0, 100 - 4 * spacing, 0, 1};
+        const auto make = [&] { SurfaceLattice(info, {glm::dvec3(0), glm::dvec3(4)}, 0, "test"); };
+        if (share < 1) {
+            EXPECT_NO_THROW(make());
+        } else {
+            EXPECT_THROW(make(), InputError);
+        }
+    }
+    // and a box has eight of the least parts at least
+    info.patientFromVoxel = glm::dmat4(1);
+    for (const double edge : {7.9 / 1024, 8.1 / 1024}) {
+        const auto make = [&] {
+            SurfaceLattice(info, {glm::dvec3(1), glm::dvec3(3, 3, 1 + edge)}, 0, "test");
+        };
+        if (edge > 8.0 / 1024) {
+            EXPECT_NO_THROW(make());
+        } else {
+            EXPECT_THROW(make(), InputError);
+        }
+    }
+}
+
 } // namespace
 } // namespace tessera::test
