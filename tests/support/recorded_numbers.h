@@ -45,7 +45,7 @@ class RecordedNumbers {
             std::string line = name;
             for (const double number : numbers) {
                 char text[32];
-                std::snprintf(text, sizeof text, " %.7g", number);
+                std::snprintf(text, sizeof text, " %.10g", number);
                 line += text;
             }
             lines_.push_back(line);

@@ -1,8 +1,10 @@
 // tests/bricking/analysis/mesh_parts_test.cpp: parts of a mesh that is held: what they enclose, and which
 // stay.
 #include "bricking/analysis/surface/mesh_parts.h"
+#include "bricking/analysis/surface/simplify_mesh.h"
 #include "tests/support/closed_mesh.h"
 #include "tests/support/held_volume.h"
+#include "tests/support/recorded_numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,6 +109,27 @@ TEST(MeshParts, SmallOnesGo) {
     const double own = kept(1500).second;
     EXPECT_EQ(kept(own - 1e-3).first, 1u);
     EXPECT_EQ(kept(own + 1e-3).first, 0u);
+}
+
+/// Memory that is promised for meshes.
+TEST(MeshParts, BytesAreThoseOfTheRecord) {
+    RecordedNumbers record("tests/bricking/analysis/recorded/mesh_bytes.txt");
+    VolumeInfo info;
+    info.type = ValueType::i16;
+    for (const glm::ivec3& extent : {glm::ivec3(5, 7, 6), {100, 90, 60}, {300, 40, 500}}) {
+        info.extentVoxels = extent;
+        for (const int level : {0, 2}) {
+            const SurfaceLattice lattice(info, {glm::dvec3(0), glm::dvec3(extent)}, level, "test");
+            record.expect("surface",
+                          {static_cast<double>(surfaceFloorBytes(info, lattice, 1)),
+                           static_cast<double>(surfaceFloorBytes(info, lattice, 4))},
+                          0, 0.5);
+        }
+    }
+    record.expect("held",
+                  {static_cast<double>(simplifyBytes(5000, 9990)), static_cast<double>(partsBytes(5000)),
+                   static_cast<double>(HeldSurface::heldBytes(5000, 9990))},
+                  0, 0.5);
 }
 
 } // namespace

@@ -371,5 +371,22 @@ TEST(PatientTable, SaysWhyNothingIsHidden) {
                 ::testing::HasSubstr("shorter than 40 mm"));
 }
 
+/// Memory that is promised for the search of bodies and tables: of a level of few enough samples.
+TEST(PatientTable, BytesAreThoseOfTheRecord) {
+    RecordedNumbers record("tests/bricking/analysis/recorded/body_bytes.txt");
+    for (const glm::ivec3& extent : {glm::ivec3(40, 33, 20),
+                                     {128, 128, 128},
+                                     {129, 128, 128},
+                                     {256, 160, 128},
+                                     {257, 160, 128},
+                                     {512, 512, 400},
+                                     {2048, 2048, 2048}}) {
+        const VolumeInfo info = boxInfo(extent, glm::dvec3(1), glm::dvec3(0));
+        record.expect("bytes",
+                      {static_cast<double>(bodyBoxBytes(info)), static_cast<double>(tableMaskBytes(info))}, 0,
+                      0.5);
+    }
+}
+
 } // namespace
 } // namespace tessera::test

@@ -1,6 +1,7 @@
 // tests/bricking/labels/label_import_test.cpp: layers get to the scan's lattice as label_placement.h says;
 // sets, types, cells and limits of what is imported.
 #include "tests/support/label_tools.h"
+#include "tests/support/recorded_numbers.h"
 
 #include "core/base/error.h"
 
@@ -463,6 +464,26 @@ TEST(LabelImport, FramesOfReferenceAreCompared) {
             EXPECT_EQ(StoreReader(scratch / "l.zarr", ram).info().frameOfReference, c.store);
         }
     }
+}
+
+/// A floor is enough (importAtFloor()); this is about how much it is.
+TEST(LabelImport, FloorsAreThoseOfTheRecord) {
+    test::RecordedNumbers record("tests/bricking/labels/recorded/floors.txt");
+    const VolumeInfo scan = scanOf({300, 210, 90}), small = scanOf({9, 8, 7});
+    const auto floorOf = [&](const VolumeInfo& on, std::size_t layers, const glm::ivec3& grid, int threads) {
+        LabelFile file;
+        for (std::size_t i = 0; i < layers; ++i)
+            file.layers.push_back(std::make_unique<HeldLayer>(gridOf(grid, on.patientFromVoxel), Values{}));
+        return static_cast<double>(labelImportFloorBytes(file, on, threads));
+    };
+    record.expect("one",
+                  {floorOf(scan, 1, scan.extentVoxels, 1), floorOf(scan, 1, scan.extentVoxels, 3),
+                   floorOf(small, 1, small.extentVoxels, 2), floorOf(small, 1, {900, 700, 300}, 2)},
+                  0, 0.5);
+    record.expect("many",
+                  {floorOf(scan, 7, scan.extentVoxels, 2), floorOf(scan, 200, scan.extentVoxels, 2),
+                   floorOf(scan, 201, scan.extentVoxels, 2), floorOf(small, 450, small.extentVoxels, 2)},
+                  0, 0.5);
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 // to pass on losses by filtering and occlusion.
 #include "bricking/levels/level_chooser.h"
 #include "tests/support/bricking_selection_tools.h"
+#include "tests/support/recorded_numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -185,6 +186,17 @@ TEST_F(Chooser, AllowsFinerLevels) {
         if (before.area[b] > 0) {
             EXPECT_EQ(chooser.weights().finest[b], 0);
         }
+}
+
+/// Memory that is promised for prediction and choice.
+TEST(Chosen, BytesAreThoseOfTheRecord) {
+    test::RecordedNumbers record("tests/bricking/levels/recorded/bytes.txt");
+    for (const std::size_t bricks : {1u, 1000u, 70000u})
+        record.expect("bytes",
+                      {static_cast<double>(predictErrorsBytes(bricks)),
+                       static_cast<double>(selectLevelsBytes(bricks)),
+                       static_cast<double>(LevelChooser::bytes(bricks / 3, bricks))},
+                      0, 0.5);
 }
 
 } // namespace

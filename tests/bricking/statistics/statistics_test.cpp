@@ -1,6 +1,7 @@
 // tests/bricking/statistics/statistics_test.cpp: a store's statistics of its volume, known without voxels,
 // against brute force: cells, histogram, means, and the sampled rays of its bricks.
 #include "tests/support/bricking_store_tools.h"
+#include "tests/support/recorded_numbers.h"
 
 #include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/statistics.h"
@@ -443,6 +444,17 @@ TEST(StoreStatistics, BinsCoverTheRange) {
     EXPECT_EQ(histogramBin(64, 0, 64), 63);
     EXPECT_EQ(histogramBin(NAN, 0, 64), 0);
     EXPECT_EQ(histogramBin(1e300, 0, 64), 63);
+}
+
+/// Memory that is promised for statistics.
+TEST(StoreStatistics, FloorsAreThoseOfTheRecord) {
+    test::RecordedNumbers record("tests/bricking/statistics/recorded/floors.txt");
+    for (const glm::ivec3& extent : {glm::ivec3(9, 8, 7), {300, 210, 90}, {33, 1025, 700}})
+        for (const ValueType type : {ValueType::u8, ValueType::f32})
+            record.expect("floors",
+                          {static_cast<double>(statisticsFloorBytes(plainInfo(extent, type), 1)),
+                           static_cast<double>(statisticsFloorBytes(plainInfo(extent, type), 5))},
+                          0, 0.5);
 }
 
 } // namespace
