@@ -65,7 +65,8 @@ class Source {
         if (offset > size_ || count > size_ - offset)
             throw Irregular{"an element that goes beyond the end of the file", true};
         if (offset < begin_ || offset + count > begin_ + window_.size()) {
-            window_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size_ - offset, 8192)));
+            window_.resize(
+                std::max(count, static_cast<std::size_t>(std::min<std::uint64_t>(size_ - offset, 8192))));
             begin_ = offset;
             read_(offset, window_);
         }
