@@ -129,6 +129,74 @@ TEST(ImportGeometry, LargestValuesAreTakenAndLargerOnesRefused) {
         }
 }
 
+/// Of spacings, places and angles, and of slopes that must keep values apart.
+TEST(ImportGeometry, BoundsOfAllFormats) {
+    const auto outcome = [](const auto& action) -> std::string {
+        try {
+            action();
+            return "";
+        } catch (const InputError& error) {
+            return error.what();
+        }
+    };
+    const auto geometry = [&](const glm::dvec3& first, const glm::dvec3& x, const glm::dvec3& y,
+                              const glm::dvec3& z) {
+        VolumeInfo info;
+        info.patientFromVoxel = patientFromVoxelOf(first, x, y, z);
+        return outcome([&] { requirePlausibleGeometry(info, {"spacing", "orientation", "position"}, "f"); });
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        std::array<glm::dvec3, 3> step = {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)};
+        const auto spaced = [&](double mm) {
+            auto one = step;
+            one[static_cast<std::size_t>(axis)] *= mm;
+            return geometry(glm::dvec3(0), one[0], one[1], one[2]);
+        };
+        for (const double mm : {1e-6, 1e6})
+            EXPECT_EQ(spaced(mm), "") << mm;
+        EXPECT_EQ(
+            spaced(0.9e-6),
+            "f: expected spacing with a voxel spacing from 1e-06 to 1e+06 mm, found 9e-07 mm along axis " +
+                std::to_string(axis));
+        EXPECT_THAT(spaced(1.1e6), HasSubstr("found 1.1e+06 mm along axis " + std::to_string(axis)));
+        for (const double sign : {1.0, -1.0}) {
+            glm::dvec3 first(0);
+            first[axis] = sign * 1e7;
+            EXPECT_EQ(geometry(first, step[0], step[1], step[2]), "");
+            first[axis] = sign * 1.1e7;
+            EXPECT_THAT(geometry(first, step[0], step[1], step[2]),
+                        HasSubstr("found " + std::string(sign < 0 ? "-" : "") + "1.1e+07 mm"));
+        }
+        // An axis that leans to another.
+        const auto leaning = [&](double degrees) {
+            auto one = step;
+            one[static_cast<std::size_t>(axis)] =
+                std::cos(degrees * kDegree) * step[static_cast<std::size_t>(axis)] +
+                std::sin(degrees * kDegree) * step[static_cast<std::size_t>((axis + 1) % 3)];
+            return geometry(glm::dvec3(0), one[0], one[1], one[2]);
+        };
+        EXPECT_EQ(leaning(44.9), "");
+        EXPECT_EQ(leaning(-44.9), "");
+        EXPECT_THAT(leaning(45.1), HasSubstr("skewed by 45.1 degrees"));
+        EXPECT_THAT(leaning(89.8), HasSubstr("skewed by 89.8 degrees"));
+        EXPECT_THAT(leaning(90), HasSubstr("a singular orientation"));
+    }
+    const auto rescale = [&](double slope, double intercept, double largest) {
+        return outcome(
+            [&] { requirePlausibleRescale(slope, intercept, largest, false, "slope", "intercept", "f"); });
+    };
+    EXPECT_EQ(rescale(1e-20, 0, 1), "");
+    EXPECT_THAT(rescale(0.9e-20, 0, 1),
+                HasSubstr("that leaves values within +-1e+12 and apart, found a slope of 9e-21"));
+    // 2^-24 of the intercept is what a float tells apart.
+    for (const double sign : {1.0, -1.0}) {
+        EXPECT_EQ(rescale(std::ldexp(1000, -24), sign * 1000, 100), "");
+        EXPECT_THAT(rescale(0.99 * std::ldexp(1000, -24), sign * 1000, 100),
+                    HasSubstr("to tell values apart"));
+        EXPECT_EQ(rescale(0.99 * std::ldexp(1000, -24), sign * 1000, 0), "") << "floating-point data";
+    }
+}
+
 TEST(ImportGeometry, NiftiFieldsThatLieAreNamed) {
     const ScratchFolder folder;
     NiftiImage image;

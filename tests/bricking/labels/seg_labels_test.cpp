@@ -296,6 +296,88 @@ TEST(SegLabels, NamesAndColours) {
     EXPECT_LT(file.labels[1].colour->b, 0.02f);
 }
 
+// L*a*b* of linear Rec. 709, by the formulas of CIE 15 and the matrix to D50 (B. Lindbloom, "RGB/XYZ
+// Matrices").
+TEST(SegLabels, ColoursAreThoseOfTheirLab) {
+    const auto folder = labelTestFolder();
+    const glm::dmat3 xyzOf(0.4360747, 0.2225045, 0.0139322, 0.3850649, 0.7168786, 0.0971045, 0.1430804,
+                           0.0606169, 0.7141733);
+    const glm::dvec3 white(0.96422, 1, 0.82521);
+    SegImage image;
+    image.segments.clear();
+    std::vector<glm::dvec3> colours;
+    for (const double r : {0.001, 0.2, 0.9}) // dark ones are on the straight part of the curve
+        for (const double g : {0.002, 0.3, 0.8})
+            for (const double b : {0.0005, 0.25, 0.95}) {
+                colours.emplace_back(r, g, b);
+                glm::dvec3 f = xyzOf * colours.back() / white;
+                for (int i = 0; i < 3; ++i)
+                    f[i] = f[i] > 216.0 / 24389 ? std::cbrt(f[i]) : (24389.0 / 27 * f[i] + 16) / 116;
+                const double l = 116 * f.y - 16, a = 500 * (f.x - f.y), bb = 200 * (f.y - f.z);
+                image.segments.push_back(
+                    {static_cast<int>(colours.size()), "c", "Tissue",
+                     std::array{static_cast<int>(std::lround(l / 100 * 65535)),
+                                static_cast<int>(std::lround((a + 128) / 255 * 65535)),
+                                static_cast<int>(std::lround((bb + 128) / 255 * 65535))}});
+            }
+    image.frames = {{1, glm::dvec3(0), someMask(1)}};
+    writeBytes(folder / "a.dcm", segFileBytes(image));
+    const LabelFile file = openLabelFile(folder / "a.dcm");
+    ASSERT_EQ(file.labels.size(), colours.size());
+    for (std::size_t n = 0; n < colours.size(); ++n)
+        for (int i = 0; i < 3; ++i)
+            EXPECT_NEAR((*file.labels[n].colour)[i], colours[n][i], 3e-4) << n << ", " << i;
+}
+
+TEST(SegLabels, PlacesUpToTheirBounds) {
+    const auto folder = labelTestFolder();
+    const auto outcome = [&](const std::vector<glm::dvec3>& places, const std::string& spacing = "2\\1",
+                             const std::string& between = "") -> std::string {
+        SegImage image;
+        image.between = between;
+        image.spacing = spacing;
+        image.segments = {{1, "a"}, {2, "b"}};
+        for (std::size_t n = 0; n < places.size(); ++n) // two of one place are of two segments
+            image.frames.push_back(
+                {n > 0 && std::abs(places[n].z - places[n - 1].z) < 0.01 ? 2 : 1, places[n], someMask(3)});
+        writeBytes(folder / "a.dcm", segFileBytes(image));
+        try {
+            return std::to_string(openLabelFile(folder / "a.dcm").layers[0]->info().extentVoxels.z);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+    };
+    // A fiftieth of a distance, of steps by more than ten of it a five-hundredth of the step.
+    EXPECT_EQ(outcome({{0, 0, 0}, {0, 0, 5}, {0, 0, 10.09}}), "3");
+    EXPECT_THAT(
+        outcome({{0, 0, 0}, {0, 0, 5}, {0, 0, 10.15}}),
+        HasSubstr("multiples of one distance (ImagePositionPatient along the normal), found distances "
+                  "from 5 to 5.15 mm"));
+    EXPECT_EQ(outcome({{0, 0, 0}, {0, 0, 1}, {0, 0, 31.045}}), "32");
+    EXPECT_THAT(outcome({{0, 0, 0}, {0, 0, 1}, {0, 0, 31.08}}), HasSubstr("multiples of one distance"));
+    EXPECT_EQ(outcome({{0, 0, 0}, {0, 0, 1}, {0, 0, 32767}}), "32768");
+    EXPECT_THAT(outcome({{0, 0, 0}, {0, 0, 1}, {0, 0, 32768}}), HasSubstr("multiples of one distance"));
+    // Sideways by a twentieth of the least of distance, columns and rows, and a micrometre.
+    for (const auto& [mm, spacing, gap] : std::vector<std::tuple<double, std::string, double>>{
+             {1, "2\\1", 5}, {1, "1\\2", 5}, {0.5, "2\\1", 0.5}})
+        for (const double sign : {1.0, -1.0}) {
+            EXPECT_EQ(outcome({{0, 0, 0}, {0, sign * 0.046 * mm, gap}, {0, 0, 2 * gap}}, spacing), "3")
+                << spacing;
+            EXPECT_THAT(outcome({{0, 0, 0}, {0, sign * 0.056 * mm, gap}, {0, 0, 2 * gap}}, spacing),
+                        HasSubstr("frame 2 off by 0.0"))
+                << spacing;
+        }
+    // Positions are rounded: a thousandth of a millimetre apart they are one.
+    EXPECT_EQ(outcome({{0, 0, 0}, {0, 0, 5}, {0, 0, 5.0008}}), "2");
+    SegImage image;
+    image.thickness = "";
+    image.frames = {{1, glm::dvec3(0), someMask(1)}};
+    writeBytes(folder / "a.dcm", segFileBytes(image));
+    const LabelFile one = openLabelFile(folder / "a.dcm");
+    EXPECT_EQ(one.layers[0]->info().spacingMm(), glm::dvec3(1, 2, 1));
+    EXPECT_THAT(one.notes, Contains("the only slice has no thickness; it is taken as 1 mm"));
+}
+
 TEST(SegLabels, LiesAreRefused) {
     const auto folder = labelTestFolder();
     const auto refusal = [&](const std::function<void(SegImage&)>& change,

@@ -349,7 +349,7 @@ class RefusedZarr : public testing::Test {
         writeBytes(folder / "a.zarr" / file, document.dump());
         const std::string said = refusalOfReading(folder / "a.zarr");
         writeBytes(folder / "a.zarr" / file, before);
-        EXPECT_THAT(said, HasSubstr((folder / "a.zarr").string()));
+        EXPECT_TRUE(said.empty() || said.find((folder / "a.zarr").string()) != std::string::npos) << said;
         return said;
     }
     const std::filesystem::path folder = labelTestFolder(), image = "labels/cells/zarr.json",
@@ -496,6 +496,134 @@ TEST_F(RefusedZarr, LyingMetadata) {
         EXPECT_THAT(refusalOfReading(folder / "a.zarr"),
                     AllOf(HasSubstr("JSON"), HasSubstr((folder / "a.zarr" / image).string())));
     }
+}
+
+/// Lists and numbers up to the last that is taken.
+TEST_F(RefusedZarr, BoundsOfMetadata) {
+    const auto ofImage = [&](const std::function<void(Json&)>& change) {
+        return refusalWith(image, [&](Json& i) { change(i["attributes"]["ome"]["multiscales"][0]); });
+    };
+    const auto firstScale = [](Json& s) -> Json& {
+        return s["datasets"][0]["coordinateTransformations"][0]["scale"];
+    };
+    const auto firstTranslation = [](Json& s) -> Json& {
+        return s["datasets"][0]["coordinateTransformations"][1]["translation"];
+    };
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (const double scale : {1e12, 0.0, -1.0})
+            EXPECT_THAT(ofImage([&](Json& s) { firstScale(s)[axis] = scale; }),
+                        HasSubstr("scales above 0, at most 1e12"))
+                << scale;
+        for (const double far : {1e15, -1e15})
+            EXPECT_THAT(ofImage([&](Json& s) { firstTranslation(s)[axis] = far; }),
+                        HasSubstr("translations of at most 1e15"))
+                << far;
+        EXPECT_THAT(ofImage([&](Json& s) { firstScale(s)[axis] = 0.999e12; }),
+                    testing::Not(HasSubstr("scales above 0")));
+        EXPECT_THAT(ofImage([&](Json& s) { firstTranslation(s)[axis] = -0.999e15; }),
+                    testing::Not(HasSubstr("translations of at most")));
+    }
+    const auto repeated = [](Json& list, std::size_t count) {
+        const Json last = list.back();
+        while (list.size() < count)
+            list.push_back(last);
+    };
+    for (const auto& [count, isTaken] : {std::pair(16u, true), {17u, false}})
+        EXPECT_EQ(ofImage([&, n = count](Json& s) {
+                      s["datasets"][0]["coordinateTransformations"].push_back({{"type", "identity"}});
+                      repeated(s["datasets"][0]["coordinateTransformations"], n);
+                  }).empty(),
+                  isTaken)
+            << count;
+    for (const auto& [count, isTaken] : {std::pair(64u, true), {65u, false}})
+        EXPECT_EQ(ofImage([&, n = count](Json& s) { repeated(s["datasets"], n); }).empty(), isTaken) << count;
+    // Codecs, axes and chunks of shards.
+    const auto ofArray = [&](const std::function<void(Json&)>& change) { return refusalWith(array, change); };
+    for (const auto& [type, low, high] :
+         std::vector<std::tuple<const char*, std::int64_t, std::int64_t>>{{"int8", -128, 127},
+                                                                          {"uint8", 0, 255},
+                                                                          {"int16", -32768, 32767},
+                                                                          {"uint16", 0, 65535},
+                                                                          {"int32", -2147483648, 2147483647},
+                                                                          {"uint32", 0, 4294967295}}) {
+        for (const std::int64_t fill : {low, high})
+            EXPECT_THAT(ofArray([&, t = type](Json& a) { a["data_type"] = t, a["fill_value"] = fill; }),
+                        testing::Not(HasSubstr("fill_value")))
+                << type << fill;
+        for (const std::int64_t fill : {low - 1, high + 1})
+            EXPECT_THAT(ofArray([&, t = type](Json& a) { a["data_type"] = t, a["fill_value"] = fill; }),
+                        AllOf(HasSubstr("fill_value"), HasSubstr(std::string("a value of ") + type)))
+                << type << fill;
+    }
+    EXPECT_THAT(ofArray([](Json& a) {
+                    a["dimension_names"] = {"z", "y"};
+                }),
+                HasSubstr("a name for each axis"));
+    EXPECT_EQ(ofArray([](Json& a) { a["dimension_names"] = {"z", "y", nullptr}; }), "");
+    EXPECT_THAT(ofArray([](Json& a) { a["storage_transformers"] = {1}; }), HasSubstr("storage_transformers"));
+    EXPECT_EQ(ofArray([](Json& a) { a["storage_transformers"] = Json::array(); }), "");
+    EXPECT_THAT(ofArray([](Json& a) { a["codecs"].push_back("zstd"); }),
+                HasSubstr("one of blosc, zstd and gzip"));
+    EXPECT_THAT(ofArray([](Json& a) { a["codecs"].insert(a["codecs"].begin(), Json("crc32c")); }),
+                HasSubstr("transpose, bytes, then"));
+    EXPECT_THAT(ofArray([](Json& a) { a["codecs"].erase(0); }), HasSubstr("codecs"));
+    for (const Json& order : {Json{0, 1, 1}, Json{0, 1, 3}, Json{0, -1, 2}, Json{0, 1, 1.5}})
+        EXPECT_THAT(ofArray([&](Json& a) {
+                        a["codecs"].insert(a["codecs"].begin(), Json{{"name", "transpose"},
+                                                                     {"configuration", {{"order", order}}}});
+                    }),
+                    HasSubstr("every axis once"))
+            << order;
+}
+
+/// Millimetres of a length of two units, and the ways of axes.
+TEST(ZarrLabels, UnitsAndWaysOfAxes) {
+    const auto folder = labelTestFolder();
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    for (const auto& [unit, mm] : std::vector<std::pair<std::string, double>>{{"millimeter", 1},
+                                                                              {"micrometer", 1e-3},
+                                                                              {"nanometer", 1e-6},
+                                                                              {"centimeter", 10},
+                                                                              {"meter", 1000},
+                                                                              {"decimeter", 100},
+                                                                              {"angstrom", 1e-7},
+                                                                              {"picometer", 1e-9},
+                                                                              {"inch", 25.4}}) {
+        const double each = mm < 1e-6 ? 2e4 : 2; // at least a nanometre a voxel
+        Json scales = multiscaleOf("zyx", {4 * each, 3 * each, each}, {30, 20, 10});
+        for (Json& axis : scales["axes"])
+            axis["unit"] = unit;
+        writeLabels(folder / unit, {}, values, scales);
+        const VolumeInfo info = openLabels(folder / unit, {}).layers[0]->info();
+        EXPECT_LT(glm::distance(info.spacingMm() / (mm * each), glm::dvec3(1, 3, 4)), 1e-9) << unit;
+        EXPECT_LT(glm::distance(firstVoxelCentreMm(info) / mm, glm::dvec3(10, 20, 30)), 1e-6) << unit;
+    }
+    const std::array<std::array<const char*, 2>, 3> ways = {
+        {{"right-to-left", "left-to-right"},
+         {"anterior-to-posterior", "posterior-to-anterior"},
+         {"inferior-to-superior", "superior-to-inferior"}}};
+    std::array<std::size_t, 3> axes = {0, 1, 2};
+    int number = 0;
+    do
+        for (std::size_t signs = 0; signs < 8; ++signs) {
+            Json scales = multiscaleOf("zyx", {4, 3, 2}, {30, 20, 10});
+            for (std::size_t i = 0; i < 3; ++i)
+                scales["axes"][i]["orientation"] = {{"value", ways[axes[i]][signs >> i & 1]}};
+            const auto store = folder / std::to_string(number++);
+            writeLabels(store, {}, values, scales);
+            const VolumeInfo info = openLabels(store, {}).layers[0]->info();
+            EXPECT_TRUE(info.orientationKnown);
+            for (std::size_t i = 0; i < 3; ++i) { // array axis i is voxel axis 2 - i
+                glm::dvec3 expected(0), first(0);
+                const double sign = (signs >> i & 1) != 0 ? -1 : 1;
+                expected[static_cast<int>(axes[i])] = sign * (4.0 - static_cast<double>(i));
+                EXPECT_LT(glm::distance(glm::dvec3(info.patientFromVoxel[static_cast<int>(2 - i)]), expected),
+                          1e-12);
+                EXPECT_NEAR(firstVoxelCentreMm(info)[static_cast<int>(axes[i])],
+                            sign * (30 - 10.0 * static_cast<double>(i)), 1e-9);
+            }
+        }
+    while (std::next_permutation(axes.begin(), axes.end()));
 }
 
 TEST_F(RefusedZarr, ShardsAndVersion2) {

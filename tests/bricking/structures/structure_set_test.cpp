@@ -190,6 +190,49 @@ TEST_F(StructureSets, StructuresThatAreNone) {
     EXPECT_THROW(readStructureSet(write(kTwoStructures), small), InputError);
 }
 
+// Numbers up to their last, and every kind of contour.
+TEST_F(StructureSets, BoundsAndKinds) {
+    EXPECT_EQ(refusalOf(WrittenContour{"CLOSED_PLANAR", "1", R"(1e6\-1e6\2)"}), "");
+    EXPECT_THAT(refusalOf(WrittenContour{"CLOSED_PLANAR", "1", R"(1\-1.1e6\2)"}),
+                HasSubstr("within 1000000 mm, found -1100000"));
+    EXPECT_THAT(refusalOf(WrittenContour{"CLOSED_PLANAR", "", R"(1\2\3)"}),
+                HasSubstr("of at least 1, found none"));
+    EXPECT_THAT(refusalOf(WrittenContour{"CLOSED_PLANAR", "-1", R"(1\2\3)"}),
+                HasSubstr("a whole number from 0 to 2147483647, found \"-1\""));
+    EXPECT_THAT(refusalOf(WrittenContour{"", "1", R"(1\2\3)"}), HasSubstr("CLOSEDPLANAR_XOR of contour 1"));
+    for (const auto& [colour, isTaken] :
+         {std::pair("0\\255\\0", true), {"0\\256\\0", false}, {"0\\0\\-1", false}, {"1\\2", false}})
+        EXPECT_EQ(refusalOf(write({{"1", "A", colour, {{}}}})).empty(), isTaken) << colour;
+    const std::string square = R"(0\0\5\9\0\5\9\9\5\0\0\5)"; // its end is its beginning
+    const StructureSet set = readStructureSet(write({{"+7",
+                                                      "",
+                                                      "",
+                                                      {{"POINT", "4", square},
+                                                       {"OPEN_PLANAR", "4", square},
+                                                       {"OPEN_NONPLANAR", "4", square},
+                                                       {"CLOSED_PLANAR", "4", square},
+                                                       {"CLOSEDPLANAR_XOR", "+4", square},
+                                                       {"CLOSED_PLANAR", "1", R"(1\2\3)"}},
+                                                      "7"}}),
+                                              ram_);
+    ASSERT_EQ(set.structures.size(), 1u);
+    EXPECT_EQ(set.structures[0].label.name, "structure 7");
+    EXPECT_EQ(set.structures[0].label.colour, std::nullopt);
+    std::vector<std::pair<ContourForm, std::size_t>> found;
+    for (const StructureContour& contour : set.structures[0].contours)
+        found.emplace_back(contour.form, contour.points.size());
+    EXPECT_EQ(found, (std::vector<std::pair<ContourForm, std::size_t>>{{ContourForm::points, 4},
+                                                                       {ContourForm::line, 4},
+                                                                       {ContourForm::line, 4},
+                                                                       {ContourForm::ring, 3},
+                                                                       {ContourForm::ring, 3},
+                                                                       {ContourForm::ring, 1}}));
+    EXPECT_THAT(refusalOf(write({{"1", "A", "", {{}}}, {"2", "B", "", {{}}, "1"}})),
+                HasSubstr("one item of contours for a structure, found several for structure 1 \"A\""));
+    EXPECT_THAT(refusalOf(write({{"1", "A", "", {{}}}, {"2", "B", "", {{}, {"CLOSED_PLANAR", "2"}}}})),
+                HasSubstr("of contour 3 of structure 2 \"B\""));
+}
+
 // Whatever happens to bytes, a file is read or refused by its name.
 TEST_F(StructureSets, Damage) {
     const std::filesystem::path path = write(kTwoStructures);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <gmock/gmock.h>
 #include <limits>
 #include <random>
@@ -154,6 +155,135 @@ TEST(ImportNifti, AnObliqueQformTurnsTheRightWayAndGivesWayToAnSform) {
     EXPECT_EQ(stepX(), glm::dvec3(-1, 0, 0));
     put<std::int16_t>(bytes, 254, 0); // no sform
     EXPECT_LT(glm::length(stepX() - glm::dvec3(-0.5, -std::sqrt(0.75), 0)), 1e-6);
+}
+
+// Any quaternion, beside spacings and an origin of three values: in RAS, by a rotation of another library.
+TEST(ImportNifti, EveryQformIsTheRotationOfItsQuaternion) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> any(-1, 1);
+    const glm::dvec3 toLps(-1, -1, 1), spacing(0.5, 0.75, 1.25), origin(3, -5, 7);
+    for (int n = 0; n < 40; ++n) {
+        const int version = 1 + n % 2;
+        glm::dquat q = glm::normalize(glm::dquat(any(random), any(random), any(random), any(random)));
+        if (n < 3) // a half turn about each axis
+            q = glm::dquat(0, n == 0, n == 1, n == 2);
+        if (q.w < 0)
+            q = -q; // the file has the other three numbers
+        const double qfac = n % 3 == 0 ? -1 : 1;
+        NiftiImage image;
+        image.version = version;
+        std::string bytes = niftiBytes(image);
+        const auto putReal = [&](std::size_t at1, std::size_t at2, std::size_t i, double value) {
+            version == 1 ? put(bytes, at1 + 4 * i, static_cast<float>(value))
+                         : put(bytes, at2 + 8 * i, value);
+        };
+        if (version == 1)
+            put<std::int16_t>(bytes, 252, 1), put<std::int16_t>(bytes, 254, 0);
+        else
+            put<std::int32_t>(bytes, 344, 1), put<std::int32_t>(bytes, 348, 0);
+        const glm::dvec3 vector(q.x, q.y, q.z);
+        putReal(76, 104, 0, qfac);
+        for (int i = 0; i < 3; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            putReal(76, 104, at + 1, spacing[i]);
+            putReal(256, 352, at, vector[i]);
+            putReal(268, 376, at, origin[i]);
+        }
+        const VolumeInfo info = parseNiftiHeader(std::as_bytes(std::span(bytes)), "a.nii").info;
+        EXPECT_TRUE(info.orientationKnown);
+        const glm::dmat3 turn = glm::mat3_cast(q);
+        EXPECT_LT(glm::length(firstVoxelCentreMm(info) - toLps * origin), 1e-6) << n;
+        for (int axis = 0; axis < 3; ++axis) {
+            const glm::dvec3 step = toLps * turn[axis] * spacing[axis] * (axis == 2 ? qfac : 1);
+            EXPECT_LT(glm::length(glm::dvec3(info.patientFromVoxel[axis]) - step), 3e-6) << n << ", " << axis;
+        }
+    }
+}
+
+// Quaternions that rounding made a little longer than one are half turns; longer ones are lies.
+TEST(ImportNifti, QuaternionsAreAHundredthLongerThanOneAtMost) {
+    NiftiImage image;
+    std::string bytes = niftiBytes(image);
+    put<std::int16_t>(bytes, 252, 1), put<std::int16_t>(bytes, 254, 0);
+    put(bytes, 260, 1.009f); // quatern_c
+    const VolumeInfo info = parseNiftiHeader(std::as_bytes(std::span(bytes)), "a.nii").info;
+    EXPECT_LT(glm::length(glm::dvec3(info.patientFromVoxel[0]) - glm::dvec3(1, 0, 0)), 1e-6);
+    EXPECT_LT(glm::length(glm::dvec3(info.patientFromVoxel[1]) - glm::dvec3(0, -1, 0)), 1e-6);
+    put(bytes, 260, 1.015f);
+    EXPECT_THAT(refusal([&] { parseNiftiHeader(std::as_bytes(std::span(bytes)), "a.nii"); }),
+                HasSubstr("length 1.015"));
+}
+
+// The first byte that voxels may begin at, and the last one that they need.
+TEST(ImportNifti, OffsetsFromTheHeadersEndOn) {
+    const ScratchFolder folder;
+    for (const int version : {1, 2}) {
+        const double header = version == 1 ? 348 : 540;
+        const auto opened = [&](double offset, std::size_t size) -> std::string {
+            NiftiImage image;
+            image.version = version;
+            image.datatype = 2;
+            image.voxels = std::string(64, '\0');
+            std::string bytes = niftiBytes(image);
+            if (version == 1)
+                put(bytes, 108, static_cast<float>(offset));
+            else
+                put(bytes, 168, static_cast<std::int64_t>(offset));
+            bytes.resize(size);
+            writeFile(folder / "a.nii", bytes);
+            try {
+                openSource(folder / "a.nii", {});
+                return "";
+            } catch (const InputError& error) {
+                return error.what();
+            }
+        };
+        const auto end = static_cast<std::size_t>(header) + 24; // of voxels behind the header
+        EXPECT_EQ(opened(header + 4, end + 4), "");
+        EXPECT_EQ(opened(0, end + 4), "") << "as if it said so";
+        EXPECT_EQ(opened(header, end), "") << "without the four bytes of extensions";
+        EXPECT_EQ(opened(header + 5, end + 5), "");
+        for (const double offset : {1., header - 1, header + 1, header + 3})
+            EXPECT_THAT(opened(offset, end + 4), HasSubstr("vox_offset " + std::to_string(offset)))
+                << version;
+        EXPECT_THAT(opened(header + 4, end + 3),
+                    ::testing::EndsWith("expected " + std::to_string(end + 4) +
+                                        " bytes for 2 x 3 x 4 voxels of uint8, found at most " +
+                                        std::to_string(end + 3) + " bytes"));
+        EXPECT_EQ(opened(header + 4, end + 5), "") << "less than a row more";
+        EXPECT_THAT(opened(header + 4, end + 6), HasSubstr("2 bytes more, 1 rows"));
+    }
+}
+
+TEST(ImportNifti, UpToSevenDimensionsOfOne) {
+    const ScratchFolder folder;
+    const auto opened = [&](std::int16_t rank, std::vector<std::int16_t> sizes) -> std::string {
+        NiftiImage image;
+        image.datatype = 2;
+        std::size_t voxels = 1;
+        for (std::size_t i = 0; i < 3; ++i)
+            voxels *=
+                i < static_cast<std::size_t>(rank) ? static_cast<std::size_t>(std::max<int>(sizes[i], 1)) : 1;
+        image.voxels = std::string(voxels, '\0');
+        std::string bytes = niftiBytes(image);
+        put(bytes, 40, rank);
+        for (std::size_t i = 0; i < 7; ++i)
+            put(bytes, 42 + 2 * i, sizes[i]);
+        writeFile(folder / "a.nii", bytes);
+        try {
+            const glm::ivec3 extent = openSource(folder / "a.nii", {})->info().extentVoxels;
+            return std::to_string(extent.x) + "x" + std::to_string(extent.y) + "x" + std::to_string(extent.z);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+    };
+    EXPECT_EQ(opened(3, {4, 3, 2, 9, 9, 9, 9}), "4x3x2");
+    EXPECT_EQ(opened(2, {4, 3, 9, 9, 9, 9, 9}), "4x3x1");
+    EXPECT_EQ(opened(1, {4, 9, 9, 9, 9, 9, 9}), "4x1x1");
+    EXPECT_EQ(opened(7, {4, 3, 2, 1, 0, 1, 1}), "4x3x2");
+    EXPECT_THAT(opened(7, {4, 3, 2, 1, 1, 1, 2}), HasSubstr("dim[7] = 2"));
+    EXPECT_THAT(opened(0, {4, 3, 2, 1, 1, 1, 1}), HasSubstr("1 to 7 dimensions, found 0"));
+    EXPECT_THAT(opened(8, {4, 3, 2, 1, 1, 1, 1}), HasSubstr("1 to 7 dimensions, found 8"));
 }
 
 // Counts made while a volume is read are reported of one that is turned around, too.

@@ -43,6 +43,91 @@ TEST_F(RawFile, TheFillIsAirWhereTheTypeHoldsIt) {
     }
 }
 
+// What a sidecar need not say.
+TEST_F(RawFile, DefaultsAreThoseOfAPlainVolume) {
+    writeFile(folder / "a.raw", std::string(12, '\0'));
+    write("", "[3,2,1]", "[0.5,0.75,1.25]");
+    const auto source = openSource(folder / "a.json", {});
+    const VolumeInfo& info = source->info();
+    EXPECT_EQ(source->describe(), "raw int16 file with sidecar");
+    EXPECT_EQ(info.spacingMm(), glm::dvec3(0.5, 0.75, 1.25));
+    EXPECT_EQ(firstVoxelCentreMm(info), glm::dvec3(0));
+    EXPECT_FALSE(info.orientationKnown);
+    EXPECT_EQ(info.rescaleSlope, 1);
+    EXPECT_EQ(info.rescaleIntercept, 0);
+    EXPECT_EQ(info.unit, "");
+    EXPECT_EQ(info.fillStored, 0);
+    writeFile(folder / "a.raw", voxelBytes<std::int16_t>({1, 2, 3, 4, 5, 6}));
+    EXPECT_EQ(readAll<std::int16_t>(*openSource(folder / "a.json", {})),
+              (std::vector<std::int16_t>{1, 2, 3, 4, 5, 6}));
+    writeFile(folder / "a.raw", std::string(48, '\0'));
+    write("", "[3,2,1]", "[1,1,1]", "\"float64\"");
+    EXPECT_EQ(openSource(folder / "a.json", {})->describe(),
+              "raw float64 file with sidecar, converted to float32");
+}
+
+// The last value of each key that is taken, and the first that is not.
+TEST_F(RawFile, KeysUpToTheirLastValue) {
+    writeFile(folder / "a.raw", std::string(12, '\0'));
+    const auto taken = [&](const std::string& more) {
+        write(more);
+        EXPECT_NO_THROW(openSource(folder / "a.json", {})) << more;
+    };
+    taken(",\"unit\":\"" + std::string(16, 'x') + '"');
+    write(",\"unit\":\"" + std::string(17, 'x') + '"');
+    EXPECT_THAT(refused(), HasSubstr("at most 16 characters"));
+    taken(R"(,"direction":[1,0,0, 0,1.0009,0, 0,0,0.9991])");
+    for (const char* length : {"1.0015", "0.9985"}) {
+        write(std::string(R"(,"direction":[1,0,0, 0,)") + length + ",0, 0,0,1]");
+        EXPECT_THAT(refused(), HasSubstr("columns of length 1")) << length;
+    }
+    // A mebibyte of blanks around the keys is the last that a sidecar has.
+    for (const std::size_t more : {0u, 1u}) {
+        const std::string text = R"({"data":"a.raw","extent":[3,2,1],"spacing":[1,1,1],"type":"int16"})";
+        writeFile(folder / "a.json", text + std::string((1u << 20) - text.size() + more, ' '));
+        if (more == 0) {
+            EXPECT_NO_THROW(openSource(folder / "a.json", {}));
+        } else {
+            EXPECT_THAT(refused(), HasSubstr("at most 1 MiB"));
+        }
+    }
+    // Data of an absolute path, and the whole message of data that are not as long as said.
+    writeFile(folder / "a.json", R"({"data":")" + (folder / "a.raw").string() +
+                                     R"(","extent":[3,2,1],"spacing":[1,1,1],"type":"int16"})");
+    EXPECT_NO_THROW(openSource(folder / "a.json", {}));
+    for (const auto& [offset, found] : {std::pair(1, false), {0, true}, {13, false}}) {
+        write(",\"offset\":" + std::to_string(offset));
+        if (found) {
+            EXPECT_NO_THROW(openSource(folder / "a.json", {}));
+        } else {
+            EXPECT_THAT(refused(), HasSubstr("12 bytes of voxels after an offset of " +
+                                             std::to_string(offset) + ", as "));
+        }
+    }
+}
+
+// Air is -1024 HU, where a whole number of the type is.
+TEST_F(RawFile, TheFillOfEveryType) {
+    const auto fill = [&](const char* type, std::size_t bytes, const std::string& slope,
+                          const std::string& intercept) {
+        writeFile(folder / "a.raw", std::string(6 * bytes, '\0'));
+        write(R"(,"unit":"HU","rescaleSlope":)" + slope + ",\"rescaleIntercept\":" + intercept, "[3,2,1]",
+              "[1,1,1]", "\"" + std::string(type) + "\"");
+        return openSource(folder / "a.json", {})->info().fillStored;
+    };
+    EXPECT_EQ(fill("int16", 2, "1", "0"), -1024);
+    EXPECT_EQ(fill("int16", 2, "1", "31744"), -32768);
+    EXPECT_EQ(fill("int16", 2, "1", "31745"), 0);
+    EXPECT_EQ(fill("int16", 2, "1", "-33791"), 32767);
+    EXPECT_EQ(fill("int16", 2, "1", "-33792"), 0);
+    EXPECT_EQ(fill("int16", 2, "2", "-1"), 0) << "-511.5";
+    EXPECT_EQ(fill("uint16", 2, "1", "-1024"), 0);
+    EXPECT_EQ(fill("uint16", 2, "1", "-1023"), 0) << "-1";
+    EXPECT_EQ(fill("uint16", 2, "1", "-66559"), 65535);
+    EXPECT_EQ(fill("uint16", 2, "1", "-66560"), 0);
+    EXPECT_EQ(fill("float32", 4, "2", "-1"), -511.5);
+}
+
 TEST_F(RawFile, LyingSidecarsAreRefused) {
     writeFile(folder / "a.raw", std::string(12, '\0'));
     write();

@@ -1,5 +1,6 @@
 // tests/bricking/import/files/stack_damage_test.cpp: stacks of pictures that are none, lie, or are damaged;
 // and memory that a slice's size does not decide.
+#include "bricking/import/files/stack/picture_walk.h"
 #include "tests/support/stack_writers.h"
 
 #include <functional>
@@ -95,6 +96,75 @@ TEST(ImportStack, LyingTiffFilesAreRefusedBeforeAnythingIsAllocated) {
     for (std::size_t n = 0; n < whole.size(); ++n) {
         writeFile(folder / "cut.tif", whole.substr(0, n));
         ASSERT_THAT(refusalOfOpening(folder / "cut.tif", kCubes), HasSubstr("cut.tif")) << n;
+    }
+}
+
+// What packed pixels may unpack to: 4096 bytes of 12 bits by LZW, 128 of 2 by PackBits, 1032 of one by
+// deflate.
+TEST(ImportStack, PackedTiffHasBytesEnoughForItsPixels) {
+    const ScratchFolder folder;
+    const auto outcome = [&](const std::map<int, std::uint32_t>& other) -> std::string {
+        OwnTiff tiff;
+        tiff.width = 60, tiff.height = tiff.rows = 30, tiff.pages = 1;
+        tiff.pixels = std::string(3600, 'x');
+        tiff.other = other;
+        writeFile(folder / "a.tif", tiff.bytes());
+        try {
+            const PictureHead head = walkTiff(InputFile(folder / "a.tif"));
+            return (head.isLossy ? "lossy " : "") + std::to_string(head.tileRows);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+    };
+    for (const auto& [coding, ratio, taken] :
+         std::vector<std::tuple<std::uint32_t, std::uint32_t, const char*>>{{1, 1, "0"},
+                                                                            {5, 2731, "0"},
+                                                                            {8, 1032, "0"},
+                                                                            {32946, 1032, "0"},
+                                                                            {32773, 64, "0"},
+                                                                            {7, 10000, "lossy 0"},
+                                                                            {34925, 100000, "0"},
+                                                                            {50000, 100000, "0"}}) {
+        const auto of = [&, c = coding](std::uint32_t width) {
+            return outcome({{256, width}, {257, 1}, {278, 1}, {259, c}, {273, 8}, {279, 10}});
+        };
+        EXPECT_EQ(of(5 * ratio), taken) << coding;
+        EXPECT_THAT(of(5 * ratio + 1), HasSubstr(std::to_string(5 * ratio + 1) +
+                                                 "x1 pixels, found a part of 10 bytes, too short"))
+            << coding;
+    }
+    for (const std::uint32_t coding : {0u, 2u, 3u, 4u, 6u, 9u})
+        EXPECT_THAT(outcome({{259, coding}}), HasSubstr("found compression " + std::to_string(coding)))
+            << coding;
+    // A row of tiles has 256 MiB at most, of tiles that reach beyond the picture too.
+    const auto tiled = [&](std::uint32_t width, std::uint32_t across, std::uint32_t down) {
+        return outcome(
+            {{256, width}, {257, 30}, {259, 50000}, {322, across}, {323, down}, {324, 8}, {325, 3600}});
+    };
+    EXPECT_EQ(tiled(60, 16384, 8192), "8192");
+    EXPECT_THAT(tiled(60, 16384, 8193),
+                HasSubstr("a row of tiles of 256 MiB at most, found tiles of 16384x8193 pixels"));
+    EXPECT_EQ(tiled(16384, 16384, 8192), "8192");
+    EXPECT_THAT(tiled(16385, 16384, 8192), HasSubstr("a row of tiles of 256 MiB at most"));
+    EXPECT_THAT(tiled(60, 0, 16), HasSubstr("tiles of 0x16 pixels"));
+    EXPECT_THAT(tiled(60, 16, 0), HasSubstr("tiles of 16x0 pixels"));
+    EXPECT_THAT(tiled(60, 16, 16),
+                HasSubstr("8 places and lengths of pixels, as the page's size says, found 1 and 1"));
+    EXPECT_THAT(outcome({{278, 29}}), HasSubstr("2 places and lengths of pixels"));
+    EXPECT_EQ(outcome({{278, 31}}), "0") << "more rows a strip than there are";
+}
+
+TEST(ImportStack, ResolutionsOfTiffHaveAUnit) {
+    const ScratchFolder folder;
+    for (const auto& [unit, mm] : {std::pair(1u, 0.0), {2u, 25.4}, {3u, 10.0}, {4u, 0.0}}) {
+        OwnTiff tiff = ownTiff();
+        tiff.perX = 300, tiff.perY = 150, tiff.unit = unit;
+        writeFile(folder / "a.tif", tiff.bytes());
+        const PictureHead head = walkTiff(InputFile(folder / "a.tif"));
+        ASSERT_TRUE(head.perUnit);
+        EXPECT_EQ(*head.perUnit, glm::dvec2(300, 150));
+        EXPECT_EQ(head.unitMm, mm) << unit;
+        EXPECT_EQ(head.pages, 3);
     }
 }
 
