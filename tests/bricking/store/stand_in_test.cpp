@@ -110,6 +110,113 @@ TEST_F(StandIn, BeyondTheEdgeIsFillAsEver) {
                 whole[linearIndex({3, 9, 9}, glm::ivec3(kChunkExtent))], 1e-3);
 }
 
+/// Every chunk of every level, from each coarser one, by the definition: samples of a coarser level lie in
+/// the middle of 2^n finer ones, and what lies beyond the coarse chunk is as its last sample. Names of labels
+/// cannot be mixed: each is that of the coarse voxel that holds it.
+TEST_F(StandIn, EveryChunkIsTheInterpolationOfACoarserOne) {
+    static constexpr double kFill = 7;
+    const glm::ivec3 size(70, 37, 66);
+    for (const bool areNames : {false, true})
+        for (const ValueType type : {ValueType::u8, ValueType::i16, ValueType::u16, ValueType::f32}) {
+            if (areNames && type != ValueType::u16)
+                continue;
+            const fs::path folder = scratch / ("all" + std::to_string(areNames) + name(type));
+            VolumeInfo info = plainInfo(size, type);
+            info.fillStored = kFill;
+            // Whole numbers: all sums are exact.
+            HashSource source(info, [](int x, int y, int z) {
+                return static_cast<double>(mixed(static_cast<std::uint64_t>((z * 100 + y) * 100 + x)) % 200) +
+                       10;
+            });
+            import(folder, source);
+            std::vector<std::vector<double>> levels;
+            for (int level = 0; level < kLevelCount; ++level)
+                levels.push_back(readLevel(StoreReader(folder, ram), level));
+            if (areNames)
+                fs::create_directory(folder / "sets");
+            for (int from = 1; from < kLevelCount; ++from) {
+                fs::remove_all(folder / std::to_string(from - 1) / "c");
+                const StandInReader store(folder, ram);
+                const glm::ivec3 coarse = levelExtent(size, from);
+                const auto& samples = levels[static_cast<std::size_t>(from)];
+                for (int level = 0; level < from; ++level) {
+                    const int n = from - level;
+                    const auto beyond = [](double padding) { ASSERT_EQ(padding, kFill); };
+                    const std::vector<double> found = readLevel(store, level, beyond);
+                    const glm::ivec3 fine = levelExtent(size, level);
+                    for (int z = 0; z < fine.z; ++z)
+                        for (int y = 0; y < fine.y; ++y)
+                            for (int x = 0; x < fine.x; ++x) {
+                                const glm::ivec3 at(x, y, z);
+                                // Of the coarse chunk that holds the chunk.
+                                const glm::ivec3 first = (at / kChunkExtent >> n) * kChunkExtent;
+                                const glm::ivec3 last = glm::min(first + kChunkExtent, coarse) - 1;
+                                glm::dvec3 place = (glm::dvec3(at) + 0.5) / std::ldexp(1.0, n) - 0.5;
+                                if (areNames)
+                                    place = glm::dvec3(at >> n);
+                                const glm::ivec3 low(glm::floor(place));
+                                double expected = 0;
+                                for (int corner = 0; corner < 8; ++corner) {
+                                    const glm::ivec3 to(corner & 1, corner >> 1 & 1, corner >> 2);
+                                    double weight = 1;
+                                    for (int axis = 0; axis < 3; ++axis) {
+                                        const double share = place[axis] - low[axis];
+                                        weight *= to[axis] == 1 ? share : 1 - share;
+                                    }
+                                    expected +=
+                                        weight *
+                                        samples[linearIndex(glm::clamp(low + to, first, last), coarse)];
+                                }
+                                ASSERT_NEAR(found[linearIndex(at, fine)], expected,
+                                            type == ValueType::f32 ? 1e-3 : 0.5001)
+                                    << name(type) << " level " << level << " from " << from << ": " << x
+                                    << ' ' << y << ' ' << z;
+                            }
+                }
+                EXPECT_FALSE(store.damaged().empty());
+                for (const DamagedChunk& chunk : store.damaged())
+                    EXPECT_EQ(chunk.drawnFrom, from);
+            }
+        }
+}
+
+// A thousand are told by their places, in their order; all are counted.
+TEST_F(StandIn, AThousandAreNamedAndAllAreCounted) {
+    HashSource source(plainInfo({32 * 1003, 1, 1}, ValueType::u8));
+    const fs::path row = scratch / "row.zarr";
+    import(row, source);
+    fs::remove_all(row / "0/c");
+    const StandInReader store(row, ram);
+    std::vector<std::byte> chunk(store.chunkBytes());
+    for (int i = 1002; i >= 0; --i) {
+        store.readChunk({0, i, 0, 0}, chunk);
+        ASSERT_EQ(store.damagedCount(), static_cast<std::uint64_t>(1003 - i));
+    }
+    const std::vector<DamagedChunk> named = store.damaged();
+    ASSERT_EQ(named.size(), 1000u);
+    for (std::size_t n = 0; n < named.size(); ++n)
+        EXPECT_EQ(named[n].key, (ChunkKey{0, static_cast<int>(n) + 3, 0, 0}));
+}
+
+// By level, then as chunks lie in a volume: z, y, x.
+TEST_F(StandIn, DamageIsToldInTheOrderOfItsPlaces) {
+    fs::remove(path / "0/c/0/0/0");
+    fs::remove(path / "1/c/0/0/0");
+    const StandInReader store(path, ram);
+    std::vector<ChunkKey> order;
+    for (int level = 0; level < 2; ++level)
+        for (int k = 0; k < (level == 0 ? 2 : 1); ++k)
+            for (int j = 0; j < (level == 0 ? 2 : 1); ++j)
+                for (int i = 0; i < (level == 0 ? 3 : 2); ++i)
+                    order.push_back({level, i, j, k});
+    for (std::size_t n = 0; n < order.size(); ++n)
+        read(store, order[n * 5 % order.size()]); // 14 chunks, each once
+    const std::vector<DamagedChunk> told = store.damaged();
+    ASSERT_EQ(told.size(), order.size());
+    for (std::size_t n = 0; n < order.size(); ++n)
+        EXPECT_EQ(told[n].key, order[n]) << n;
+}
+
 TEST_F(StandIn, ALostShardIsDrawnCoarserToo) {
     fs::remove(path / "0/c/0/0/0");
     const StandInReader store(path, ram);

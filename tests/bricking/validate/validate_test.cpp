@@ -434,6 +434,89 @@ TEST(Validate, VolumesOfEveryTypeAreWhole) {
     EXPECT_EQ(validate(scratch / "v.zarr").lines.size(), 1u);
 }
 
+// Three shards of level 0 along each axis in turn, two of level 1: each by its own name, with chunks by their
+// places in the level; what is damaged in one leaves the others alone.
+TEST(Validate, EveryShardIsCheckedAndMendedByItself) {
+    for (int axis = 0; axis < 3; ++axis) {
+        ScratchFolder scratch;
+        const fs::path path = scratch / "v.zarr";
+        glm::ivec3 extent(33, 34, 35);
+        extent[axis] = 1100;
+        HashSource source(plainInfo(extent, ValueType::u8));
+        import(path, source);
+        const Files whole = filesIn(path);
+        const ValidateReport report = validate(path);
+        EXPECT_THAT(report.lines, IsEmpty());
+        EXPECT_EQ(report.shards, 3u + 2 + 4);
+        EXPECT_EQ(report.chunks, 35u * 4 + 18 + 9 + 5 + 3 + 2) << "of 1100, 550, 275, 138, 69 and 35 voxels";
+        const auto nameOf = [&](int level, int shard) {
+            glm::ivec3 at(0);
+            at[axis] = shard;
+            return shardPath(level, at);
+        };
+        // The second chunk along the axis of the second shard: number 17 of the level.
+        glm::ivec3 place(0);
+        place[axis] = 17;
+        for (const int level : {0, 1}) {
+            const std::string shard = nameOf(level, 1);
+            const std::string text = whole.at(shard);
+            const glm::ivec3 chunks = glm::min(ceilDiv(levelExtent(extent, level), kChunkExtent),
+                                               glm::ivec3(kShardExtent / kChunkExtent));
+            glm::ivec3 inside(0);
+            inside[axis] = 1;
+            const ShardEntry entry = indexOf(text, cellCount(chunks))[linearIndex(inside, chunks)];
+            flipByte(path / shard, entry.offset + entry.bytes / 2);
+            const ValidateReport found = validate(path, true);
+            ASSERT_EQ(found.lines.size(), 1u) << testing::PrintToString(found.lines);
+            EXPECT_THAT(found.lines[0], AllOf(HasSubstr("v.zarr/" + shard),
+                                              HasSubstr(describe({level, place.x, place.y, place.z})),
+                                              HasSubstr(level == 0 ? "stays: " : "made again")));
+            EXPECT_EQ(differences(whole, filesIn(path)),
+                      level == 0 ? std::vector{shard} : std::vector<std::string>());
+            setFileText(path / shard, text);
+        }
+        fs::remove(path / nameOf(1, 1)); // made anew, whole, from level 0
+        const ValidateReport found = validate(path, true);
+        ASSERT_EQ(found.lines.size(), 1u) << testing::PrintToString(found.lines);
+        EXPECT_THAT(found.lines[0], AllOf(HasSubstr(nameOf(1, 1)), HasSubstr("made again")));
+        EXPECT_THAT(differences(whole, filesIn(path)), IsEmpty());
+    }
+}
+
+// The range that the metadata tell is that of level 0, whose padding counts for nothing.
+TEST(Validate, TheRangeOfLevel0IsThatOfItsVoxels) {
+    ScratchFolder scratch;
+    VolumeInfo info = plainInfo({37, 35, 34}, ValueType::i16);
+    info.fillStored = -2000; // beyond the voxels' range
+    HashSource source(info, [](int x, int y, int z) {
+        return x == 36 && y == 0 && z == 5 ? -701 : x == 3 && y == 34 && z == 33 ? 903 : (x + y + z) % 50;
+    });
+    import(scratch / "v.zarr", source);
+    EXPECT_THAT(validate(scratch / "v.zarr").lines, IsEmpty());
+    const std::string text = fileText(scratch / "v.zarr/zarr.json");
+    for (const auto& [key, value] :
+         {std::pair("lowest", -702), {"lowest", -700}, {"highest", 902}, {"highest", 904}}) {
+        Json document = Json::parse(text);
+        Json& attributes = document["attributes"];
+        attributes["tessera"]["range"][key] = value;
+        Json& window =
+            attributes["ome"]["omero"]["channels"][0]["window"]; // without a unit that of the range
+        const bool isLow = std::string(key) == "lowest";
+        window[isLow ? "min" : "max"] = value;
+        window[isLow ? "start" : "end"] = static_cast<double>(value);
+        seal(document);
+        setFileText(scratch / "v.zarr/zarr.json", storedText(document));
+        const ValidateReport report = validate(scratch / "v.zarr", true);
+        ASSERT_EQ(report.lines.size(), 2u) << testing::PrintToString(report.lines);
+        EXPECT_THAT(
+            report.lines[0],
+            AllOf(HasSubstr("expected the range of level 0, -701 to 903, found "),
+                  HasSubstr(isLow ? std::to_string(value) + " to 903" : "-701 to " + std::to_string(value)),
+                  HasSubstr("stays: what it says of level 0 is told by an import alone")));
+        EXPECT_THAT(report.lines[1], HasSubstr("stats/zarr.json: expected statistics of this store"));
+    }
+}
+
 TEST(Validate, LevelsThatAreNotMeansAreFoundThoughTheirChecksumsAreRight) {
     ScratchFolder scratch;
     const VolumeInfo info = plainInfo({70, 40, 40}, ValueType::u8);
