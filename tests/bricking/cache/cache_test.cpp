@@ -291,6 +291,51 @@ TEST_F(Cache, AWantedChunkThatFailsIsToldAndMayBeTriedAgain) {
     EXPECT_EQ(takeAll(cache, key, [&](const auto& k, const auto& found) { return right(k, found); }), 1);
 }
 
+TEST_F(Cache, CountersTellWhatWasWanted) {
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    const auto expectCounters = [&](const BrickCache& cache, std::uint64_t hits, std::uint64_t misses,
+                                    std::uint64_t forgotten) {
+        const auto counters = cache.counters();
+        EXPECT_EQ(counters.hits, hits);
+        EXPECT_EQ(counters.misses, misses);
+        EXPECT_EQ(counters.forgotten, forgotten);
+        EXPECT_EQ(counters.joins, 0u);
+        EXPECT_EQ(counters.bytesDecoded, misses * chunk);
+        EXPECT_EQ(counters.heldBytes, misses * chunk);
+        EXPECT_EQ(counters.peakBytes, misses * chunk);
+    };
+    const ChunkKey a{0, 0, 0, 0}, b{0, 1, 0, 0};
+    {
+        BrickCache cache(store, ram, 20 * chunk, 1);
+        cache.get(a);
+        expectCounters(cache, 0, 1, 0);
+        cache.want(std::vector{a});
+        cache.waitForWanted(deadline);
+        expectCounters(cache, 1, 1, 0); // it is there
+        EXPECT_TRUE(cache.take(a));
+        expectCounters(cache, 1, 1, 0);
+        cache.want(std::vector{b});
+        cache.waitForWanted(deadline);
+        expectCounters(cache, 1, 2, 0);
+        cache.want({}); // loaded, and not asked for any more: nothing was spared
+        expectCounters(cache, 1, 2, 0);
+        EXPECT_TRUE(cache.take(b)); // it is still there
+        expectCounters(cache, 2, 2, 0);
+        EXPECT_FALSE(cache.take({0, 2, 0, 0})); // nobody has asked for it
+        expectCounters(cache, 2, 2, 0);
+    }
+    BrickCache full(store, ram, 9 * chunk, 1);
+    std::vector<ChunkPointer> pinned;
+    for (int i = 0; i < 9; ++i)
+        pinned.push_back(full.get({0, i % 5, i / 5, 0}));
+    full.want(std::vector{ChunkKey{0, 0, 2, 0}, ChunkKey{0, 1, 2, 0}, ChunkKey{0, 2, 2, 0}});
+    expectCounters(full, 0, 9, 0);
+    full.want(std::vector{ChunkKey{0, 1, 2, 0}});
+    expectCounters(full, 0, 9, 2);
+    full.want({});
+    expectCounters(full, 0, 9, 3);
+}
+
 TEST_F(Cache, ANewListTakesTheOldOnesPlaceWhileOthersWork) {
     BrickCache cache(store, ram, 20 * chunk, 2);
     const std::vector<ChunkKey> keys = allKeys();

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
 namespace tessera::test {
@@ -102,6 +103,77 @@ TEST_F(MeshWriting, HeadsHaveWhatOthersCountOn) {
     EXPECT_EQ(words[2], glb.size());
     EXPECT_EQ(words[3] % 4, 0u);
     EXPECT_THAT(glb, HasSubstr(R"("max":[1.0,2.0,0.0],"min":[0.0,0.0,0.0])"));
+}
+
+template <class T> T numberAt(const std::string& bytes, std::size_t at) {
+    T value{};
+    EXPECT_LE(at + sizeof value, bytes.size());
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    return value;
+}
+
+/// Each format whole, of two triangles whose normal is that of the patient's front. Bounds are on both sides
+/// of 0.
+TEST_F(MeshWriting, FilesAreTheseBytes) {
+    const TriangleMesh mesh = quadMesh({3, -5, 7}, {1, 0, 0}, {0, 0, 2});
+    const std::vector<std::uint32_t> numbers = {0, 1, 2, 0, 2, 3};
+    write("m.glb", mesh);
+    const std::string glb = bytesOf("m.glb");
+    constexpr std::size_t kJson = 2028, kBinary = 4 * 12 + 6 * 4;
+    ASSERT_EQ(glb.size(), 12 + 8 + kJson + 8 + kBinary);
+    EXPECT_EQ(glb.substr(0, 4), "glTF");
+    EXPECT_EQ(numberAt<std::uint32_t>(glb, 4), 2u);
+    EXPECT_EQ(numberAt<std::uint32_t>(glb, 8), glb.size());
+    EXPECT_EQ(numberAt<std::uint32_t>(glb, 12), kJson);
+    EXPECT_EQ(glb.substr(16, 4), "JSON");
+    EXPECT_EQ(nlohmann::json::parse(glb.substr(20, kJson)), nlohmann::json::parse(R"({
+        "asset": {"version": "2.0", "generator": "Tessera", "extras": {"about": "a mesh"}},
+        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": 4}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                       "min": [3.0, -5.0, 7.0], "max": [4.0, -5.0, 9.0]},
+                      {"bufferView": 1, "componentType": 5125, "count": 6, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48, "target": 34962},
+                        {"buffer": 0, "byteOffset": 48, "byteLength": 24, "target": 34963}],
+        "buffers": [{"byteLength": 72}]})"));
+    EXPECT_EQ(numberAt<std::uint32_t>(glb, 20 + kJson), kBinary);
+    EXPECT_EQ(glb.substr(24 + kJson, 4), std::string("BIN\0", 4));
+    const std::size_t body = 28 + kJson;
+    for (std::size_t n = 0; n < 4; ++n)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            EXPECT_EQ(numberAt<float>(glb, body + 12 * n + 4 * axis), mesh.points[n][static_cast<int>(axis)]);
+    for (std::size_t n = 0; n < numbers.size(); ++n)
+        EXPECT_EQ(numberAt<std::uint32_t>(glb, body + 48 + 4 * n), numbers[n]);
+
+    write("m.stl", mesh);
+    const std::string stl = bytesOf("m.stl");
+    ASSERT_EQ(stl.size(), 84u + 2 * 50);
+    EXPECT_EQ(stl.substr(0, 80), "a mesh" + std::string(74, ' '));
+    EXPECT_EQ(numberAt<std::uint32_t>(stl, 80), 2u);
+    for (std::size_t t = 0; t < 2; ++t) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            EXPECT_EQ(numberAt<float>(stl, 84 + 50 * t + 4 * axis), axis == 1 ? -1 : 0) << "the normal";
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                EXPECT_EQ(numberAt<float>(stl, 96 + 50 * t + 12 * corner + 4 * axis),
+                          mesh.points[numbers[3 * t + corner]][static_cast<int>(axis)]);
+        }
+        EXPECT_EQ(numberAt<std::uint16_t>(stl, 84 + 50 * t + 48), 0);
+    }
+
+    write("m.obj", mesh);
+    EXPECT_EQ(bytesOf("m.obj"), "# a mesh\n# 4 points, 2 triangles" + std::string(223, ' ') +
+                                    "\nv 3 -5 7\nv 4 -5 7\nv 4 -5 9\nv 3 -5 9\nf 1 2 3\nf 1 3 4\n");
+
+    write("m.ply", mesh);
+    const std::string ply = bytesOf("m.ply");
+    ASSERT_EQ(ply.size(), 512u + 4 * 12 + 2 * 13);
+    for (std::size_t n = 0; n < 4; ++n)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            EXPECT_EQ(numberAt<float>(ply, 512 + 12 * n + 4 * axis), mesh.points[n][static_cast<int>(axis)]);
+    for (std::size_t n = 0; n < numbers.size(); ++n)
+        EXPECT_EQ(numberAt<std::uint32_t>(ply, 512 + 48 + 13 * (n / 3) + 1 + 4 * (n % 3)), numbers[n]);
+    EXPECT_EQ(ply[512 + 48], 3);
+    EXPECT_EQ(ply[512 + 48 + 13], 3);
 }
 
 TEST_F(MeshWriting, RefusesOtherFilesBeforeAnythingIsDone) {
