@@ -126,9 +126,9 @@ TEST(Shapes, TellTheirBoxesBallsPartsAndBytes) {
         EXPECT_EQ(ballsOf(*tube)[n], std::pair(line.points[n], 1.5));
     EXPECT_STREQ(tube->partName(), "pieces of lines");
     EXPECT_EQ(tube->bytes(), ram.usedBytes());
-    // Points, pieces of two numbers, and a box around sixteen pieces at least; no more than a kilobyte else.
+    // Points, pieces of two numbers, and a box around sixteen pieces at least; and sixteen boxes more at most.
     EXPECT_GE(tube->bytes(), 3 * sizeof(glm::dvec3) + 2 * 8 + sizeof(ShapeBox));
-    EXPECT_LE(tube->bytes(), 3 * sizeof(glm::dvec3) + 2 * 8 + 1024);
+    EXPECT_LE(tube->bytes(), 3 * sizeof(glm::dvec3) + 2 * 8 + 17 * sizeof(ShapeBox));
 
     TriangleMesh quad = quadMesh({2, 1, -3}, {4, 0, 0}, {0, 0, 20});
     quad.points.emplace_back(900, 900, 900); // of no triangle
