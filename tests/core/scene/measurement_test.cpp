@@ -27,7 +27,10 @@ TEST(Measurements, DistancesAndAngles) {
             {placed({5, 0, 0}), placed({0, 0, 0}), placed({7 * std::cos(a), 7 * std::sin(a), 0})}};
         EXPECT_NEAR(valueOf(m), degrees, 1e-6) << degrees;
     }
+    for (const double arm : {1.0, 2.0}) // of any length but none
+        EXPECT_NEAR(valueOf({MeasurementKind::angle, {{arm, 0, 0}, {0, 0, 0}, {0, 3 - arm, 0}}}), 90, 1e-9);
     EXPECT_TRUE(std::isnan(valueOf({MeasurementKind::angle, {{1, 0, 0}, {1, 0, 0}, {2, 0, 0}}})));
+    EXPECT_TRUE(std::isnan(valueOf({MeasurementKind::angle, {{2, 0, 0}, {1, 0, 0}, {1, 0, 0}}})));
     EXPECT_TRUE(std::isnan(valueOf({MeasurementKind::distance, {{1, 0, 0}}})));
 }
 

@@ -126,7 +126,8 @@ TEST(Shapes, TellTheirBoxesBallsPartsAndBytes) {
         EXPECT_EQ(ballsOf(*tube)[n], std::pair(line.points[n], 1.5));
     EXPECT_STREQ(tube->partName(), "pieces of lines");
     EXPECT_EQ(tube->bytes(), ram.usedBytes());
-    // Points, pieces of two numbers, and a box around sixteen pieces at least; and sixteen boxes more at most.
+    // Points, pieces of two numbers, and a box around sixteen pieces at least; and sixteen boxes more at
+    // most.
     EXPECT_GE(tube->bytes(), 3 * sizeof(glm::dvec3) + 2 * 8 + sizeof(ShapeBox));
     EXPECT_LE(tube->bytes(), 3 * sizeof(glm::dvec3) + 2 * 8 + 17 * sizeof(ShapeBox));
 
@@ -192,6 +193,22 @@ TEST(Shapes, OfAGroupHitsComeOnceInOrder) {
         next({-kEndless, 0}, kEndless,
              {[](const void* least, double t) { return t > *static_cast<const double*>(least); }, &met[1].t}),
         3);
+}
+
+TEST(Shapes, BeginWithNoHitAtAll) {
+    EXPECT_EQ(HitOrder().t, -kEndless);
+    EXPECT_EQ(HitOrder().part, 0u);
+    EXPECT_TRUE((HitOrder{1, 2} < HitOrder{1, 3}) && (HitOrder{1, 9} < HitOrder{2, 0}));
+    EXPECT_FALSE((HitOrder{1, 2} < HitOrder{1, 2}) || (HitOrder{2, 0} < HitOrder{1, 9}));
+    EXPECT_EQ(ShapeHit().normal, glm::dvec3(0));
+    EXPECT_EQ(ShapeHit().colour, nullptr);
+    EXPECT_EQ(ShapeRay().direction, glm::dvec3(0));
+    EXPECT_TRUE(HitFilter()(3)) << "all count";
+    EXPECT_EQ(TriangleHit().t + TriangleHit().u + TriangleHit().v, 0);
+    EXPECT_EQ(ShadeStep().t + ShadeStep().opacity, 0);
+    const ShearedRay sheared({1, 2, 3}, {0.5, -4, 1}); // along y, the steepest
+    EXPECT_EQ(sheared.y * 100 + sheared.x * 10 + sheared.z, 21) << "axes after it, in turn";
+    EXPECT_EQ(sheared.sheared({2, 6, 7}), glm::dvec3(4 - 4 * (1 / -4.0), 1 - 4 * (0.5 / -4.0), 4));
 }
 
 // Light past meshes: each surface strictly between two places takes its share.
