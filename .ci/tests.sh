@@ -65,7 +65,7 @@ quick_tests=(
     Stiff.BoundaryLayer Stiff.BoundaryLayerOnGradedSegments Stiff.ColourRampInDouble Stiff.ColourRampInFloat
     SurfaceLight.ACornerIsAsDarkAsItsFormula SurfaceLight.BricksBesideThePictureStay
     SurfaceLight.CostsNothingWhereItIsNotAskedFor SurfaceLight.CutsOpen SurfaceLight.DirectionsAreSpreadByTheCosine
-    SurfaceLight.EnginesAgree SurfaceLight.ErrorFallsWithDirections SurfaceLight.GlassLetsSomeThrough
+    SurfaceLight.EnginesAgree SurfaceLight.ErrorFallsWithDirections SurfaceLight.GlassLetsSomeThrough SurfaceLight.IsItsFormula
     SurfaceLight.RefusalsHelp SurfaceLight.TheFilterHasNoSide SurfaceLight.TakesFromTheAmbientLightAlone SurfaceLight.TakesThePlaceOfTheVoxels
     SurfaceLight.TheFilterKnowsNoVoxels SurfaceLight.TheFilterSmoothsAndKeepsEdges
     SurfaceReference.BothIntegratorsSeeWhatBeginsAtAPointOfTheFunction

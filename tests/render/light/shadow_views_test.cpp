@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <limits>
@@ -410,6 +411,83 @@ TEST(SceneLight, ReportsItsMaps) {
     EXPECT_NEAR(report.shareOfMore, more, 1e-5);
     EXPECT_GT(more, 0);
     EXPECT_LT(more, 1);
+}
+
+/// An edit changes the parts of light that follow from it, and no others.
+TEST(SceneLight, TellsWhatAnEditChanges) {
+    const Stored stored([](const glm::dvec3& p) { return p.z; }, {40, 36, 33});
+    Light sun, plain;
+    sun.kind = plain.kind = LightKind::directional;
+    sun.frame = plain.frame = LightFrame::patient;
+    sun.direction = {0.2, 0.3, 1};
+    sun.shadow = true;
+    const auto changed = [&](const std::function<void(Lighting&)>& edit, double scatter,
+                             bool occludes = true) {
+        Scene scene = stored.scene({});
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{5, 0}, {30, 0.1}}, {});
+        scene.lighting.lights = {sun, plain};
+        scene.lighting.lights[0].scatter = scatter;
+        if (occludes)
+            scene.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 6};
+        const auto prepared = stored.prepare(scene);
+        Planner& p = prepared->p;
+        p.view.shadowQuality.mapSize = 8;
+        SceneLight light(p, 1);
+        light.ready();
+        EXPECT_TRUE(light.mapsAreWhole());
+        EXPECT_EQ(light.takeChanges(), 0u) << "the same function";
+        edit(p.view.lighting);
+        const LightParts parts = light.lightingChanged();
+        EXPECT_EQ(light.mapsAreWhole(), (parts & kShadowLight) == 0 || light.voxels().finestLevel() == 1);
+        EXPECT_EQ(light.lightingChanged(), 0u) << "once";
+        return parts;
+    };
+    const auto nothing = [](Lighting&) {};
+    EXPECT_EQ(changed(nothing, 0), 0u);
+    EXPECT_EQ(changed(nothing, 1), 0u);
+    for (const double scatter : {0.0, 0.7}) {
+        const LightParts byLight = scatter > 0 ? kAmbientLight : 0u;
+        EXPECT_EQ(changed([](Lighting& l) { l.lights[0].intensity = 0.4; }, scatter), byLight);
+        EXPECT_EQ(changed([](Lighting& l) { l.lights[1].direction = {1, 0, 0}; }, scatter), byLight);
+        const LightParts byMaps = kShadowLight | byLight;
+        EXPECT_EQ(changed([](Lighting& l) { l.lights[0].direction.x = 0.3; }, scatter), byMaps);
+        EXPECT_EQ(changed([](Lighting& l) { l.lights[0].softness = 3; }, scatter), byMaps);
+        EXPECT_EQ(changed([](Lighting& l) { l.lights[0].frame = LightFrame::camera; }, scatter), byMaps);
+        EXPECT_EQ(changed([](Lighting& l) { l.lights[0].kind = LightKind::point; }, scatter), byMaps);
+        EXPECT_EQ(changed([](Lighting& l) { l.scatterRadiusMm = 5; }, scatter), byLight);
+        EXPECT_EQ(changed([](Lighting& l) { l.occlusion->radiusMm = 7; }, scatter), kAmbientLight);
+        EXPECT_EQ(changed([](Lighting& l) { l.occlusion->bias = 0.3; }, scatter), kAmbientLight);
+        EXPECT_EQ(changed([](Lighting& l) { l.finestLevel = 1; }, scatter), kAllLight);
+    }
+    EXPECT_EQ(changed([](Lighting& l) { l.lights[0].intensity = 0.4; }, 0, false), 0u);
+    // The camera moves a light that is fixed to it, and no other.
+    for (const LightFrame frame : {LightFrame::patient, LightFrame::camera}) {
+        Scene scene = stored.scene({});
+        scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{5, 0}, {30, 0.1}}, {});
+        scene.lighting.lights = {sun, plain};
+        scene.lighting.lights[0].frame = frame;
+        scene.lighting.lights[1].frame = LightFrame::camera; // without a shadow
+        const auto prepared = stored.prepare(scene);
+        prepared->p.view.shadowQuality.mapSize = 8;
+        SceneLight light(prepared->p, 1);
+        light.ready();
+        light.viewChanged();
+        EXPECT_EQ(light.viewIsNew(), frame == LightFrame::camera);
+        EXPECT_EQ(light.mapsAreWhole(), frame == LightFrame::patient);
+        EXPECT_EQ(light.makeMaps(), frame == LightFrame::camera);
+        EXPECT_TRUE(light.mapsAreWhole());
+        // Coarse ones are made where there are none, or where the view counts: a quarter of the side.
+        EXPECT_FALSE(light.makeCoarseMaps(true));
+        light.viewChanged();
+        EXPECT_FALSE(light.makeCoarseMaps(false));
+        EXPECT_EQ(light.makeCoarseMaps(true), frame == LightFrame::camera);
+        EXPECT_EQ(light.shadows()[0].maps()[0].size(), frame == LightFrame::camera ? 2 : 8);
+        EXPECT_EQ(light.mapsAreWhole(), frame == LightFrame::patient);
+        light.levelsChanged();
+        EXPECT_FALSE(light.mapsAreWhole());
+        EXPECT_TRUE(light.makeMaps());
+        EXPECT_EQ(light.shadows()[0].maps()[0].size(), 8);
+    }
 }
 
 /// Light behind a volume and surfaces is the product of what each lets through.
