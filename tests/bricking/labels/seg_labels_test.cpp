@@ -378,6 +378,94 @@ TEST(SegLabels, PlacesUpToTheirBounds) {
     EXPECT_THAT(one.notes, Contains("the only slice has no thickness; it is taken as 1 mm"));
 }
 
+// Each rule at its last value, and beyond it. BINARY: bits of three frames in an odd number of bytes.
+TEST(SegLabels, RulesOfFramesAndPixels) {
+    const auto folder = labelTestFolder();
+    const auto outcome =
+        [&](
+            const std::function<void(SegImage&)>& change,
+            const std::function<void(std::string&)>& damage = [](std::string&) {}) -> std::string {
+        SegImage image;
+        for (int z = 0; z < 3; ++z)
+            image.frames.push_back({1, glm::dvec3(0, 0, 3 * z), someMask(static_cast<unsigned>(z) + 1)});
+        change(image);
+        std::string bytes = segFileBytes(image);
+        damage(bytes);
+        writeBytes(folder / "a.dcm", bytes);
+        return refusalOfReading(folder / "a.dcm");
+    };
+    const auto same = [](SegImage&) {};
+    EXPECT_EQ(outcome(same), "");
+    const auto oriented = [&](const char* all, const char* third = "") {
+        return outcome([&](SegImage& i) {
+            i.orientation = all;
+            if (*third)
+                i.frames[2].orientation = third;
+        });
+    };
+    EXPECT_EQ(oriented("1.009\\0\\0\\0\\0.991\\0"), "");
+    EXPECT_EQ(oriented("1\\0\\0\\0.009\\1\\0"), "");
+    for (const char* other :
+         {"1.015\\0\\0\\0\\1\\0", "1\\0\\0\\0\\0.985\\0", "1\\0\\0\\0.015\\1\\0", "1\\0\\0\\-0.015\\1\\0"})
+        EXPECT_THAT(oriented(other), HasSubstr("of two perpendicular unit vectors, found others for frame 1"))
+            << other;
+    const char* const plain = "1\\0\\0\\0\\1\\0";
+    EXPECT_EQ(oriented(plain, "1\\0.00009\\0\\-0.00009\\1\\0"), "");
+    for (const char* other : {"1\\0.00015\\0\\0\\1\\0", "1\\0\\0\\0\\1\\0.00015"})
+        EXPECT_THAT(oriented(plain, other),
+                    HasSubstr("frames of one orientation, found another one for frame 3"))
+            << other;
+    // Elements of 16 bits, by their place in the file.
+    const auto with = [&](const char* element, char value) {
+        return outcome(same, [&](std::string& bytes) {
+            const std::size_t at =
+                bytes.find(std::string("\x28\0", 2) + std::string(element, 2) + std::string("US\2\0", 4));
+            ASSERT_NE(at, std::string::npos);
+            bytes[at + 8] = value;
+        });
+    };
+    EXPECT_THAT(with("\2\0", 3), HasSubstr("one value without a sign a pixel"));
+    EXPECT_THAT(with("\2\0", 0), HasSubstr("one value without a sign a pixel"));
+    EXPECT_EQ(with("\2\0", 1), "");
+    EXPECT_THAT(with("\3\1", 1), HasSubstr("one value without a sign a pixel"));
+    for (const auto& [type, bits, isTaken] :
+         std::vector<std::tuple<const char*, int, bool>>{{"BINARY", 1, true},
+                                                         {"BINARY", 8, true},
+                                                         {"BINARY", 16, false},
+                                                         {"FRACTIONAL", 1, false},
+                                                         {"FRACTIONAL", 8, true},
+                                                         {"FRACTIONAL", 16, false},
+                                                         {"LABELMAP", 1, false},
+                                                         {"LABELMAP", 8, true},
+                                                         {"LABELMAP", 16, true}}) {
+        const std::string said = outcome([&, t = type, b = bits](SegImage& i) { i.type = t, i.bits = b; });
+        EXPECT_EQ(
+            said.find(
+                "BitsAllocated (0028,0100) of 1 (BINARY), 8 (FRACTIONAL), or 8 or 16 (LABELMAP), found " +
+                std::to_string(bits)) == std::string::npos,
+            isTaken)
+            << type << bits << said;
+    }
+    for (const auto& [most, isTaken] : {std::pair(0, false), {1, true}, {255, true}, {256, false}})
+        EXPECT_EQ(outcome([m = most](SegImage& i) { i.type = "FRACTIONAL", i.bits = 8, i.most = m; }).empty(),
+                  isTaken)
+            << most;
+    for (const auto& [said, isTaken] : {std::pair(2, false), {3, true}, {4, false}})
+        EXPECT_EQ(outcome([n = said](SegImage& i) { i.framesSaid = n; }).empty(), isTaken) << said;
+    // 45 bits are six bytes; an odd number has one more.
+    for (const auto& [bytes, isTaken] : {std::pair(4u, false), {6u, true}, {8u, false}})
+        EXPECT_EQ(outcome([n = bytes](SegImage& i) { i.pixelBytes = std::string(n, '\1'); }).empty(), isTaken)
+            << bytes;
+    for (const auto& [bytes, isTaken] : {std::pair(43u, false), {45u, true}, {47u, false}})
+        EXPECT_EQ(outcome([n = bytes](SegImage& i) {
+                      i.type = "FRACTIONAL", i.bits = 8, i.pixelBytes = std::string(n, '\1');
+                  }).empty(),
+                  isTaken)
+            << bytes;
+    EXPECT_THAT(outcome([](SegImage& i) { i.pixelBytes = std::string(4, '\1'); }),
+                HasSubstr("6 bytes of PixelData (7fe0,0010) for 3 frames of 5 x 3, found 4"));
+}
+
 TEST(SegLabels, LiesAreRefused) {
     const auto folder = labelTestFolder();
     const auto refusal = [&](const std::function<void(SegImage&)>& change,
