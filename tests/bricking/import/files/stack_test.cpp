@@ -1,8 +1,10 @@
 // tests/bricking/import/files/stack_test.cpp: stacks of pictures: values, the order of slices and gaps in it,
 // spacings and calibrations.
 #include "bricking/import/catalogue.h"
+#include "bricking/import/files/stack/slice_names.h"
 #include "tests/support/stack_writers.h"
 
+#include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 
 namespace tessera::test {
@@ -121,6 +123,80 @@ TEST(ImportStack, NamesThatLeaveTheOrderOpenAreRefused) {
     }
 }
 
+// Names alone: their order, places in steps that all share, and what is missing.
+TEST(ImportStack, NumbersOfNamesArePlaces) {
+    const auto ordered = [](const std::vector<std::string>& numbers) {
+        std::vector<fs::path> files;
+        for (const std::string& number : numbers)
+            files.emplace_back("f/c1_s" + number + "b.tif");
+        return orderedSlices("f", files);
+    };
+    const SliceNames three = ordered({"35", "5", "15"});
+    EXPECT_EQ(three.pattern, "c1_s#b.tif");
+    EXPECT_EQ(three.files, (std::vector<fs::path>{"f/c1_s5b.tif", "f/c1_s15b.tif", "f/c1_s35b.tif"}));
+    EXPECT_EQ(three.places, (std::vector<std::uint64_t>{0, 1, 3}));
+    EXPECT_EQ(three.missing, "25");
+    EXPECT_EQ(three.missingCount, 1u);
+    EXPECT_EQ(ordered({"1", "2", "9"}).missing, "3 to 8");
+    EXPECT_EQ(ordered({"1", "2", "9"}).missingCount, 6u);
+    EXPECT_EQ(ordered({"4", "6", "8"}).missing, "");
+    std::vector<std::string> odd = {"1", "2"};
+    std::string missing;
+    for (int n = 4; n <= 18; n += 2) {
+        odd.push_back(std::to_string(n));
+        missing += (n == 4 ? "" : ", ") + std::to_string(n - 1);
+    }
+    EXPECT_EQ(ordered(odd).missing, missing) << "eight";
+    odd.emplace_back("20");
+    EXPECT_EQ(ordered(odd).missing, missing + " and more");
+    EXPECT_EQ(ordered(odd).missingCount, 9u);
+    EXPECT_EQ(ordered({"9000000000000000000", "9000000000000000002"}).places,
+              (std::vector<std::uint64_t>{0, 1}));
+    EXPECT_THAT(refusal([&] {
+                    ordered({"1", "9300000000000000000"});
+                }),
+                HasSubstr("a number of 18 digits at most"));
+    EXPECT_THAT(refusal([&] { ordered({"7", "07"}); }), HasSubstr("no number that differs in c#_s#b"));
+    EXPECT_THAT(refusal([&] { orderedSlices("f", {}); }), HasSubstr("two slices or more, found none"));
+}
+
+// ImageJ's and OME's units of length, each of another factor for an axis.
+TEST(ImportStack, UnitsOfLengthInDescriptions) {
+    const ScratchFolder folder;
+    const auto spacing = [&](const std::string& description) {
+        OwnTiff tiff{
+            .width = 4, .height = 4, .rows = 4, .pages = 2, .bits = 8, .pixels = std::string(32, '\7')};
+        tiff.description = description;
+        tiff.perX = 4, tiff.perY = 2, tiff.unit = 3;
+        writeFile(folder / "a.tif", tiff.bytes());
+        return openSource(folder / "a.tif", {})->info().spacingMm();
+    };
+    for (const auto& [unit, mm] : std::vector<std::pair<std::string, double>>{{"mm", 1},
+                                                                              {"millimeter", 1},
+                                                                              {"cm", 10},
+                                                                              {"m", 1000},
+                                                                              {"um", 1e-3},
+                                                                              {"micron", 1e-3},
+                                                                              {"microns", 1e-3},
+                                                                              {"micrometer", 1e-3},
+                                                                              {"\\u00B5m", 1e-3},
+                                                                              {"\xb5m", 1e-3},
+                                                                              {"\xc2\xb5m", 1e-3},
+                                                                              {"\xce\xbcm", 1e-3},
+                                                                              {"inch", 25.4},
+                                                                              {"in", 25.4}}) {
+        const glm::dvec3 imageJ = spacing("ImageJ=1.53t\nimages=2\nslices=2\nunit=" + unit + "\nspacing=3\n");
+        EXPECT_LT(glm::length(imageJ / mm - glm::dvec3(0.25, 0.5, 3)), 1e-6) << unit;
+        std::string sizes;
+        for (const auto& [axis, size] : {std::pair("X", "0.5"), {"Y", "0.75"}, {"Z", "2"}})
+            sizes += std::string(" PhysicalSize") + axis + "=\"" + size + "\" PhysicalSize" + axis +
+                     "Unit=\"" + unit + "\"";
+        const glm::dvec3 ome =
+            spacing("<?xml version=\"1.0\"?><OME><Image><Pixels SizeZ=\"2\"" + sizes + "/></Image></OME>");
+        EXPECT_LT(glm::length(ome / mm - glm::dvec3(0.5, 0.75, 2)), 1e-6) << unit;
+    }
+}
+
 // Slices keep the places that their numbers say.
 TEST(ImportStack, MissingSlicesAreInterpolatedOrRefused) {
     const ScratchFolder folder;
@@ -212,7 +288,23 @@ TEST(ImportStack, CalibrationsOfImageJBecomeTheRescale) {
     expectRefusal("cf=4\nc0=1\nc1=2\n", "found \"Exponential\"");
     expectRefusal("cf=7\nc0=1\nc1=2\nc2=1\nc3=5\n", "found \"Rodbard\"");
     expectRefusal("cf=21\n", "found \"Uncalibrated OD\"");
-    expectRefusal("cf=99\n", "found \"function 99\"");
+    const std::vector<std::pair<int, std::string>> functions = {
+        {1, "2nd Degree Polynomial"},
+        {2, "3rd Degree Polynomial"},
+        {3, "4th Degree Polynomial"},
+        {5, "Power"},
+        {6, "Log"},
+        {8, "Gamma Variate"},
+        {9, "y = a+b*ln(x-c)"},
+        {10, "Rodbard (NIH Image)"},
+        {12, "Gaussian"},
+        {11, "Exponential with Offset"},
+        {13, "Exponential Recovery"},
+        {22, "Custom"},
+        {99, "function 99"},
+        {14, "function 14"}}; // of ij.measure.Calibration
+    for (const auto& [number, name] : functions)
+        expectRefusal("cf=" + std::to_string(number) + "\n", ("found \"" + name + "\"").c_str());
     expectRefusal("cf=0\nc0=5\n", "c0 and c1");
     expectRefusal("cf=0\nc0=5\nc1=0\n", "c1");
     expectRefusal("cf=0\nc0=5\nc1=1\nzeroclip=true\n", "zeroclip");
