@@ -85,6 +85,71 @@ TEST(Mask, EveryAxisHasItsOwnWeights) {
     }
 }
 
+/// A byte for each sample of its level and of the coarser ones; which a budget must have.
+TEST(Mask, IsChargedForItsLevels) {
+    for (const int level : {0, 1, 5}) {
+        const glm::ivec3 extent(37, 70, 9);
+        std::size_t bytes = 0;
+        for (int l = level; l < kLevelCount; ++l)
+            bytes += cellCount(ceilDiv(extent, 1 << l));
+        EXPECT_EQ(Mask::bytes(extent, level), bytes);
+        for (const bool enough : {true, false}) {
+            MemoryBudget ram("RAM", "--ram", enough ? bytes : bytes - 1);
+            const auto make = [&] {
+                const Mask mask(extent, level,
+                                std::vector<std::uint8_t>(cellCount(levelExtent(extent, level))), ram);
+                EXPECT_EQ(ram.usedBytes(), bytes);
+            };
+            if (enough) {
+                EXPECT_NO_THROW(make());
+            } else {
+                EXPECT_THROW(make(), InputError);
+            }
+            EXPECT_EQ(ram.usedBytes(), 0u);
+        }
+    }
+}
+
+/// What is hidden of a box: the samples on either side of any of its places count.
+TEST(Mask, PartsOfBoxesAreThoseOfTheSamplesAround) {
+    const glm::ivec3 extent(45, 38, 29);
+    for (const int level : {0, 2}) {
+        const glm::ivec3 samples = levelExtent(extent, level);
+        std::vector<std::uint8_t> shares(cellCount(samples));
+        for (std::size_t i = 0; i < shares.size(); ++i)
+            shares[i] = static_cast<std::uint8_t>(
+                gridPosition(i, samples).x + gridPosition(i, samples).y < samples.y ? 255
+                : gridPosition(i, samples).z == 3                                   ? 7
+                                                                                    : 0);
+        const Mask mask(extent, level, shares, plenty());
+        std::mt19937 random(3);
+        std::size_t of[3] = {};
+        for (int n = 0; n < 400; ++n) {
+            glm::ivec3 low, high;
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis] = static_cast<int>(random() % static_cast<unsigned>(extent[axis]));
+                high[axis] = std::min(extent[axis], low[axis] + 1 + static_cast<int>(random() % 12));
+            }
+            int least = 255, most = 0;
+            for (std::size_t i = 0; i < shares.size(); ++i) {
+                const glm::ivec3 at = gridPosition(i, samples);
+                // the samples of the box's voxels, and one more on every side
+                if (glm::all(glm::greaterThanEqual(at, (low >> level) - 1)) &&
+                    glm::all(glm::lessThanEqual(at, ((high - 1) >> level) + 1))) {
+                    least = std::min<int>(least, shares[i]);
+                    most = std::max<int>(most, shares[i]);
+                }
+            }
+            const Mask::Part part = most == 0      ? Mask::Part::none
+                                    : least == 255 ? Mask::Part::all
+                                                   : Mask::Part::some;
+            EXPECT_EQ(mask.of(low, high), part) << level;
+            ++of[static_cast<std::size_t>(part)];
+        }
+        EXPECT_GT(std::min({of[0], of[1], of[2]}), 20u);
+    }
+}
+
 /// A store of noise over several bricks, with borders that are not whole.
 struct MaskedStore : ::testing::Test {
     ScratchFolder folder;
@@ -252,6 +317,50 @@ TEST_P(MaskedLevels, AnEmptyMaskChangesNoBit) {
         store->readChunk({l, 0, 0, 0}, a);
         source.readChunk({l, 0, 0, 0}, b);
         EXPECT_EQ(a, b) << l;
+    }
+}
+
+/// Of every thread that reads: shares, and for two levels a chunk, its means, eight chunks below and shares.
+TEST_F(MaskedStore, ReadersAreCharged) {
+    const auto mask = std::make_shared<const Mask>(kExtent, 2, blobs(kExtent, 2, 3), plenty());
+    for (const int threads : {1, 2, 5}) {
+        MemoryBudget ram("RAM", "--ram", kPlenty);
+        const MaskedSource source(*store, mask, kAir, ram, threads);
+        EXPECT_EQ(ram.usedBytes(), static_cast<std::size_t>(threads) *
+                                       (3 * 32768 * sizeof(float) + 2 * 10 * store->chunkBytes()));
+    }
+}
+
+// Bricks that nothing is hidden of keep the ranges of their two layers, which are tighter than those of
+// cells.
+TEST_F(MaskedStore, BricksBesideKeepTheirRanges) {
+    std::vector<std::int16_t> ramp(values.size());
+    for (std::size_t i = 0; i < ramp.size(); ++i) {
+        const glm::ivec3 at = gridPosition(i, kExtent);
+        ramp[i] = static_cast<std::int16_t>(at.x + 3 * at.y + 7 * at.z);
+    }
+    const auto even = stored(folder / "ramp.zarr", ramp);
+    const Statistics plain = loadStatistics(*even, plenty(), 2);
+    for (const glm::ivec3& hiddenBrick : {glm::ivec3(2, 2, 3), glm::ivec3(0, 0, 0)}) {
+        std::vector<std::uint8_t> shares(values.size()); // one voxel in the middle of a brick
+        shares[linearIndex(glm::min(32 * hiddenBrick + 4, kExtent - 1), kExtent)] = 255;
+        const MaskedSource source(*even, std::make_shared<const Mask>(kExtent, 0, shares, plenty()), kAir,
+                                  plenty(), 2);
+        Statistics masked = loadStatistics(*even, plenty(), 2);
+        hideMasked(masked, source, plenty(), 2);
+        std::size_t same = 0;
+        for (std::size_t brick = 0; brick < plain.wideMin.size(); ++brick) {
+            if (gridPosition(brick, plain.bricks) == hiddenBrick) {
+                EXPECT_EQ(masked.wideMin[brick], kAir);
+                continue;
+            }
+            EXPECT_EQ(masked.wideMin[brick], plain.wideMin[brick]) << brick;
+            EXPECT_EQ(masked.wideMax[brick], plain.wideMax[brick]) << brick;
+            EXPECT_EQ(masked.brickMin[brick], plain.brickMin[brick]) << brick;
+            EXPECT_EQ(masked.brickMean[brick], plain.brickMean[brick]) << brick;
+            ++same;
+        }
+        EXPECT_EQ(same + 1, plain.wideMin.size());
     }
 }
 
