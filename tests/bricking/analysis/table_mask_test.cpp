@@ -7,6 +7,7 @@
 #include "tests/support/lumen_tubes.h"
 #include "tests/support/recorded_numbers.h"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -259,6 +260,87 @@ TEST(PatientTable, ANarrowFieldOfViewLaysNothingOpen) {
             }
         }
     }
+}
+
+/// Sets of voxels against the words of body_marks.h, sample by sample.
+TEST(BodyMarks, AreWhatTheirWordsSay) {
+    const VolumeInfo info = boxInfo({11, 7, 5}, {1, 2, 3}, {0, 0, 0});
+    const BodyGrid grid(info, 0, 1);
+    const glm::ivec3 e = grid.extent;
+    const auto inside = [&](const glm::ivec3& v) { return v == glm::clamp(v, glm::ivec3(0), e - 1); };
+    for (const unsigned seed : {1u, 2u, 3u}) {
+        std::mt19937 random(seed);
+        Marks body(grid.size()), firm(grid.size());
+        for (std::size_t i = 0; i < grid.size(); ++i) {
+            body[i] = random() % 7 == 0;
+            firm[i] = random() % 5 < 2;
+        }
+        const auto marked = [&](const Marks& of, const glm::ivec3& v) {
+            return inside(v) && of[linearIndex(v, e)] != 0;
+        };
+        Marks air(grid.size()); // slices whose borders are air, over faces within the slice
+        for (bool grows = true; grows;) {
+            grows = false;
+            for (std::size_t i = 0; i < grid.size(); ++i) {
+                const glm::ivec3 v = gridPosition(i, e);
+                bool reaches = v.x == 0 || v.y == 0 || v.x == e.x - 1 || v.y == e.y - 1;
+                for (const glm::ivec3& step : {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}})
+                    reaches = reaches || marked(air, v + step);
+                if (!firm[i] && !air[i] && reaches) {
+                    air[i] = 1;
+                    grows = true;
+                }
+            }
+        }
+        EXPECT_EQ(reached(firm, grid), air) << seed;
+        const Marks wide = dilated(body, e), common = both(body, firm);
+        for (std::size_t i = 0; i < grid.size(); ++i) {
+            bool any = false;
+            for (std::size_t n = 0; n < 27; ++n)
+                any = any || marked(body, gridPosition(i, e) + gridPosition(n, glm::ivec3(3)) - 1);
+            EXPECT_EQ(wide[i] != 0, any);
+            EXPECT_EQ(common[i] != 0, body[i] && firm[i]);
+        }
+        for (const Outwards& side : kSides) {
+            const Marks found = beyond(body, side, e);
+            std::size_t facing = 0;
+            for (int z = 0; z < e.z; ++z)
+                for (int line = 0; line < e[1 - side.axis]; ++line) {
+                    bool free = true, meets = false, isFirm = false; // from the outer end inwards
+                    for (int n = 0; n < e[side.axis]; ++n) {
+                        glm::ivec3 v(0, 0, z);
+                        v[1 - side.axis] = line;
+                        v[side.axis] = side.up ? e[side.axis] - 1 - n : n;
+                        free = free && !marked(body, v);
+                        EXPECT_EQ(marked(found, v), free) << side.axis << side.up;
+                        meets = meets || marked(body, v);
+                        isFirm = isFirm || marked(firm, v);
+                    }
+                    facing += meets && isFirm ? 1 : 0;
+                }
+            EXPECT_EQ(facingBody(firm, body, side, e), facing);
+        }
+    }
+}
+
+/// Values in HU, however they are stored.
+TEST(PatientTable, RescaledValuesAreTheSame) {
+    const VolumeInfo info = boxInfo({112, 64, 30}, {5, 5, 10}, {-280, -140, -150});
+    VolumeInfo rescaled = info;
+    rescaled.rescaleSlope = 0.5;
+    rescaled.rescaleIntercept = -1024;
+    const Field hu = [](const glm::dvec3& p) { return std::max(trunk(p), namedTables()[3].hu(p)); };
+    const FieldChunks plain(info, hu),
+        other(rescaled, [&](const glm::dvec3&p) { return 2 * (hu(p) + 1024); });
+    MemoryBudget ram("RAM", "--ram", 256u << 20);
+    const BodyBox a = findBody(plain, ram), b = findBody(other, ram);
+    EXPECT_EQ(a.low, b.low);
+    EXPECT_EQ(a.high, b.high);
+    EXPECT_EQ(a.litresLeftOut, b.litresLeftOut);
+    const FoundTable c = findTable(plain, ram, 2), d = findTable(other, ram, 2);
+    ASSERT_TRUE(c.mask && d.mask);
+    EXPECT_EQ(c.litres, d.litres);
+    EXPECT_TRUE(std::ranges::equal(c.mask->shares(), d.mask->shares()));
 }
 
 TEST(PatientTable, GrowsByMillimetres) {
