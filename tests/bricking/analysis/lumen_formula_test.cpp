@@ -317,6 +317,24 @@ TEST(LumenFormula, AFaintWallIsOneFromATwentiethOfTheRangeOn) {
     }
 }
 
+/// So are values within six deviations of the noise, up to a quarter of the range.
+TEST(LumenFormula, AFaintWallInNoiseStandsOutBySixDeviations) {
+    for (const auto& [faint, isWall] : {std::pair{70.0, false}, {175.0, true}}) {
+        const FieldChunks clean(boxInfo(glm::ivec3(40), glm::dvec3(1), glm::dvec3(-20)),
+                                [&](const glm::dvec3& p) {
+                                    const double r = glm::length(p);
+                                    return r < 6 ? -1000 : r < 14 ? -1000 + faint : 40;
+                                });
+        const NoisyChunks noisy(clean, 17);
+        MemoryBudget ram("RAM", "--ram", 64u << 20);
+        BrickCache cache(noisy, ram, 32u << 20, 2);
+        LumenValues values(cache, noisy.info());
+        const SeedNeighbourhood found = neighbourhoodOf(values, glm::dvec3(20), "the seed");
+        EXPECT_NEAR(found.noise, 17, 4);
+        EXPECT_EQ(found.wall < -700, isWall) << faint << ": " << found.wall;
+    }
+}
+
 /// The wall's value is where it stops changing, by less than a tenth a step, within 15 mm.
 TEST(LumenFormula, AWallGoesOnWhileItChangesUpTo15Mm) {
     const auto grows = [](double perStep) {

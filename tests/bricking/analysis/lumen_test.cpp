@@ -272,6 +272,72 @@ TEST(Lumen, WhereTwoPartsComeNearestIsExact) {
     EXPECT_NEAR(nearestVoxel(shapeA, place).mm, best, 1e-9);
 }
 
+/// Of few voxels in many chunks, from anywhere: the nearest need not be in the nearest chunk.
+TEST(Lumen, TheNearestVoxelIsThatOfAllChunks) {
+    const glm::ivec3 extent(140, 75, 101);
+    const VolumeInfo info = boxInfo(extent, {0.7, 1.3, 2}, {5, 6, 7});
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    VoxelSet voxels(extent, ram);
+    std::vector<glm::ivec3> all;
+    for (int i = 0; i < 60; ++i) {
+        all.emplace_back(glm::dvec3(hash({i, 1, 5}), hash({i, 2, 5}), hash({i, 3, 5})) * glm::dvec3(extent));
+        set(voxels, all.back());
+    }
+    const LumenShape shape(voxels, info);
+    for (int i = 0; i < 200; ++i) {
+        const glm::dvec3 mm =
+            shape.mmOf(glm::dvec3(hash({i, 4, 5}), hash({i, 5, 5}), hash({i, 6, 5})) * glm::dvec3(extent));
+        double best = 1e300;
+        for (const glm::ivec3& v : all)
+            best = std::min(best, glm::length(shape.middleOf(v) - mm));
+        const NearestVoxel found = nearestVoxel(shape, mm);
+        EXPECT_NEAR(found.mm, best, 1e-9) << i;
+        EXPECT_NEAR(glm::length(shape.middleOf(found.voxel) - mm), best, 1e-9);
+    }
+}
+
+/// Empty and full chunks take no bits, any other its 4 KiB; slabs of 32 of them are charged.
+TEST(Lumen, ChunksOfASetThatAreAllOrNothingTakeNoBits) {
+    MemoryBudget ram("RAM", "--ram", 64u << 20);
+    VoxelSet voxels({96, 64, 40}, ram);
+    using Kind = VoxelSet::Kind;
+    const std::size_t before = ram.usedBytes();
+    EXPECT_EQ(before, 3 * 2 * 2 * sizeof(std::uint32_t));
+    ChunkRows rows;
+    rows.fill(~0u);
+    voxels.setChunk(4, rows);
+    EXPECT_EQ(voxels.kind(4), Kind::all);
+    EXPECT_EQ(voxels.count(4), 32768u);
+    rows.fill(0);
+    voxels.setChunk(5, rows);
+    EXPECT_EQ(voxels.kind(5), Kind::none);
+    rows[7] = 0b1011u;
+    voxels.setChunk(3, rows);
+    voxels.setChunk(4, rows);
+    EXPECT_EQ(voxels.kind(4), Kind::some);
+    EXPECT_EQ(voxels.count(4), 3u);
+    EXPECT_EQ(voxels.count(), 6u);
+    EXPECT_EQ(voxels.filledChunks(), (std::vector<std::size_t>{3, 4}));
+    const std::size_t slab = ram.usedBytes() - before;
+    EXPECT_NEAR(static_cast<double>(slab), 32 * 4096, 64);
+    voxels.edit(3)[7] = 0;
+    EXPECT_EQ(voxels.kind(3), Kind::some) << "until it is settled";
+    voxels.settle(3);
+    EXPECT_EQ(voxels.kind(3), Kind::none);
+    voxels.edit(4).fill(~0u);
+    voxels.settle(4);
+    EXPECT_EQ(voxels.kind(4), Kind::all);
+    EXPECT_EQ(voxels.row(4, 1000), ~0u);
+    voxels.setAll(0);
+    EXPECT_EQ(voxels.count(), 2u * 32768);
+    EXPECT_EQ(ram.usedBytes() - before, slab);
+    // all slots are used again before there is another slab
+    for (int turn = 0; turn < 5; ++turn)
+        for (std::size_t chunk = 0; chunk < 12; ++chunk)
+            voxels.setChunk(chunk, turn % 2 ? ChunkRows{} : rows);
+    EXPECT_EQ(ram.usedBytes() - before, slab);
+}
+
 TEST(Lumen, SmoothingKeepsBendsAndTakesRipples) {
     std::vector<glm::dvec3> circle, rippled;
     for (int i = 0; i <= 200; ++i) {
