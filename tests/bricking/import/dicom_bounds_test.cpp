@@ -266,6 +266,56 @@ TEST_F(DicomBounds, MostSlicesTellWhetherAHeaderIsIrregular) {
                 ElementsAre("irregular headers, in most slices alike (no HighBit): read all the same"));
 }
 
+// Bits that are stored lie within those that are allocated; a shorter row more is padding, a whole one is
+// lost.
+TEST_F(DicomBounds, PixelsAsTheirHeaderDescribesThem) {
+    const auto bits = [&](int allocated, int stored, int high) {
+        return outcomeOf([&](DicomImage& image, int) {
+            image.bitsAllocated = allocated, image.bitsStored = stored, image.highBit = high;
+            image.pixelRepresentation = 0;
+        });
+    };
+    EXPECT_EQ(bits(16, 12, 11), "");
+    EXPECT_EQ(bits(16, 12, 15), "");
+    EXPECT_EQ(bits(16, 16, 15), "");
+    EXPECT_EQ(bits(16, 1, 0), "");
+    for (const auto& [allocated, stored, high] :
+         {std::tuple{16, 12, 10}, {16, 12, 16}, {16, 0, 0}, {12, 12, 11}, {32, 12, 11}})
+        EXPECT_THAT(
+            bits(allocated, stored, high),
+            EndsWith(
+                "expected rows and columns of 8 or 16 bits allocated, the stored bits within, found 3 x 4, " +
+                std::to_string(allocated) + " allocated, " + std::to_string(stored) + " stored"));
+    const auto words = [&](std::size_t count) {
+        return outcomeOf([&](DicomImage& image, int) { image.pixels.resize(count, 1024); });
+    };
+    EXPECT_EQ(words(12), "");
+    EXPECT_EQ(words(15), "");
+    EXPECT_THAT(words(16),
+                EndsWith("expected 24 bytes of pixels, as Rows (0028,0010), Columns (0028,0011) and "
+                         "NumberOfFrames (0028,0008) say, found 32"));
+    EXPECT_THAT(words(11), HasSubstr("22 bytes (is the file truncated?)"));
+}
+
+// Of the series, the acquisition or the study, the first that is a date.
+TEST_F(DicomBounds, DatesAreEightDigits) {
+    const auto date = [&](const std::string& series, const std::string& acquisition) {
+        write([&](DicomImage& image, int) {
+            image.seriesDate = series;
+            if (!acquisition.empty())
+                image.more[0x00080022] = {"DA", acquisition};
+        });
+        std::vector<fs::path> files;
+        for (int n = 0; n < kFiveSlices; ++n)
+            files.push_back(folder / nameOf(n));
+        return scanDicom(files).series.at(0).date;
+    };
+    EXPECT_EQ(date("20240518", "20240619"), "2024-05-18");
+    EXPECT_EQ(date("2024051", "20240619"), "2024-06-19");
+    EXPECT_EQ(date("2024.5.18", "20240619"), "2024-06-19");
+    EXPECT_EQ(date("2024051x", "2024"), "2023-05-17");
+}
+
 /// The smallest type that holds what bits, sign, slope and intercept allow.
 TEST_F(DicomBounds, TypesHoldEveryValueThatHeadersAllow) {
     const auto type = [&](int bits, bool isSigned, const char* slope, const char* intercept) {

@@ -255,6 +255,31 @@ TEST(ImportNifti, OffsetsFromTheHeadersEndOn) {
     }
 }
 
+// Values stay below 1e12, whatever the type has; of more than 24 bits a float has as many.
+TEST(ImportNifti, SlopesByTheTypesLargestNumber) {
+    const auto isTaken = [](std::int16_t datatype, double slope, double intercept) {
+        NiftiImage image;
+        image.version = 2; // of doubles
+        image.datatype = datatype, image.slope = slope, image.intercept = intercept;
+        const std::string bytes = niftiBytes(image);
+        try {
+            parseNiftiHeader(std::as_bytes(std::span(bytes)), "a.nii");
+            return true;
+        } catch (const InputError&) {
+            return false;
+        }
+    };
+    for (const auto& [types, bits] : std::vector<std::pair<std::vector<std::int16_t>, int>>{
+             {{2, 256}, 8}, {{4, 512}, 16}, {{8, 768, 1024, 1280}, 24}, {{16, 64}, 0}})
+        for (const std::int16_t type : types) {
+            const double most = std::ldexp(1e12, -bits);
+            EXPECT_TRUE(isTaken(type, 0.999 * most, 0)) << type;
+            EXPECT_FALSE(isTaken(type, 1.001 * most, 0)) << type;
+            EXPECT_FALSE(isTaken(type, -1.001 * most, 0)) << type;
+            EXPECT_EQ(isTaken(type, 1e-6, 100), bits == 0) << type << ": a float tells them apart";
+        }
+}
+
 TEST(ImportNifti, UpToSevenDimensionsOfOne) {
     const ScratchFolder folder;
     const auto opened = [&](std::int16_t rank, std::vector<std::int16_t> sizes) -> std::string {

@@ -2,6 +2,7 @@
 // lie refused.
 #include "tests/support/import_test_tools.h"
 
+#include <cmath>
 #include <gmock/gmock.h>
 
 namespace tessera::test {
@@ -103,6 +104,35 @@ TEST_F(RawFile, KeysUpToTheirLastValue) {
             EXPECT_THAT(refused(), HasSubstr("12 bytes of voxels after an offset of " +
                                              std::to_string(offset) + ", as "));
         }
+    }
+}
+
+// Values stay below 1e12, whatever the type has; of more than 24 bits a float has as many.
+TEST_F(RawFile, SlopesByTheTypesLargestNumber) {
+    const auto isTaken = [&](const char* type, std::size_t bytes, double slope, double intercept) {
+        char text[96];
+        std::snprintf(text, sizeof text, R"(,"rescaleSlope":%.12g,"rescaleIntercept":%.12g)", slope,
+                      intercept);
+        writeFile(folder / "a.raw", std::string(6 * bytes, '\0'));
+        write(text, "[3,2,1]", "[1,1,1]", "\"" + std::string(type) + "\"");
+        try {
+            openSource(folder / "a.json", {});
+            return true;
+        } catch (const InputError&) {
+            return false;
+        }
+    };
+    for (const auto& [type, bytes, bits] :
+         std::vector<std::tuple<const char*, std::size_t, int>>{{"int8", 1, 8},
+                                                                {"uint16", 2, 16},
+                                                                {"int32", 4, 24},
+                                                                {"uint64", 8, 24},
+                                                                {"float32", 4, 0},
+                                                                {"float64", 8, 0}}) {
+        const double most = std::ldexp(1e12, -bits);
+        EXPECT_TRUE(isTaken(type, bytes, 0.999 * most, 0)) << type;
+        EXPECT_FALSE(isTaken(type, bytes, 1.001 * most, 0)) << type;
+        EXPECT_EQ(isTaken(type, bytes, 1e-6, 100), bits == 0) << type;
     }
 }
 

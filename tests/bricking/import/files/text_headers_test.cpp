@@ -370,6 +370,34 @@ TEST_F(TextHeaders, PatternsCountUpAndDown) {
     EXPECT_THAT(refused("s%d%d.raw 0 2 1"), HasSubstr("one %d in the pattern"));
 }
 
+// Values stay below 1e12, whatever the type has; of more than 24 bits a float has as many.
+TEST_F(TextHeaders, SlopesByTheTypesLargestNumber) {
+    const auto isTaken = [&](const char* type, std::size_t bytes, double slope, double intercept) {
+        char text[128];
+        std::snprintf(text, sizeof text,
+                      "ElementToIntensityFunctionSlope = %.12g\nElementToIntensityFunctionOffset = %.12g\n",
+                      slope, intercept);
+        try {
+            meta(kSpacingField + text, type, bytes);
+            return true;
+        } catch (const InputError&) {
+            return false;
+        }
+    };
+    for (const auto& [type, bytes, bits] :
+         std::vector<std::tuple<const char*, std::size_t, int>>{{"MET_UCHAR", 1, 8},
+                                                                {"MET_SHORT", 2, 16},
+                                                                {"MET_INT", 4, 24},
+                                                                {"MET_LONG_LONG", 8, 24},
+                                                                {"MET_FLOAT", 4, 0},
+                                                                {"MET_DOUBLE", 8, 0}}) {
+        const double most = std::ldexp(1e12, -bits);
+        EXPECT_TRUE(isTaken(type, bytes, 0.999 * most, 0)) << type;
+        EXPECT_FALSE(isTaken(type, bytes, 1.001 * most, 0)) << type;
+        EXPECT_EQ(isTaken(type, bytes, 1e-6, 100), bits == 0) << type;
+    }
+}
+
 TEST_F(TextHeaders, MetaImageFieldsUpToTheirLastValue) {
     for (const char* yes : {"True", "true", "T", "t", "1", "yes"})
         EXPECT_THAT(
