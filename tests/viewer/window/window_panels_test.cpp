@@ -163,6 +163,25 @@ TEST(WindowDrawn, EditorOfTheFunction) {
     compareWithRecord(w, "function-editor");
 }
 
+/// The editor edits opacity by value; that there is one by gradient it says.
+TEST(WindowPanels, TheEditorNamesOpacityByGradient) {
+    PanelWindow w;
+    w.rest();
+    for (const std::size_t points : {0, 1, 2}) {
+        Scene scene = w.desk.scene();
+        auto function = std::get<TransferFunction>(scene.volumes[0].transferFunction);
+        std::vector<GradientPoint> factors;
+        for (std::size_t n = 0; n < points; ++n)
+            factors.push_back({10.0 * static_cast<double>(n), 0.5});
+        function.setGradientOpacity(GradientOpacity::fromPoints(factors));
+        scene.volumes[0].transferFunction = function;
+        w.desk.setScene(scene, false);
+        w.rest();
+        EXPECT_EQ(w.shows("and gradient opacity, " + std::to_string(points) + " points"), points > 0);
+        EXPECT_EQ(w.shows("gradient opacity"), points > 0);
+    }
+}
+
 TEST(WindowDrawn, Openers) {
     HeadlessWindow w({900, 600}, {{kPanel, 0}, {568, 600}, 1});
     ScratchFolder folder;
