@@ -249,6 +249,44 @@ TEST(LabelImport, LevelsAreMajoritiesAndTiesGoToTheRarer) {
     }
 }
 
+/// Slices of more than 2^19 voxels go through the temporary file in pieces, on a grid of their own in tiles.
+TEST(LabelImport, WideSlicesArriveWhole) {
+    const glm::ivec3 extent(850, 631, 2);
+    Values values(cellCount(extent));
+    std::mt19937 random(4);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = i % 5 && i > 0 ? values[i - 1] : static_cast<std::uint32_t>(random() % 4);
+    const ReadBack back = importedCopy(extent, values);
+    std::vector<std::uint32_t> valueOf; // of a set
+    for (std::size_t set = 0; set < back.table.sets.size(); ++set)
+        valueOf.push_back(set == 0 ? 0 : *back.setOf(static_cast<double>(set)).begin());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        ASSERT_EQ(valueOf.at(static_cast<std::size_t>(back.levels[0][i])), values[i]) << i;
+}
+
+/// A volume of labels lies where its scan does; what is known of the scan's axes is known of its.
+TEST(LabelImport, TheStoreIsDescribedAsItsScan) {
+    VolumeInfo scan = scanOf({19, 18, 17});
+    scan.orientationKnown = false;
+    scan.originalOrder = {{2, 0, 1}, {true, false, true}};
+    scan.acquisition = {"CT", "B30f", 120, 1.5};
+    const ScratchFolder scratch;
+    LabelFile file = fileOf({HeldLayer(scan, blobs(scan.extentVoxels, {3, 4}, 2))});
+    const LabelImportReport report = importAtFloor(file, scan, scratch / "l.zarr");
+    const VolumeInfo info = readBack(scratch / "l.zarr").info;
+    EXPECT_EQ(info.extentVoxels, scan.extentVoxels);
+    EXPECT_EQ(info.patientFromVoxel, scan.patientFromVoxel);
+    EXPECT_FALSE(info.orientationKnown);
+    EXPECT_EQ(info.originalOrder.sourceAxis, scan.originalOrder.sourceAxis);
+    EXPECT_EQ(info.acquisition.modality, "SEG");
+    EXPECT_EQ(info.acquisition.kernel, "");
+    std::uintmax_t bytes = 0; // of the levels' shards, which are most of it
+    for (const auto& entry : fs::recursive_directory_iterator(scratch / "l.zarr"))
+        bytes += entry.is_regular_file() ? entry.file_size() : 0;
+    EXPECT_GT(report.bytesOut, 0u);
+    EXPECT_LE(report.bytesOut, bytes);
+}
+
 TEST(LabelImport, CellsCountTheirVoxels) {
     for (const glm::ivec3& extent : {glm::ivec3(8, 8, 8), glm::ivec3(19, 9, 41), glm::ivec3(1, 7, 33)}) {
         std::mt19937 random(9);
