@@ -295,6 +295,14 @@ TEST(LocalHistograms, AreThoseOfTheRecord) {
                                numbers, shares, static_cast<double>(made.bytes()),
                                static_cast<double>(localHistogramBytes(volume.store->info(), settings))});
     }
+    // of more samples than representatives are learnt from, which every second one is then
+    Volume large({113, 97, 92}, [](int x, int y, int z) { return waves(x, y, z) + x * y % 37; });
+    const LocalHistograms learnt = large.make({.radiusMm = 0.4, .bins = 12, .representatives = 30});
+    ASSERT_GT(learnt.numbers.size(), 100000u);
+    double ofShares = 0;
+    for (std::size_t i = 0; i < learnt.shares.size(); ++i)
+        ofShares += learnt.shares[i] * static_cast<double>(i % 103);
+    record.expect("learnt", {static_cast<double>(learnt.representatives()), ofShares});
     // a sample with clusters in clusters
     std::vector<VectorQuantiser::Vector> sample(6000);
     for (std::size_t n = 0; n < sample.size(); ++n)
