@@ -361,6 +361,7 @@ TEST(LightMemory, IsTheSumOfItsParts) {
     for (int level = 0; level < kLevelCount; ++level)
         chunks += cellCount(chunkGrid(kEvenExtent, level));
     EXPECT_GE(extinctions, chunks * kChunkTexels * sizeof(float)) << "fewer chunks than are kept";
+    EXPECT_LE(extinctions, chunks * (kChunkTexels * sizeof(float) + 2 * kChunkExtent * kChunkExtent));
     info.extentVoxels = glm::ivec3(2048);
     EXPECT_EQ(ChunkExtinctions::bytes(info, 5) /
                   (ChunkExtinctions::bytes(info, 5) - ChunkExtinctions::bytes(info, 4)),
@@ -487,6 +488,52 @@ TEST(SceneLight, TellsWhatAnEditChanges) {
         EXPECT_FALSE(light.mapsAreWhole());
         EXPECT_TRUE(light.makeMaps());
         EXPECT_EQ(light.shadows()[0].maps()[0].size(), 8);
+    }
+}
+
+/// Maps that are cast in parts, and whose view, levels or lights change amid that, are those of the new ones.
+TEST(SceneLight, BeginsMapsAgainWhereSomethingChanges) {
+    const Stored stored([](const glm::dvec3& p) { return p.z; }, {40, 36, 33});
+    Scene scene = stored.scene({});
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{5, 0}, {30, 0.1}}, {});
+    Light sun;
+    sun.kind = LightKind::directional;
+    sun.direction = {0.2, 0.3, 1};
+    sun.shadow = true;
+    scene.lighting.lights = {sun};
+    constexpr auto kPassed = SceneLight::Deadline::min();
+    for (int change = 0; change < 3; ++change) {
+        const auto prepared = stored.prepare(scene);
+        Planner& p = prepared->p;
+        p.view.shadowQuality.mapSize = 24;
+        SceneLight light(p, 1);
+        EXPECT_FALSE(light.makeMapsUntil(kPassed)) << "eight of 24 rows";
+        if (change == 0) {
+            p.view.camera.position = p.view.camera.focalPoint + glm::dvec3(40, -90, 70);
+            light.viewChanged();
+        } else if (change == 1) {
+            Selection coarse = p.layer().selection;
+            coarse.counts = {};
+            for (std::uint8_t& level : coarse.levels) {
+                level = level == Selection::kEmpty ? level : std::uint8_t{2};
+                ++coarse.counts[level];
+            }
+            p.setSelection(coarse);
+            light.levelsChanged();
+        } else {
+            p.view.lighting.lights[0].direction = {-1, 0, 0.1};
+            EXPECT_EQ(light.lightingChanged(), kShadowLight);
+        }
+        int rounds = 1;
+        while (!light.makeMapsUntil(kPassed) && rounds < 9)
+            ++rounds;
+        EXPECT_EQ(rounds, 3) << "from the first row on";
+        EXPECT_TRUE(light.mapsAreWhole());
+        SceneLight fresh(p, 1);
+        EXPECT_TRUE(fresh.makeMaps());
+        const float* const mine = light.shadows()[0].maps()[0].numbers();
+        const float* const its = fresh.shadows()[0].maps()[0].numbers();
+        EXPECT_TRUE(std::equal(mine, mine + 24 * 24 * 2 * DeepShadowMap::kLayers, its)) << change;
     }
 }
 
