@@ -287,6 +287,21 @@ TEST_F(DicomFolder, ValuesBeyondInt16AreClampedAndCounted) {
     EXPECT_EQ(source->info().clampedVoxels, 4u);
 }
 
+TEST_F(DicomFolder, ValuesAtTheEndsOfInt16AreNotClamped) {
+    for (int n = 0; n < 2; ++n) {
+        DicomImage image = imageAt(n, n);
+        image.intercept = n == 0 ? "1" : "-1";
+        image.pixels[3] = static_cast<std::uint16_t>(n == 0 ? 32766 : -32767);
+        write(image);
+    }
+    const auto source = open();
+    const auto values = readAll<std::int16_t>(*source);
+    const std::size_t slice = values.size() / 2;
+    EXPECT_EQ(values[3], 32767);
+    EXPECT_EQ(values[slice + 3], -32768);
+    EXPECT_EQ(source->info().clampedVoxels, 0u);
+}
+
 TEST_F(DicomFolder, DeclaredPaddingBelowAirBecomesAirAndTheRestStays) {
     for (int n = 0; n < 2; ++n) {
         DicomImage image = imageAt(n, n);
