@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
@@ -46,5 +47,22 @@ class FormulaSource : public SlabSource {
     Formula value_;
     int next_ = 0;
 };
+
+/// The physical value at a place by trilinear interpolation between voxels, written out once more; clamped
+/// beyond the outermost voxels' centres.
+/// @param at  voxels
+inline double trilinearOf(const VolumeInfo& info, const Formula& stored, const glm::dvec3& at) {
+    const glm::dvec3 x = glm::clamp(at - 0.5, glm::dvec3(0), glm::dvec3(info.extentVoxels - 1));
+    const glm::ivec3 low(glm::floor(x));
+    const glm::dvec3 f = x - glm::dvec3(low);
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 o(corner & 1, corner >> 1 & 1, corner >> 2);
+        const glm::ivec3 i = glm::min(low + o, info.extentVoxels - 1);
+        sum += (o.x ? f.x : 1 - f.x) * (o.y ? f.y : 1 - f.y) * (o.z ? f.z : 1 - f.z) *
+               stored(glm::dvec3(i) + 0.5);
+    }
+    return info.rescaleSlope * sum + info.rescaleIntercept;
+}
 
 } // namespace tessera::test

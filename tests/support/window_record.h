@@ -6,9 +6,13 @@
 #include "tests/support/folders.h"
 #include "tests/support/headless_window.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <glm/common.hpp>
+#include <glm/vec2.hpp>
 #include <gtest/gtest.h>
+#include <vector>
 
 namespace tessera::test {
 
@@ -51,6 +55,24 @@ class PictureWindow : public HeadlessWindow {
         ImGui::GetIO().*key = false;
     }
 };
+
+/// Middles of the handles of a box that is drawn, one a side.
+inline std::vector<glm::dvec2> handlesOfBox(const HeadlessWindow& w) {
+    std::vector<glm::dvec2> found;
+    for (const Drawn& d : w.drawn)
+        if (std::abs(d.right - d.left - 8) < 0.1f && std::abs(d.bottom - d.top - 8) < 0.1f)
+            found.emplace_back((d.left + d.right) / 2, (d.top + d.bottom) / 2);
+    return found;
+}
+
+/// Of a plane, by the ring around it. Fails where none is drawn.
+inline glm::dvec2 handleOfPlane(const HeadlessWindow& w) {
+    for (const Drawn& d : w.drawn)
+        if (std::abs(d.right - d.left - 20) < 1.8f && std::abs(d.bottom - d.top - 20) < 1.8f)
+            return glm::round(glm::dvec2(d.left + d.right, d.top + d.bottom) / 2.0);
+    ADD_FAILURE() << "no handle of a plane is drawn";
+    return glm::dvec2(0);
+}
 
 /// Numbers may be apart by as much as rounding makes of them, other words not.
 inline bool alike(const std::string& a, const std::string& b) {

@@ -3,7 +3,7 @@
 // wrote. Nothing may be left out without a word.
 #include "bricking/import/catalogue.h"
 #include "bricking/import/files/file_format.h"
-#include "tests/support/dicom_writer.h"
+#include "tests/support/dicom_series.h"
 #include "tests/support/import_test_tools.h"
 
 #include <fcntl.h>
@@ -24,27 +24,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr int kSlices = 5;
-
-class Folder : public ::testing::Test {
+class Folder : public DicomSeries {
   protected:
-    static DicomImage imageAt(int n, const std::string& series = "1") {
-        DicomImage image;
-        image.position = glm::dvec3(-1, 2, 2 * n);
-        image.series = series;
-        image.pixels.assign(12, static_cast<std::uint16_t>(1024 + 100 * n));
-        return image;
-    }
-    static std::string nameOf(int number) {
-        char name[32];
-        std::snprintf(name, sizeof name, "IM%04d.dcm", number);
-        return name;
-    }
-    /// IM0041.dcm to IM0045.dcm
-    void writeSeries() {
-        for (int n = 0; n < kSlices; ++n)
-            writeDicom(folder / nameOf(41 + n), imageAt(n));
-    }
     std::string refused(const SourceOptions& options = {}) {
         const std::string message = refusalOfOpening(folder.path(), options);
         for (const std::string& planted : kPlanted)
@@ -59,7 +40,6 @@ class Folder : public ::testing::Test {
         return passedOverText(catalogue, chooseRow(catalogue, {}));
     }
     std::string table() { return tableOf(lookThrough(folder.path())); }
-    ScratchFolder folder;
 };
 
 TEST_F(Folder, ASliceThatCannotBeReadStopsTheImportWhereverItIs) {

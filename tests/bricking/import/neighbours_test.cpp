@@ -2,7 +2,7 @@
 // places, names and folders, from just near enough to just too far; and the whole table of a folder of
 // several kinds.
 #include "bricking/import/catalogue.h"
-#include "tests/support/dicom_writer.h"
+#include "tests/support/dicom_series.h"
 #include "tests/support/import_test_tools.h"
 
 #include <functional>
@@ -17,37 +17,17 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr int kFiveOfThem = 5;
-
-/// A CT of five slices of 4 x 3 pixels, 2 mm apart: IM0041.dcm to IM0045.dcm.
-class Neighbours : public ::testing::Test {
+class Neighbours : public DicomSeries {
   protected:
-    static DicomImage imageAt(double n, const std::string& series = "1") {
-        DicomImage image;
-        image.position = glm::dvec3(-1, 2, 2 * n);
-        image.series = series;
-        image.pixels.assign(12, static_cast<std::uint16_t>(1024 + 100 * n));
-        return image;
-    }
-    static std::string nameOf(int number) {
-        char name[32];
-        std::snprintf(name, sizeof name, "IM%04d.dcm", number);
-        return name;
-    }
-    void writeSeries() {
-        for (int n = 0; n < kFiveOfThem; ++n)
-            writeDicom(folder / nameOf(41 + n), imageAt(n));
-    }
     /// What stops the import; "" where it opens the five slices.
     std::string stopped() {
         try {
-            EXPECT_EQ(openSource(folder.path(), {})->info().extentVoxels.z, kFiveOfThem);
+            EXPECT_EQ(openSource(folder.path(), {})->info().extentVoxels.z, kSlices);
             return "";
         } catch (const InputError& error) {
             return error.what();
         }
     }
-    ScratchFolder folder;
 };
 
 // A slice under another UID is missed where it continues the stack: at most one gap beyond its ends, within a
@@ -134,7 +114,7 @@ TEST_F(Neighbours, NumbersOfNineDigitsTellNeighbours) {
     const auto stops = [&](const char* before) {
         const ScratchFolder mixed;
         const auto path = [&](int number) { return mixed / (before + std::to_string(number)); };
-        for (int n = 0; n < kFiveOfThem; ++n) {
+        for (int n = 0; n < kSlices; ++n) {
             writeDicom(path(10000001 + n), imageAt(n));
             DicomImage other = imageAt(n, "2");
             other.modality = "MR";
@@ -158,7 +138,7 @@ TEST_F(Neighbours, NumbersOfNineDigitsTellNeighbours) {
 TEST_F(Neighbours, NamesWithoutNumbersAreAlikeByTheirEndings) {
     const auto stops = [&](const std::string& ending, const std::string& lost) {
         const ScratchFolder named;
-        for (int n = 0; n < kFiveOfThem; ++n)
+        for (int n = 0; n < kSlices; ++n)
             writeDicom(named / (std::string(1, static_cast<char>('a' + n)) + ending), imageAt(n));
         writeFile(named / lost, "no slice");
         try {

@@ -149,7 +149,6 @@ TEST(StoreStatistics, OfVersion4BoundTheWiderRanges) {
     EXPECT_TRUE(wider);
 }
 
-/// Every stored ray must be a row of the brick, sampled at the documented places at every level.
 // Statistics are a cache, and another store's are none: of equal size, they would be believed.
 TEST(StoreStatistics, OfAnotherStoreAreNotBelieved) {
     const ScratchFolder scratch;
@@ -187,6 +186,7 @@ TEST(StoreStatistics, OfLongVolumesAreReadWhole) {
     }
 }
 
+/// Every stored ray must be a row of the brick, sampled at the documented places at every level.
 TEST(RayStatistics, AreRowsOfTheBrickAtEveryLevel) {
     for (const ValueType type : {ValueType::i16, ValueType::f32}) {
         ScratchFolder scratch;

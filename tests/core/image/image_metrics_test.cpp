@@ -153,5 +153,16 @@ TEST(ImageErrors, OfATruthThatShowsNothingAreNone) {
     EXPECT_EQ(e.rmse, 0);
 }
 
+// A picture measured against a truth that shows nothing: no error, no pixel, and as alike as can be.
+TEST(ImageErrors, AgainstNothing) {
+    const Image empty(glm::ivec2(7, 5));
+    const ImageError error = measureError(empty, empty);
+    EXPECT_EQ(error.maskedPixels + error.nanCount, 0u);
+    EXPECT_EQ(error.rmse + error.bias + error.maxAbs + error.p999 + error.fracAbove1Of255 + error.luvMean +
+                  error.luvP99,
+              0);
+    EXPECT_EQ(error.ssim, 1);
+}
+
 } // namespace
 } // namespace tessera

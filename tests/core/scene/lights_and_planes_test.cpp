@@ -227,5 +227,10 @@ TEST(Cuts, BoundsAreMetExactly) {
     checkScissors(scissors, "f");
 }
 
+TEST(GreyWindows, ReachHalfTheirWidthToEitherSide) {
+    EXPECT_EQ((GreyWindow{40, 300}).low(), -110);
+    EXPECT_EQ((GreyWindow{40, 300}).high(), 190);
+}
+
 } // namespace
 } // namespace tessera

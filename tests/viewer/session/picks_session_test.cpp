@@ -31,21 +31,6 @@ VolumeInfo sheared() {
     return info;
 }
 
-/// Physical value by trilinear interpolation, clamped beyond the outermost voxels' centres.
-double valueAt(const VolumeInfo& info, const glm::dvec3& voxel) {
-    const glm::dvec3 at = glm::clamp(voxel - 0.5, glm::dvec3(0), glm::dvec3(info.extentVoxels - 1));
-    const glm::ivec3 low(glm::floor(at));
-    const glm::dvec3 f = at - glm::dvec3(low);
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::ivec3 o(corner & 1, corner >> 1 & 1, corner >> 2);
-        const glm::ivec3 i = glm::min(low + o, info.extentVoxels - 1);
-        sum += (o.x ? f.x : 1 - f.x) * (o.y ? f.y : 1 - f.y) * (o.z ? f.z : 1 - f.z) *
-               formula(glm::dvec3(i) + 0.5);
-    }
-    return info.rescaleSlope * sum + info.rescaleIntercept;
-}
-
 class Picks : public ::testing::Test {
   protected:
     Picks() {
@@ -96,7 +81,7 @@ class Picks : public ::testing::Test {
             const std::vector<glm::dvec3> voxels = along(place);
             std::vector<double> values;
             for (const glm::dvec3& voxel : voxels)
-                values.push_back(valueAt(info_, voxel));
+                values.push_back(trilinearOf(info_, formula, voxel));
             const std::size_t found = values.empty() ? 0 : find(values);
             const PickedPlace picked = at(place);
             ASSERT_EQ(picked.hit, found < values.size()) << place.x << " " << place.y;
@@ -104,7 +89,7 @@ class Picks : public ::testing::Test {
                 continue;
             EXPECT_LT(glm::length(picked.voxel - voxels[found]), tolerance)
                 << place.x << " " << place.y << ": " << picked.voxel.z << ", expected " << voxels[found].z;
-            EXPECT_NEAR(picked.value, valueAt(info_, picked.voxel), 0.01);
+            EXPECT_NEAR(picked.value, trilinearOf(info_, formula, picked.voxel), 0.01);
             EXPECT_LT(
                 glm::length(picked.mm - glm::dvec3(info_.patientFromVoxel * glm::dvec4(picked.voxel, 1))),
                 1e-9);

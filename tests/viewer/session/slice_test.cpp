@@ -28,7 +28,9 @@ namespace {
 using namespace std::chrono_literals;
 
 /// Noise, so that a wrong neighbour shows. Of a voxel.
-double noise(int x, int y, int z) {
+/// One value a voxel.
+double noiseAt(const glm::dvec3& p) {
+    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y), z = static_cast<int>(p.z);
     std::uint32_t h = static_cast<std::uint32_t>(x * 73856093) ^ static_cast<std::uint32_t>(y * 19349663) ^
                       static_cast<std::uint32_t>(z * 83492791);
     h = (h ^ h >> 13) * 1274126177u;
@@ -49,9 +51,7 @@ VolumeInfo sheared() {
 struct Volume {
     explicit Volume(const VolumeInfo& info) : store(make(info), ram) {}
     std::filesystem::path make(const VolumeInfo& info) {
-        FormulaSource source(info, [](const glm::dvec3& p) {
-            return noise(static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z));
-        });
+        FormulaSource source(info, noiseAt);
         importToStore(source, folder / "v.zarr", ram, {});
         return folder / "v.zarr";
     }
@@ -59,20 +59,6 @@ struct Volume {
     MemoryBudget ram{"RAM", "--ram", std::size_t{256} << 20};
     StoreReader store;
 };
-
-/// Trilinear interpolation of the formula's voxels; clamped beyond the outermost.
-double truth(const VolumeInfo& info, const glm::dvec3& voxel) {
-    const glm::dvec3 at = glm::clamp(voxel - 0.5, glm::dvec3(0), glm::dvec3(info.extentVoxels - 1));
-    const glm::ivec3 low(glm::floor(at));
-    const glm::dvec3 f = at - glm::dvec3(low);
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::ivec3 o(corner & 1, corner >> 1 & 1, corner >> 2);
-        const glm::ivec3 i = glm::min(low + o, info.extentVoxels - 1);
-        sum += (o.x ? f.x : 1 - f.x) * (o.y ? f.y : 1 - f.y) * (o.z ? f.z : 1 - f.z) * noise(i.x, i.y, i.z);
-    }
-    return info.rescaleSlope * sum + info.rescaleIntercept;
-}
 
 TEST(SlicePlanes, LieAsRadiologyHasThem) {
     const VolumeInfo info = sheared();
@@ -155,7 +141,7 @@ TEST(SlicePlanes, AreTrilinearInterpolationOfTheVoxels) {
                                 glm::all(glm::lessThanEqual(voxel, glm::dvec3(info.extentVoxels)));
                 ASSERT_EQ(!std::isnan(value), in) << x << " " << y;
                 if (in) {
-                    ASSERT_NEAR(value, truth(info, voxel), 1e-5 * 1000) << x << " " << y;
+                    ASSERT_NEAR(value, trilinearOf(info, noiseAt, voxel), 1e-5 * 1000) << x << " " << y;
                     ++inside;
                 }
             }
@@ -213,7 +199,7 @@ TEST(SliceThread, ComesToTheLastWish) {
     EXPECT_GT(news, 0);
     EXPECT_TRUE(shown->planes[1].display.empty()) << "not wanted";
     EXPECT_EQ(shown->planes[0].display.size(), 90u * 80);
-    EXPECT_NEAR(shown->value, truth(info, {39.5, 22, 59}), 1e-9);
+    EXPECT_NEAR(shown->value, trilinearOf(info, noiseAt, {39.5, 22, 59}), 1e-9);
     const SliceFrame frame = sliceFrame(info, Orientation::sagittal, wish.placeMm, wish.sizes[2]);
     BrickCache cache(volume.store, volume.ram, std::size_t{16} << 20, 2);
     EXPECT_EQ(shown->planes[2].display,

@@ -125,13 +125,7 @@ TEST(WindowDrawn, ToolsAndCutsOnThePicture) {
     clear.cuts = {}, clear.measurements = {};
     w.desk.setScene(clear, false);
     w.step("box", [&] { w.cuts.toggleBox(w.desk); });
-    const auto handles = [&] {
-        std::vector<glm::dvec2> found;
-        for (const Drawn& d : w.drawn)
-            if (std::abs(d.right - d.left - 8) < 0.1f && std::abs(d.bottom - d.top - 8) < 0.1f)
-                found.emplace_back((d.left + d.right) / 2, (d.top + d.bottom) / 2);
-        return found;
-    };
+    const auto handles = [&] { return handlesOfBox(w); };
     ASSERT_EQ(handles().size(), 6u);
     for (std::size_t n = 0; n < 6; ++n)
         w.step("side " + std::to_string(n), [&] {
@@ -141,13 +135,7 @@ TEST(WindowDrawn, ToolsAndCutsOnThePicture) {
     w.step("beside the handles", [&] { w.drag(handles()[0] + glm::dvec2(0, 11), handles()[0] + 40.0); });
     w.step("no box", [&] { w.cuts.toggleBox(w.desk); });
     w.step("plane", [&] { w.cuts.addPlane(w.desk); });
-    const auto plane = [&] { // the ring around its handle
-        for (const Drawn& d : w.drawn)
-            if (std::abs(d.right - d.left - 20) < 1.8f && std::abs(d.bottom - d.top - 20) < 1.8f)
-                return glm::round(glm::dvec2(d.left + d.right, d.top + d.bottom) / 2.0);
-        ADD_FAILURE() << "no handle of a plane is drawn";
-        return glm::dvec2(0);
-    };
+    const auto plane = [&] { return handleOfPlane(w); };
     w.step("plane is pushed", [&] { w.drag(plane(), plane() + glm::dvec2(10, 30)); });
     w.step("from the side", [&] { w.desk.setCamera(seenFrom(w.desk.camera(), View::left), false); });
     w.step("plane is pushed along", [&] { w.drag(plane(), plane() + glm::dvec2(-15, 30)); });
