@@ -6,6 +6,7 @@
 #include "core/base/files.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
+#include "core/base/threads.h"
 #include "core/image/colour.h"
 #include "core/image/image.h"
 #include "core/image/picture_codecs.h"
@@ -30,17 +31,20 @@ template <typename Integer> PictureFile<Integer> encode(const Image& image, cons
         return static_cast<Integer>(x > 0 ? std::lround(std::min(x, 1.0) * kMax) : 0);
     };
     PictureFile<Integer> file{image.size, isOpaque(image) ? 3 : 4, {}, manifest};
-    std::vector<Integer>& out = file.samples;
-    out.reserve(image.pixels.size() * static_cast<std::size_t>(file.channels));
-    for (const glm::vec4& p : image.pixels) {
-        const double a = std::min(static_cast<double>(p.a), 1.0);
-        for (int c = 0; c < 3; ++c) {
-            const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
-            out.push_back(quantise(srgbFromLinear(std::isnan(straight) ? 0.0 : straight)));
+    const auto channels = static_cast<std::size_t>(file.channels), width = static_cast<std::size_t>(image.size.x);
+    file.samples.resize(image.pixels.size() * channels);
+    parallelFor(static_cast<std::size_t>(image.size.y), 0, [&](std::size_t row) {
+        Integer* out = file.samples.data() + row * width * channels;
+        for (const glm::vec4& p : std::span(image.pixels).subspan(row * width, width)) {
+            const double a = std::min(static_cast<double>(p.a), 1.0);
+            for (int c = 0; c < 3; ++c) {
+                const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
+                *out++ = quantise(srgbFromLinear(std::isnan(straight) ? 0.0 : straight));
+            }
+            if (channels == 4)
+                *out++ = quantise(a);
         }
-        if (file.channels == 4)
-            out.push_back(quantise(a));
-    }
+    });
     return file;
 }
 

@@ -2,6 +2,7 @@
 #include "render/pixels/area_picture.h"
 
 #include "core/base/error.h"
+#include "core/base/threads.h"
 #include "render/pixels/pixel_places.h"
 
 #include <algorithm>
@@ -54,6 +55,7 @@ void AreaPicture::goOn(const PixelGoal& goal) {
     first_ = 0;
     pixels_.clear();
     upTo_.clear();
+    needs_.clear();
 }
 
 void AreaPicture::goOnFrom(int samples, const std::function<void(std::span<PixelSums*>)>& sums) {
@@ -122,6 +124,8 @@ void AreaPicture::beginRound() {
     if (++round_; isQuiet())
         round_ = rounds();
     first_ = 0;
+    if (!needs_.empty() && round_ < rounds())
+        updateNeeds(sums_, goal_.target, pixels_, threads_, needs_);
     pixels_.clear();
     upTo_.clear();
     if (round_ == rounds())
@@ -169,13 +173,12 @@ void AreaPicture::chooseNeedy() {
         std::uint32_t pixel;
         bool operator<(const Needy& o) const { return gain > o.gain || (gain == o.gain && pixel < o.pixel); }
     };
+    if (needs_.empty())
+        needs_ = sampleNeeds(sums_, goal_.target, threads_);
     std::vector<Needy> needy;
-    {
-        const std::vector<float> needs = sampleNeeds(sums_, goal_.target, threads_);
-        for (std::uint32_t i = 0; i < needs.size(); ++i)
-            if (needs[i] > 1 && sums_.samples(i) < goal_.most)
-                needy.push_back({needs[i] * needs[i] / static_cast<float>(cost(i)), i});
-    }
+    for (std::uint32_t i = 0; i < needs_.size(); ++i)
+        if (needs_[i] > 1 && sums_.samples(i) < goal_.most)
+            needy.push_back({needs_[i] * needs_[i] / static_cast<float>(cost(i)), i});
     std::size_t room = left_ > budget_ / kLittle ? left_ / 2 : left_;
     const std::size_t most = std::min(needy.size(), room / static_cast<std::size_t>(nextSamples(0)));
     const auto end = needy.begin() + static_cast<std::ptrdiff_t>(most);
@@ -195,20 +198,37 @@ void AreaPicture::chooseNeedy() {
     });
 }
 
-/// Calls visit(pixel, set, first, count) for the samples of the current array, in order: missing samples of
-/// its pixels, as far as they fit.
-template <typename Visit> void AreaPicture::forEachRun(const Visit& visit) const {
-    auto room = static_cast<int>(std::min<std::size_t>(mostRays(sums_.size()), 1 << 30));
-    for (std::size_t n = first_; n < pixels_.size() && room > 0; ++n)
+/// Calls visit(pixel, set, first, count, ray) for the samples of a part of the current array, in order:
+/// missing samples of its pixels, as far as they fit. Returns the ray behind them.
+template <typename Visit> std::size_t AreaPicture::forEachRun(const Part& part, const Visit& visit) const {
+    const std::size_t most = mostRays(sums_.size());
+    std::size_t ray = part.firstRay;
+    for (std::size_t n = part.first; n < part.end && ray < most; ++n)
         for (int set = 0; set < 2; ++set) {
             const int has = sums_.samplesOf(pixels_[n], set);
             // Of one net at a time (pixel_places.h).
-            const int count =
-                std::min({room, partOf(upTo_[n] + 1, set) - has, kMostInSet - has % kMostInSet});
-            if (count > 0)
-                visit(pixels_[n], set, has, count);
-            room -= std::max(0, count);
+            const int count = std::min(
+                {static_cast<int>(std::min<std::size_t>(most - ray, static_cast<std::size_t>(kMostInSet))),
+                 partOf(upTo_[n] + 1, set) - has, kMostInSet - has % kMostInSet});
+            if (count <= 0)
+                continue;
+            visit(pixels_[n], set, has, count, ray);
+            ray += static_cast<std::size_t>(count);
         }
+    return ray;
+}
+
+/// Fills parts_. Returns the number of the array's rays.
+std::size_t AreaPicture::divide() {
+    constexpr std::size_t kPixelsOfPart = 256;
+    parts_.clear();
+    std::size_t rays = 0;
+    const std::size_t most = mostRays(sums_.size());
+    for (std::size_t n = first_; n < pixels_.size() && rays < most; n += kPixelsOfPart) {
+        parts_.push_back({n, std::min(n + kPixelsOfPart, pixels_.size()), rays});
+        rays = forEachRun(parts_.back(), [](std::uint32_t, int, int, int, std::size_t) {});
+    }
+    return rays;
 }
 
 std::optional<Rays> AreaPicture::next() {
@@ -220,31 +240,32 @@ std::optional<Rays> AreaPicture::next() {
     while (first_ == pixels_.size() && round_ < rounds())
         beginRound();
     if (first_ == pixels_.size()) { // later pixels that are drawn again use this memory
-        array_ = {}, numbers_ = {}, pixels_ = {}, upTo_ = {};
+        array_ = {}, numbers_ = {}, pixels_ = {}, upTo_ = {}, needs_ = {}, parts_ = {};
         first_ = 0;
         return std::nullopt;
     }
-    std::size_t rays = 0;
-    forEachRun([&](std::uint32_t, int, int, int count) { rays += static_cast<std::size_t>(count); });
+    const std::size_t rays = divide();
     ofArray_ = rays;
     arraySize_ = rayArraySize(rays);
     array_.resize(rayCount(arraySize_));
     if (picture_.paths)
         numbers_.assign(array_.size(), 0);
-    glm::vec2 places[kMostInSet];
-    std::size_t k = 0;
-    forEachRun([&](std::uint32_t pixel, int set, int first, int count) {
-        const std::span mine = std::span(places).first(static_cast<std::size_t>(count));
-        places_.put(placeOf(pixel, sums_.size()), static_cast<std::uint32_t>(set), first, mine);
-        auto number = static_cast<std::uint32_t>(2 * first + set); // Rays::numbers
-        for (const glm::vec2& place : mine) {
-            const std::size_t slot = raySlot(k++, arraySize_);
-            array_[slot] = place;
-            if (picture_.paths)
-                numbers_[slot] = number;
-            number += 2;
-        }
+    parallelFor(parts_.size(), threads_, [&](std::size_t part) {
+        glm::vec2 places[kMostInSet];
+        forEachRun(parts_[part], [&](std::uint32_t pixel, int set, int first, int count, std::size_t ray) {
+            const std::span mine = std::span(places).first(static_cast<std::size_t>(count));
+            places_.put(placeOf(pixel, sums_.size()), static_cast<std::uint32_t>(set), first, mine);
+            auto number = static_cast<std::uint32_t>(2 * first + set); // Rays::numbers
+            for (const glm::vec2& place : mine) {
+                const std::size_t slot = raySlot(ray++, arraySize_);
+                array_[slot] = place;
+                if (picture_.paths)
+                    numbers_[slot] = number;
+                number += 2;
+            }
+        });
     });
+    std::size_t k = rays;
     for (const glm::vec2 last = array_[raySlot(rays - 1, arraySize_)]; k < array_.size(); ++k)
         array_[raySlot(k, arraySize_)] = last; // unused; results there are dropped
     drawing_ = true;
@@ -266,37 +287,43 @@ void AreaPicture::add(const Image& drawn, std::span<const Image> others) {
     drawing_ = false;
     if (array_.empty()) {
         TESSERA_CHECK(drawn.size == sums_.size());
-        for (std::size_t i = 0; i < sums_.count(); ++i)
-            sums_.setMiddle(i, drawn.pixels[i]);
-        for (std::size_t n = 0; n < others.size(); ++n)
-            for (std::size_t i = 0; i < sums_.count(); ++i)
-                others_[n].setMiddle(i, others[n].pixels[i]);
+        const auto width = static_cast<std::size_t>(sums_.size().x);
+        parallelFor(static_cast<std::size_t>(sums_.size().y), threads_, [&](std::size_t row) {
+            for (std::size_t i = row * width; i < (row + 1) * width; ++i) {
+                sums_.setMiddle(i, drawn.pixels[i]);
+                for (std::size_t n = 0; n < others.size(); ++n)
+                    others_[n].setMiddle(i, others[n].pixels[i]);
+            }
+        });
         taken_ = sums_.count();
         return;
     }
     TESSERA_CHECK(drawn.size == arraySize_);
-    std::size_t k = 0;
-    forEachRun([&](std::uint32_t pixel, int set, int has, int count) {
-        const auto sumOf = [&](const Image& of) {
-            if (2 * has >= PixelSums::kManySamples) {
-                glm::dvec4 sum(0);
-                for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-                    sum += glm::dvec4(of.pixels[raySlot(k + i, arraySize_)]);
-                return sum;
-            }
-            glm::vec4 sum(0);
-            for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-                sum += of.pixels[raySlot(k + i, arraySize_)];
-            return glm::dvec4(sum);
-        };
-        sums_.add(pixel, set, sumOf(drawn), count);
-        for (std::size_t n = 0; n < others.size(); ++n)
-            others_[n].add(pixel, set, sumOf(others[n]), count);
-        k += static_cast<std::size_t>(count);
+    parallelFor(parts_.size(), threads_, [&](std::size_t part) {
+        forEachRun(parts_[part], [&](std::uint32_t pixel, int set, int has, int count, std::size_t ray) {
+            const auto sumOf = [&](const Image& of) {
+                const auto colour = [&](int i) {
+                    return of.pixels[raySlot(ray + static_cast<std::size_t>(i), arraySize_)];
+                };
+                if (2 * has >= PixelSums::kManySamples) {
+                    glm::dvec4 sum(0);
+                    for (int i = 0; i < count; ++i)
+                        sum += glm::dvec4(colour(i));
+                    return sum;
+                }
+                glm::vec4 sum(0);
+                for (int i = 0; i < count; ++i)
+                    sum += colour(i);
+                return glm::dvec4(sum);
+            };
+            sums_.add(pixel, set, sumOf(drawn), count);
+            for (std::size_t n = 0; n < others.size(); ++n)
+                others_[n].add(pixel, set, sumOf(others[n]), count);
+        });
     });
     while (first_ < pixels_.size() && sums_.samples(pixels_[first_]) > upTo_[first_])
         ++first_;
-    taken_ += k;
+    taken_ += ofArray_;
     array_.clear();
 }
 

@@ -102,7 +102,11 @@ class AreaPicture {
     int samplesAfter(int round) const;
     int rounds() const;
     bool isQuiet();
-    template <typename Visit> void forEachRun(const Visit& visit) const;
+    struct Part { // of an array: pixels of pixels_, and their first ray
+        std::size_t first, end, firstRay;
+    };
+    std::size_t divide();
+    template <typename Visit> std::size_t forEachRun(const Part& part, const Visit& visit) const;
 
     Rays picture_;
     PixelSampling sampling_;
@@ -116,6 +120,8 @@ class AreaPicture {
     int round_ = -1;
     std::vector<std::uint32_t> pixels_; // of this round
     std::vector<std::uint16_t> upTo_;   // samples of each pixel after it, less one
+    std::vector<float> needs_;          // of all pixels before this round; none: not estimated yet
+    std::vector<Part> parts_;           // of the array at hand
     std::size_t first_ = 0;             // index of a pixel that lacks samples
     std::optional<double> phasedStep_;
     std::size_t ofOverlooked_ = 0;        // rays

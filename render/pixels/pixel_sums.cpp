@@ -157,13 +157,13 @@ double lightnessSlope(double light) {
 /// Variance of a ray through a pixel's centre, all components together: of the 3x3 neighbourhood about a
 /// plane through it. Pixels at the picture's edge use the nearest nine; a picture of fewer than three rows or
 /// columns repeats its last.
-double varianceAround(const Image& means, const glm::ivec2& at) {
-    const glm::ivec2 last = means.size - 1;
+double varianceAround(const PixelSums& sums, const glm::ivec2& at) {
+    const glm::ivec2 last = sums.size() - 1;
     const glm::ivec2 middle = glm::clamp(at, glm::ivec2(1), glm::max(glm::ivec2(1), last - 1));
     glm::vec4 c[9];
     for (int k = 0; k < 9; ++k) {
         const glm::ivec2 near = glm::min(middle + glm::ivec2(k % 3 - 1, k / 3 - 1), last);
-        c[k] = means.at(near.x, near.y);
+        c[k] = sums.mean(indexOf(near, sums.size()));
     }
     const glm::vec4 mean = (c[0] + c[1] + c[2] + c[3] + c[4] + c[5] + c[6] + c[7] + c[8]) / 9.0f;
     const glm::vec4 right = (c[2] + c[5] + c[8] - c[0] - c[3] - c[6]) / 6.0f;
@@ -177,32 +177,57 @@ double varianceAround(const Image& means, const glm::ivec2& at) {
     return static_cast<double>(scatter) / (9 - 3);
 }
 
+float needOf(const PixelSums& sums, const glm::ivec2& at, const PixelTarget& target) {
+    const std::size_t i = indexOf(at, sums.size());
+    const double variance = sums.hasBothSets(i) ? varianceOfSets(sums, at) : varianceAround(sums, at);
+    if (!(variance > 0))
+        return 0;
+    const double off = std::sqrt(variance / 4); // a component's
+    const glm::vec4 mean = sums.mean(i);
+    const double light =
+        std::clamp(0.2126 * static_cast<double>(mean.r) + 0.7152 * static_cast<double>(mean.g) +
+                       0.0722 * static_cast<double>(mean.b),
+                   0.0, 1.0);
+    return static_cast<float>(
+        std::max(off / target.linear, off * lightnessSlope(light + off) / target.lightness));
+}
+
+/// @param isStale  by pixel: whether its need is computed
+template <typename IsStale>
+void setNeeds(const PixelSums& sums, const PixelTarget& target, int threads, std::vector<float>& needs,
+              const IsStale& isStale) {
+    const glm::ivec2 size = sums.size();
+    parallelFor(static_cast<std::size_t>(size.y), threads, [&](std::size_t row) {
+        for (int x = 0; x < size.x; ++x) {
+            const glm::ivec2 at(x, static_cast<int>(row));
+            if (const std::size_t i = indexOf(at, size); isStale(i))
+                needs[i] = needOf(sums, at, target);
+        }
+    });
+}
+
 } // namespace
 
 std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads) {
-    const Image means = sums.image();
-    const glm::ivec2 size = means.size;
     std::vector<float> needs(sums.count());
-    parallelFor(static_cast<std::size_t>(size.y), threads, [&](std::size_t row) {
-        const auto y = static_cast<int>(row);
-        for (int x = 0; x < size.x; ++x) {
-            const glm::ivec2 at(x, y);
-            const std::size_t i = indexOf(at, size);
-            const double variance =
-                sums.hasBothSets(i) ? varianceOfSets(sums, at) : varianceAround(means, at);
-            if (!(variance > 0))
-                continue;
-            const double off = std::sqrt(variance / 4); // a component's
-            const glm::vec4& mean = means.pixels[i];
-            const double light =
-                std::clamp(0.2126 * static_cast<double>(mean.r) + 0.7152 * static_cast<double>(mean.g) +
-                               0.0722 * static_cast<double>(mean.b),
-                           0.0, 1.0);
-            needs[i] = static_cast<float>(
-                std::max(off / target.linear, off * lightnessSlope(light + off) / target.lightness));
-        }
-    });
+    setNeeds(sums, target, threads, needs, [](std::size_t) { return true; });
     return needs;
+}
+
+void updateNeeds(const PixelSums& sums, const PixelTarget& target, std::span<const std::uint32_t> sampled,
+                 int threads, std::vector<float>& needs) {
+    constexpr int kReach = 2; // of the nearest nine at the picture's edge
+    const glm::ivec2 size = sums.size();
+    std::vector<std::uint8_t> stale(needs.size(), 0);
+    for (const std::uint32_t pixel : sampled) {
+        const auto width = static_cast<std::uint32_t>(size.x);
+        const glm::ivec2 at(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
+        const glm::ivec2 low = glm::max(at - kReach, glm::ivec2(0)), high = glm::min(at + kReach, size - 1);
+        for (int y = low.y; y <= high.y; ++y)
+            std::fill_n(stale.begin() + static_cast<std::ptrdiff_t>(indexOf({low.x, y}, size)),
+                        high.x - low.x + 1, std::uint8_t{1});
+    }
+    setNeeds(sums, target, threads, needs, [&](std::size_t i) { return stale[i] != 0; });
 }
 
 } // namespace tessera

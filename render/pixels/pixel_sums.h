@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -93,5 +94,8 @@ struct PixelTarget {
 /// the error for smooth light, and is about the error at edges. Neighbours with sets count too, because small
 /// structures can miss many centres.
 std::vector<float> sampleNeeds(const PixelSums& sums, const PixelTarget& target, int threads = 0);
+/// Brings needs up to date: these pixels have other samples than when needs were estimated.
+void updateNeeds(const PixelSums& sums, const PixelTarget& target, std::span<const std::uint32_t> sampled,
+                 int threads, std::vector<float>& needs);
 
 } // namespace tessera

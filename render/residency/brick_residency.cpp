@@ -16,17 +16,23 @@
 namespace tessera {
 namespace {
 
-/// Visits chunks in batches that the cache can pin while others are decoded, until visit returns false.
+/// Chunks whose bricks are put together, by several threads.
+constexpr std::size_t kChunksAtOnce = 16;
+
+/// Visits some chunks at once, in batches that the cache can pin while others are decoded, until visit returns
+/// false.
 template <typename Visit>
-void forEachChunk(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
+void forEachChunks(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
     const std::size_t batch = std::max<std::size_t>(1, cache.pinnableChunks() / 2);
     for (std::size_t first = 0; first < keys.size(); first += batch) {
         const std::size_t count = std::min(batch, keys.size() - first);
         auto futures = cache.request(std::span(keys).subspan(first, count));
-        for (std::size_t i = 0; i < count; ++i) {
-            if (!visit(keys[first + i], *futures[i].get()))
+        for (std::size_t i = 0; i < count; i += kChunksAtOnce) {
+            std::vector<ChunkPointer> chunks; // pinned until they are put
+            for (std::size_t k = i; k < std::min(i + kChunksAtOnce, count); ++k)
+                chunks.push_back(std::exchange(futures[k], {}).get());
+            if (!visit(std::span(keys).subspan(first + i, chunks.size()), chunks))
                 return;
-            futures[i] = {}; // unpin
         }
     }
 }
@@ -153,10 +159,14 @@ bool BrickResidency::loadBricks(std::vector<std::size_t> bricks, BrickCache& cac
             keys.push_back(mine);
     std::size_t next = 0;
     bool room = true;
-    forEachChunk(cache, keys, [&](const ChunkKey& chunkKey, const Chunk& chunk) {
+    std::vector<BrickInSlot> placed;
+    forEachChunks(cache, keys, [&](std::span<const ChunkKey> some, std::span<const ChunkPointer> chunks) {
         checkInterrupted();
-        for (; room && next < bricks.size() && key(bricks[next]) == chunkKey; ++next)
-            room = put(bricks[next], chunk, work);
+        placed.clear();
+        for (std::size_t n = 0; n < some.size(); ++n)
+            for (; room && next < bricks.size() && key(bricks[next]) == some[n]; ++next)
+                room = take(bricks[next], *chunks[n], placed);
+        put(placed, work);
         return room;
     });
     finish();
@@ -172,10 +182,12 @@ std::size_t BrickResidency::place(std::span<const BrickToPlace> bricks, Work& wo
         const std::uint8_t level = levels_[b.brick];
         const bool resident = isResident(b.brick);
         levels_[b.brick] = static_cast<std::uint8_t>(b.level);
-        if (!put(b.brick, *b.chunk, work)) {
+        std::vector<BrickInSlot> one;
+        if (!take(b.brick, *b.chunk, one)) {
             levels_[b.brick] = level;
             break;
         }
+        put(one, work);
         if (resident)
             allocator_.release(decoded(entry, level));
     }
@@ -220,18 +232,23 @@ std::vector<std::size_t> BrickResidency::bricksOfSparsestPage() const {
     return bricks;
 }
 
-bool BrickResidency::put(std::size_t brick, const Chunk& chunk, Work& work) {
+/// Gives a brick a slot. False if none is left.
+bool BrickResidency::take(std::size_t brick, const Chunk& chunk, std::vector<BrickInSlot>& placed) {
     const int level = levels_[brick], edge = kBrickExtent >> level;
     const auto slot = allocator_.allocate(level);
     if (!slot)
         return false;
     const glm::ivec3 inChunk = (gridPosition(brick, bricks_) & ((1 << level) - 1)) * edge;
-    for (Plane* plane : planes_)
-        plane->put(*slot, {chunk, inChunk, edge, brick}, work);
+    placed.push_back({*slot, {chunk, inChunk, edge, brick}});
     const glm::uvec3 page(slot->page), place(slot->slot);
     entries_[brick] = {page.x | page.y << 10 | page.z << 20, place.x | place.y << 5 | place.z << 10};
-    ++work.bricksUploaded;
     return true;
+}
+
+void BrickResidency::put(std::span<const BrickInSlot> placed, Work& work) {
+    for (Plane* plane : planes_)
+        plane->putAll(placed, work);
+    work.bricksUploaded += placed.size();
 }
 
 } // namespace tessera

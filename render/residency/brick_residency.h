@@ -70,7 +70,8 @@ class BrickResidency {
     void evict(std::size_t brick);
     /// False if there is no room; bricks loaded so far stay.
     bool loadBricks(std::vector<std::size_t> bricks, BrickCache& cache, Work& work);
-    bool put(std::size_t brick, const Chunk& chunk, Work& work);
+    bool take(std::size_t brick, const Chunk& chunk, std::vector<BrickInSlot>& placed);
+    void put(std::span<const BrickInSlot> placed, Work& work);
     void finish();
 
     glm::ivec3 bricks_, box_; // box_: pages

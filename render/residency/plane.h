@@ -24,11 +24,21 @@ struct BrickSamples {
     std::size_t brick = 0; // number in the brick grid
 };
 
+struct BrickInSlot {
+    AtlasSlot slot;
+    BrickSamples samples;
+};
+
 class Plane {
   public:
     virtual ~Plane() = default;
     /// Puts a brick's data into its slot. Counts the effort in work.
     virtual void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) = 0;
+    /// The same for several bricks, in different slots.
+    virtual void putAll(std::span<const BrickInSlot> bricks, Work& work) {
+        for (const BrickInSlot& b : bricks)
+            put(b.slot, b.samples, work);
+    }
     /// True if several threads may put bricks at once, into different slots.
     virtual bool takesManyAtOnce() const { return false; }
     /// No more bricks come for a while: releases temporary memory.

@@ -136,6 +136,16 @@ void HostPlane::put(const AtlasSlot& slot, const BrickSamples& samples, Work& wo
                           static_cast<std::size_t>(samples.edge) * sampleBytes(kind_);
 }
 
+void HostPlane::putAll(std::span<const BrickInSlot> bricks, Work& work) {
+    std::atomic<std::size_t> bytes{0};
+    parallelFor(bricks.size(), threads_, [&](std::size_t n) {
+        Work own;
+        put(bricks[n].slot, bricks[n].samples, own);
+        bytes.fetch_add(own.bytesUploaded, std::memory_order_relaxed);
+    });
+    work.bytesUploaded += bytes;
+}
+
 void HostPlane::publish(std::span<const BrickEntry> entries) {
     settled_ = false;
     std::copy(entries.begin(), entries.end(), entries_.begin());

@@ -36,6 +36,8 @@ class HostPlane : public Plane {
               const TextureLimits& limits, int threads, MemoryBudget& memory);
 
     void put(const AtlasSlot& slot, const BrickSamples& samples, Work& work) override;
+    /// By several threads.
+    void putAll(std::span<const BrickInSlot> bricks, Work& work) override;
     bool takesManyAtOnce() const override { return true; }
     void publish(std::span<const BrickEntry> entries) override;
     /// Levels are others.
