@@ -2,6 +2,7 @@
 #include "tests/bench/engine_peer.h"
 
 #include "core/base/error.h"
+#include "render/backends/engine_maker.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"
 
@@ -12,24 +13,13 @@ namespace {
 
 constexpr std::size_t kBudgetBytes = std::size_t{6} << 30; // wide: no benchmark is about budgets
 
-EngineKind parseEngine(const std::string& text, const std::string& option) {
-    std::string known;
-    for (int i = 0; std::string(name(static_cast<EngineKind>(i))) != "?"; ++i) {
-        const auto kind = static_cast<EngineKind>(i);
-        if (text == name(kind))
-            return kind;
-        known += std::string(i ? ", " : "") + name(kind);
-    }
-    throw InputError(option + ": expected one of " + known + ", found \"" + text + "\"");
-}
-
 } // namespace
 
 std::vector<EngineKind> parseEngines(const std::string& text, const std::string& option) {
     std::vector<EngineKind> kinds;
     std::istringstream parts(text);
     for (std::string part; std::getline(parts, part, ',');)
-        kinds.push_back(parseEngine(part, option));
+        kinds.push_back(engineNamed(part, option, false));
     return kinds;
 }
 

@@ -169,10 +169,9 @@ PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const F
 /// All engines of the program but those that show what is right; automatic is one of the others.
 std::string contendingEngines() {
     std::string out;
-    for (int i = 0; std::string(name(static_cast<EngineKind>(i))) != "?"; ++i)
-        if (const auto kind = static_cast<EngineKind>(i);
-            kind != EngineKind::automatic && kind != EngineKind::mirror && kind != EngineKind::reference)
-            out += (out.empty() ? "" : ",") + std::string(name(kind));
+    for (const EngineTraits& traits : engineTraits())
+        if (traits.kind != EngineKind::mirror && traits.kind != EngineKind::reference)
+            out += (out.empty() ? "" : ",") + traits.name;
     return out;
 }
 
