@@ -280,6 +280,10 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
         o.gamma = mixed(o.gamma, to.gamma, share);
         o.emission = mixed(o.emission, to.emission, share);
         o.bleeding = mixed(o.bleeding, to.bleeding, share);
+        if (o.weights && to.weights) {
+            o.weights->towards = turned(o.weights->towards, to.weights->towards, share);
+            o.weights->strength = mixed(o.weights->strength, to.weights->strength, share);
+        }
     }
     if (a.surfaceOcclusion && b.surfaceOcclusion && a.surfaceOcclusion->rays == b.surfaceOcclusion->rays)
         out.surfaceOcclusion->radiusMm =

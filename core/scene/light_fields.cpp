@@ -26,6 +26,18 @@ template <> const NameTable<OcclusionMethod>& namesOf() {
     return names;
 }
 
+template <> const NameTable<OcclusionDirections>& namesOf() {
+    static const NameTable<OcclusionDirections> names{
+        {{OcclusionDirections::sphere, "sphere"}, {OcclusionDirections::hemisphere, "hemisphere"}}};
+    return names;
+}
+template <> const NameTable<ShadowMapKind>& namesOf() {
+    static const NameTable<ShadowMapKind> names{{{ShadowMapKind::deep, "deep"},
+                                                 {ShadowMapKind::first, "first"},
+                                                 {ShadowMapKind::variance, "variance"}}};
+    return names;
+}
+
 template <> const NameTable<PhaseKind>& namesOf() {
     static const NameTable<PhaseKind> names{{{PhaseKind::henyeyGreenstein, "henyey-greenstein"},
                                              {PhaseKind::schlick, "schlick"},
@@ -150,6 +162,24 @@ const Fields<Light>& lightFields() {
     return fields;
 }
 
+const Fields<DirectionWeights>& directionWeightFields() {
+    static const Fields<DirectionWeights> fields = [] {
+        Fields<DirectionWeights> f("weights",
+                                   "Directions that count more among occlusion rays: ambient light "
+                                   "that comes from one side rather than evenly from all.");
+        f.add("towards", &DirectionWeights::towards,
+              within(-kMostMm, kMostMm, "[x, y, z]").checked([](const glm::dvec3& d, const JsonValue& value) {
+                  if (d == glm::dvec3(0))
+                      value.refuse("a direction other than [0, 0, 0]");
+              }),
+              "Where that light comes from, LPS, of any length.");
+        f.add("strength", &DirectionWeights::strength, numberIn(0, 1000),
+              "A direction weighs 1 + strength times its cosine with that one, where that is above 0.");
+        return f;
+    }();
+    return fields;
+}
+
 const Fields<Occlusion>& occlusionFields() {
     static const Fields<Occlusion> fields = [] {
         Fields<Occlusion> f("occlusion",
@@ -182,6 +212,12 @@ const Fields<Occlusion>& occlusionFields() {
               "Factor on the colours that tissue around a place adds to its ambient light; 0: none. With "
               "method histogram only.")
             .unlessDefault();
+        f.add("weights", &Occlusion::weights, objectOf(directionWeightFields()));
+        f.add(
+             "directions", &Occlusion::directions, named<OcclusionDirections>(),
+             "Where rays go. sphere: to all sides alike. hemisphere: where tissue has a surface, weighted by "
+             "the cosine with its normal, so that what lies behind a surface does not darken it.")
+            .unlessDefault();
         return f;
     }();
     return fields;
@@ -197,6 +233,22 @@ const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
         f.add("radius", &SurfaceOcclusion::radiusMm, numberIn(1e-3, 1e4), "Their length, mm.");
         f.add("filter", &SurfaceOcclusion::filter, trueOrFalse(),
               "Results of neighbouring points are averaged, along edges and not across.");
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<ShadowMapping>& shadowMappingFields() {
+    static const Fields<ShadowMapping> fields = [] {
+        Fields<ShadowMapping> f("shadowMap", "What shadow maps keep of a light's rays.");
+        f.add("kind", &ShadowMapping::kind, named<ShadowMapKind>(),
+              "deep: the light left at every depth. first: where light first meets something, behind which "
+              "all is dark; a sixteenth of the memory. variance: the mean of such places around and of their "
+              "squares, for softer edges; three sixteenths.");
+        f.add("threshold", &ShadowMapping::threshold, numberIn(0.001, 0.999),
+              "Opacity along a ray of light that counts as something; not of deep.");
+        f.add("filter", &ShadowMapping::filter, wholeIn(0, ShadowMapping::kMostFilter),
+              "Softens edges: how many of the map's rays to either side count; not of deep.");
         return f;
     }();
     return fields;
@@ -386,6 +438,7 @@ const Fields<Lighting>& lightingFields() {
         f.add("surfaceOcclusion", &Lighting::surfaceOcclusion, objectOf(surfaceOcclusionFields()));
         f.add("transport", &Lighting::transport, objectOf(transportFields()));
         f.add("environment", &Lighting::environment, objectOf(environmentFields()));
+        f.add("shadowMap", &Lighting::shadowMap, objectOf(shadowMappingFields())).unlessDefault();
         f.add("scatterRadius", &Lighting::scatterRadiusMm, numberIn(kAboveZero, 1e4),
               "How far from a place tissue scatters light to it (lights[].scatter), mm.")
             .unlessDefault();

@@ -2,8 +2,18 @@
 #include "core/scene/lighting.h"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 
 namespace tessera {
+
+double directionWeight(const Occlusion& occlusion, const glm::dvec3& direction) {
+    if (!occlusion.weights)
+        return 1;
+    // The mean over the sphere of a cosine above 0 is a quarter.
+    const auto& [towards, strength] = *occlusion.weights;
+    const double cosine = glm::dot(direction, glm::normalize(towards));
+    return (1 + strength * std::max(0.0, cosine)) / (1 + strength / 4);
+}
 
 std::vector<Light> shiningLights(const std::vector<Light>& lights) {
     if (lights.empty())

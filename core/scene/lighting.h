@@ -32,6 +32,17 @@ struct Light {
 /// (equations 4 to 7). histogram: by the values around, whatever their order (course notes 6.2).
 enum class OcclusionMethod { local, positional, rejecting, histogram };
 
+/// To where occlusion rays of method local, positional and rejecting go. sphere: to all sides alike.
+/// hemisphere: where tissue has a surface, weighted by the cosine with its normal, away from the denser side.
+enum class OcclusionDirections { sphere, hemisphere };
+/// More weight for directions of occlusion rays on one side: light that comes from there more than from
+/// elsewhere (course notes 6.1, w_k of equation 6.1).
+struct DirectionWeights {
+    glm::dvec3 towards{0, 0, 1}; // patient space, any length above 0
+    double strength = 1;         // a direction d weighs 1 + strength max(0, cosine of d and towards)
+    bool operator==(const DirectionWeights&) const = default;
+};
+
 /// Ambient occlusion: the share of ambient light that reaches a point.
 struct Occlusion {
     OcclusionMethod method = OcclusionMethod::local;
@@ -41,6 +52,8 @@ struct Occlusion {
     double bias = 0.1, gamma = 0.6;
     double emission = 0; // factor on the light of emissive tissue on its surroundings; 0: none
     double bleeding = 0; // factor on the colours of tissue around, by histograms; 0: none
+    std::optional<DirectionWeights> weights = {}; // none: all directions weigh the same
+    OcclusionDirections directions = OcclusionDirections::sphere;
     bool operator==(const Occlusion&) const = default;
 };
 
@@ -54,6 +67,18 @@ struct SurfaceOcclusion {
     bool operator==(const SurfaceOcclusion&) const = default;
 };
 
+/// What shadow maps keep of a light's rays (docs/sampling.md, "Light per voxel"). deep: the light left at
+/// every depth. first: the first hit. variance: the mean of first hits around, and of their squares.
+enum class ShadowMapKind { deep, first, variance };
+struct ShadowMapping {
+    static constexpr int kMostFilter = 8;
+    ShadowMapKind kind = ShadowMapKind::deep;
+    // Not of deep maps:
+    double threshold = 0.5; // opacity along a ray that is a hit
+    int filter = 1;         // rays to either side that count
+    bool operator==(const ShadowMapping&) const = default;
+};
+
 struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
     std::vector<Light> lights = {}; // none: one head light
@@ -61,11 +86,15 @@ struct Lighting {
     std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion if only surfaces are visible
     std::optional<Transport> transport = {};               // paths of light in place of the above
     std::optional<Environment> environment = {};           // what they see beyond the volume
+    ShadowMapping shadowMap = {};
     double scatterRadiusMm = 2; // how far away the tissue may be that scatters lights to a place
     int finestLevel = 0;        // of light per voxel; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };
 
+/// Weight of a direction of occlusion rays; 1 in the mean over the sphere.
+/// @param direction  unit, patient space
+double directionWeight(const Occlusion& occlusion, const glm::dvec3& direction);
 /// Lights of intensity above 0, in the scene's order: numbers of lights refer to this list. A head light if
 /// the scene has none.
 std::vector<Light> shiningLights(const std::vector<Light>& lights);

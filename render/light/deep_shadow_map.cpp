@@ -54,7 +54,7 @@ int fitted(std::span<const LightLeft> samples, float error, int layers,
 } // namespace
 
 DeepShadowMap::DeepShadowMap(int size, int layers)
-    : size_(size), layers_(layers), rays_(static_cast<std::size_t>(size * size)) {
+    : ShadowMap(size), layers_(layers), rays_(static_cast<std::size_t>(size * size)) {
     TESSERA_CHECK(layers >= 2 && layers <= kLayers);
     for (Ray& ray : rays_) {
         ray.mm.fill(std::numeric_limits<float>::max());
@@ -64,7 +64,7 @@ DeepShadowMap::DeepShadowMap(int size, int layers)
 
 float DeepShadowMap::fit(const glm::ivec2& at, std::span<const LightLeft> samples, float error) {
     TESSERA_CHECK(error > 0);
-    Ray& ray = rays_[static_cast<std::size_t>(at.y * size_ + at.x)];
+    Ray& ray = rays_[static_cast<std::size_t>(at.y * size() + at.x)];
     if (samples.empty()) {
         ray.mm.fill(std::numeric_limits<float>::max());
         ray.light.fill(1);
@@ -97,22 +97,24 @@ float DeepShadowMap::lightOf(const Ray& ray, float mm) {
 }
 
 float DeepShadowMap::nearest(const glm::vec2& at, float mm) const {
-    const auto edge = static_cast<float>(size_);
+    const auto edge = static_cast<float>(size());
     if (!(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
         return 1;
-    const std::size_t ray = static_cast<std::size_t>(static_cast<int>(at.y) * size_ + static_cast<int>(at.x));
+    const std::size_t ray =
+        static_cast<std::size_t>(static_cast<int>(at.y) * size() + static_cast<int>(at.x));
     return lightOf(rays_[ray], mm);
 }
 
 float DeepShadowMap::between(const glm::vec2& at, float mm) const {
     const glm::vec2 corner(std::floor(at.x - 0.5f), std::floor(at.y - 0.5f));
     const glm::vec2 part = at - 0.5f - corner;
-    const auto edge = static_cast<float>(size_ - 1);
+    const auto edge = static_cast<float>(size() - 1);
     float l00, l10, l01, l11;
     if (corner.x >= 0 && corner.y >= 0 && corner.x < edge && corner.y < edge) {
-        const Ray* const ray = rays_.data() + static_cast<int>(corner.y) * size_ + static_cast<int>(corner.x);
+        const Ray* const ray =
+            rays_.data() + static_cast<int>(corner.y) * size() + static_cast<int>(corner.x);
         l00 = lightOf(ray[0], mm), l10 = lightOf(ray[1], mm);
-        l01 = lightOf(ray[size_], mm), l11 = lightOf(ray[size_ + 1], mm);
+        l01 = lightOf(ray[size()], mm), l11 = lightOf(ray[size() + 1], mm);
     } else {
         const auto light = [&](float x, float y) { return nearest({corner.x + x, corner.y + y}, mm); };
         l00 = light(0.5f, 0.5f), l10 = light(1.5f, 0.5f), l01 = light(0.5f, 1.5f), l11 = light(1.5f, 1.5f);
@@ -123,7 +125,7 @@ float DeepShadowMap::between(const glm::vec2& at, float mm) const {
 }
 
 int DeepShadowMap::layersOf(const glm::ivec2& at) const {
-    const Ray& ray = rays_[static_cast<std::size_t>(at.y * size_ + at.x)];
+    const Ray& ray = rays_[static_cast<std::size_t>(at.y * size() + at.x)];
     int count = 1;
     while (count < kLayers &&
            ray.mm[static_cast<std::size_t>(count)] > ray.mm[static_cast<std::size_t>(count - 1)])

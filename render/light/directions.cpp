@@ -100,6 +100,27 @@ std::vector<SphereDirection> sphereDirections(int count) {
     return directions;
 }
 
+std::vector<SphereDirection> occlusionDirections(const Occlusion& occlusion) {
+    std::vector<SphereDirection> directions = sphereDirections(occlusion.rays);
+    if (!occlusion.weights)
+        return directions;
+    double sum = 0;
+    for (SphereDirection& direction : directions)
+        sum += direction.part *= directionWeight(occlusion, direction.towards);
+    for (SphereDirection& direction : directions)
+        direction.part /= sum;
+    return directions;
+}
+
+SurfaceAround surfaceAround(const glm::vec3& rise, float mean, const glm::mat3& toPatient) {
+    const float length = glm::length(rise);
+    const glm::vec3 out = -(toPatient * rise);
+    const float steep = glm::length(out);
+    if (!(length > 0 && mean > 0 && steep > 0))
+        return {};
+    return {out / steep, std::min(1.0f, length / mean)};
+}
+
 namespace {
 
 /// A step along the steepest axis of a direction, samples of level 0.
@@ -141,7 +162,7 @@ int occlusionLevel(const Occlusion& occlusion, const VolumeInfo& info) {
 OcclusionRays occlusionRays(const Occlusion& occlusion, const VolumeInfo& info, int level) {
     const glm::dmat3 voxelFromPatient = glm::inverse(glm::dmat3(info.patientFromVoxel));
     OcclusionRays all;
-    for (const SphereDirection& direction : sphereDirections(occlusion.rays)) {
+    for (const SphereDirection& direction : occlusionDirections(occlusion)) {
         OcclusionRay ray = rayAlong(direction, voxelFromPatient);
         ray.stepMm = std::ldexp(ray.stepMm, level);
         const int whole = std::clamp(stepsWithin(occlusion.radiusMm, ray.stepMm), 1, kMostOcclusionSteps);

@@ -9,6 +9,7 @@
 #include "core/base/volume.h"
 #include "core/scene/lighting.h"
 
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -24,9 +25,22 @@ struct SphereDirection {
 /// isDirectionCount()).
 std::vector<SphereDirection> sphereDirections(int count);
 
+/// Those of an occlusion's rays, with its weights of directions. Parts sum to 1.
+std::vector<SphereDirection> occlusionDirections(const Occlusion& occlusion);
+
+/// A surface at a place, by its extinctions: for OcclusionDirections::hemisphere.
+struct SurfaceAround {
+    glm::vec3 normal{0}; // unit, patient space, away from the denser side; 0: none
+    float share = 0;     // of it in the weights of rays: 0 in an even medium, 1 at an edge
+};
+/// @param rise  of extinction along the axes of voxels: half of its difference over two pitches
+/// @param mean  of the six extinctions beside
+/// @param toPatient  of gradients
+SurfaceAround surfaceAround(const glm::vec3& rise, float mean, const glm::mat3& toPatient);
+
 struct OcclusionRay {
     glm::dvec3 direction; // unit, patient space
-    double part = 0;      // its share of the sphere
+    double part = 0;      // its weight among all rays
     int axis = 0;         // its steepest axis
     glm::dvec3 step;      // samples of the level
     double stepMm = 0;    // a step's length

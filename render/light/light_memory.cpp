@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t kPartsForMaps = 8; // maps take at most this part of the free budget
 constexpr int kLeastMap = 32;            // rays along a side
 
-std::size_t mapBytesOf(const Lighting& lighting, const ShadowQuality& quality) {
+std::size_t mapBytesOf(const Lighting& lighting, ShadowQuality quality) {
+    quality.mapping = lighting.shadowMap;
     std::size_t bytes = 0;
     for (const Light& light : castingLights(lighting.lights))
         bytes += ShadowMaps::bytes(light, quality);

@@ -26,7 +26,7 @@ std::size_t runIndex(int run, int y, int z) {
 
 } // namespace
 
-OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits)
+OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits, bool surfaces)
     : reach(glm::max(reach, glm::ivec3(kAround))), size(kChunkExtent + 2 * this->reach) {
     size.x = roundedUp(size.x + 1, kRun); // a step reads a sample further
     const std::size_t samples = cellCount(size + glm::ivec3(0, 1, 1));
@@ -42,15 +42,18 @@ OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits)
         emission[c].resize(samples);
         shine[c].resize(light.size());
     }
+    if (surfaces)
+        for (std::vector<float>* of : {&normal[0], &normal[1], &normal[2], &rest, &weights})
+            of->resize(light.size());
 }
 
-std::size_t OcclusionRoom::bytes(const glm::ivec3& reach, bool emits) {
+std::size_t OcclusionRoom::bytes(const glm::ivec3& reach, bool emits, bool surfaces) {
     glm::ivec3 size = kChunkExtent + 2 * glm::max(reach, glm::ivec3(kAround));
     size.x = roundedUp(size.x + 1, kRun);
     constexpr int kEdge = kChunkExtent + 2 * kAround;
     const std::size_t colours = emits ? 3 : 0;
     return sizeof(float) * ((2 + colours) * cellCount(size + glm::ivec3(0, 1, 1)) +
-                            (1 + colours) * cellCount(glm::ivec3(kChunkExtent)) +
+                            (1 + colours + (surfaces ? 5 : 0)) * cellCount(glm::ivec3(kChunkExtent)) +
                             std::size_t{2} * kEdge * kEdge * kRunsPerRow);
 }
 
@@ -58,7 +61,8 @@ Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics,
                    const std::optional<Occlusion>& occlusion, const native::PacketTarget* target)
     : info_(info), statistics_(statistics), target_(target ? *target : native::packetTarget()),
       finest_(occlusion ? occlusionLevel(*occlusion, info) : 0),
-      strength_(occlusion ? occlusion->emission : 0) {
+      strength_(occlusion ? occlusion->emission : 0),
+      surfaces_(occlusion && occlusion->directions == OcclusionDirections::hemisphere) {
     if (occlusion && occlusion->method != OcclusionMethod::local)
         sum_ = occlusion->method == OcclusionMethod::positional ? native::OcclusionSum::positional
                                                                 : native::OcclusionSum::rejecting;
@@ -463,6 +467,30 @@ void Occluder::occlude(const ChunkKey& chunk, const OcclusionRoom& found, BrickC
     occlude(chunk, room);
 }
 
+/// Of the runs' samples, from differences of the extinctions beside them.
+void Occluder::findNormals(OcclusionRoom& room) const {
+    const glm::mat3 toPatient(glm::transpose(glm::inverse(glm::dmat3(info_.patientFromVoxel))));
+    const std::size_t pitch[3] = {1, static_cast<std::size_t>(room.size.x),
+                                  static_cast<std::size_t>(room.size.x * room.size.y)};
+    for (const OcclusionRoom::Run& run : room.runs)
+        for (std::size_t n = 0; n < kRun; ++n) {
+            const float* const at = room.extinction.data() + run.from + n;
+            glm::vec3 rise(0);
+            float sum = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const float before = *(at - pitch[axis]), behind = *(at + pitch[axis]);
+                rise[axis] = 0.5f * (behind - before);
+                sum += before + behind;
+            }
+            const SurfaceAround surface = surfaceAround(rise, sum / 6, toPatient);
+            for (int axis = 0; axis < 3; ++axis)
+                room.normal[static_cast<std::size_t>(axis)][run.to + n] =
+                    4 * surface.share * surface.normal[axis];
+            room.rest[run.to + n] = 1 - surface.share;
+            room.weights[run.to + n] = 0;
+        }
+}
+
 void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
     const OcclusionRays& rays = rays_[static_cast<std::size_t>(chunk.level)];
     TESSERA_CHECK(!rays.rays.empty() && glm::all(glm::lessThanEqual(rays.reach, room.reach)));
@@ -473,6 +501,8 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         std::fill(got.begin(), got.end(), 0.0f);
     if (room.runs.empty())
         return;
+    if (surfaces_)
+        findNormals(room);
 
     const auto shareOf = [&](const OcclusionRay& ray) {
         return ray.part * (sum_ == native::OcclusionSum::local ? 0.5 / ray.steps : 1.0);
@@ -502,8 +532,14 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         const native::OcclusionStep* next = steps.data();
         for (std::size_t r = first; r < end; ++r) {
             const OcclusionRay& ray = rays.rays[r];
-            paths.push_back({next, ray.steps + 1, pitch[(ray.axis + 1) % 3], pitch[(ray.axis + 2) % 3],
-                             static_cast<float>(shareOf(ray))});
+            const glm::vec3 to(ray.direction);
+            paths.push_back({next,
+                             ray.steps + 1,
+                             pitch[(ray.axis + 1) % 3],
+                             pitch[(ray.axis + 2) % 3],
+                             static_cast<float>(shareOf(ray)),
+                             static_cast<float>(ray.part),
+                             {to.x, to.y, to.z}});
             next += ray.steps + 1;
         }
         for (std::size_t row = 0; row < room.rowShows.size(); ++row) {
@@ -520,7 +556,14 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
             const float* const opacity = room.opacity.data() + run.from;
             float* const light = room.light.data() + run.to;
             if (!gathersEmission()) {
-                target_.occlude(opacity, paths.data(), count, sum_, light);
+                const native::OcclusionNormals normals =
+                    surfaces_ ? native::OcclusionNormals{{room.normal[0].data() + run.to,
+                                                          room.normal[1].data() + run.to,
+                                                          room.normal[2].data() + run.to},
+                                                         room.rest.data() + run.to,
+                                                         room.weights.data() + run.to}
+                              : native::OcclusionNormals{};
+                target_.occlude(opacity, paths.data(), count, sum_, surfaces_ ? &normals : nullptr, light);
                 continue;
             }
             const float* const sent[3] = {room.emission[0].data() + run.from,
@@ -532,6 +575,9 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
         }
         first = end;
     }
+    for (const OcclusionRoom::Run& run : room.runs)
+        for (std::size_t n = run.to; surfaces_ && n < run.to + kRun; ++n)
+            room.light[n] = room.weights[n] > 0 ? room.light[n] / room.weights[n] : 1;
 }
 
 } // namespace tessera

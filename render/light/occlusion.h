@@ -32,8 +32,9 @@ class OcclusionRoom {
   public:
     /// For rays with this reach.
     /// @param emits  tissue may emit light
-    explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false);
-    static std::size_t bytes(const glm::ivec3& reach, bool emits = false);
+    /// @param surfaces  rays are weighted by surfaces
+    explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false, bool surfaces = false);
+    static std::size_t bytes(const glm::ivec3& reach, bool emits = false, bool surfaces = false);
 
     glm::ivec3 reach, size; // samples before the chunk; all
     std::vector<float> extinction, opacity;
@@ -45,6 +46,10 @@ class OcclusionRoom {
     /// Red, green, blue, if tissue may emit light: emission, in the layout of extinction; light received by
     /// samples.
     std::array<std::vector<float>, 3> emission, shine;
+
+    /// Of the chunk's samples, if rays are weighted by surfaces: OcclusionNormals.
+    std::array<std::vector<float>, 3> normal;
+    std::vector<float> rest, weights;
 
     /// A run of kOcclusionRun adjacent samples to light.
     struct Run {
@@ -122,6 +127,8 @@ class Occluder {
     const native::PacketTarget& target() const { return target_; }
     /// True if emitted light is gathered too.
     bool gathersEmission() const { return strength_ > 0; }
+    /// True if rays are weighted by surfaces.
+    bool seesSurfaces() const { return surfaces_; }
 
     /// Reads a chunk and its surroundings, and finds the runs of samples within two samples of visible ones.
     /// @param bricks  of the chunk, x fastest: those to light; empty: all
@@ -146,6 +153,7 @@ class Occluder {
         }
     };
     void read(const ChunkKey& chunk, bool occludes, BrickCache& cache, OcclusionRoom& room) const;
+    void findNormals(OcclusionRoom& room) const;
     using SharedSamples = std::shared_ptr<const ChunkExtinctions::Samples>;
     SharedSamples extinctionsOf(const ChunkKey& key, BrickCache& cache) const;
     SharedSamples ownExtinctions(const ChunkKey& key, BrickCache& cache) const;
@@ -175,6 +183,7 @@ class Occluder {
     const native::PacketTarget& target_;
     int finest_;
     double strength_ = 0; // of emitted light
+    bool surfaces_ = false;
     native::OcclusionSum sum_ = native::OcclusionSum::local;
     std::array<OcclusionRays, kLevelCount> rays_;
     const TransferTable* table_ = nullptr;

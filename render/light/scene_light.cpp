@@ -82,7 +82,7 @@ LightParts SceneLight::lightingChanged() {
         amidst_.clear();
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }
-    if (!sameShadows(casting, castingLights(lighting_.lights))) {
+    if (!sameShadows(casting, castingLights(lighting_.lights)) || now.shadowMap != lighting_.shadowMap) {
         changed |= light_->partsByMaps();
         takeMaps({}, Maps::none);
     }
@@ -132,6 +132,12 @@ std::vector<PlacedLight> SceneLight::placedLights() const {
     return placed;
 }
 
+ShadowQuality SceneLight::shadowQuality() const {
+    ShadowQuality quality = scene_.view.shadowQuality;
+    quality.mapping = lighting_.shadowMap;
+    return quality;
+}
+
 void SceneLight::takeMaps(std::vector<ShadowMaps> maps, Maps kind) {
     light_->setShadows({});
     shadows_ = std::move(maps);
@@ -149,7 +155,7 @@ bool SceneLight::makeMaps() {
     const LightPath field = lightPathOf(scene_, rays_);
     std::vector<ShadowMaps> maps;
     for (const PlacedLight& light : placedLights()) {
-        maps.emplace_back(light, field, scene_.view.shadowQuality);
+        maps.emplace_back(light, field, shadowQuality());
         maps.back().build(field, threads_);
     }
     takeMaps(std::move(maps), Maps::whole);
@@ -188,7 +194,7 @@ bool SceneLight::makeMapsUntil(Deadline deadline) {
         takeMaps({}, Maps::none);
         nextBuilt_ = 0;
         for (const PlacedLight& light : placedLights())
-            next_.emplace_back(light, field, scene_.view.shadowQuality);
+            next_.emplace_back(light, field, shadowQuality());
     }
     while (nextBuilt_ < next_.size()) {
         if (!next_[nextBuilt_].buildUntil(field, threads_, deadline))
@@ -211,7 +217,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     field.levels = nullptr;
     field.occupancy = nullptr; // it is for the drawn bricks
     field.rays = nullptr;
-    ShadowQuality quality = scene_.view.shadowQuality;
+    ShadowQuality quality = shadowQuality();
     quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
     quality.stepVoxels *= 1 << kCoarseLevel;
     std::vector<ShadowMaps> maps;
@@ -238,11 +244,12 @@ LightReport SceneLight::report(std::size_t planeBytes) const {
     report.emission = occlusion && occlusion->emission > 0;
     std::size_t more = 0, rays = 0;
     for (const ShadowMaps& shadow : shadows_)
-        for (const DeepShadowMap& map : shadow.maps()) {
+        for (const std::shared_ptr<ShadowMap>& map : shadow.maps()) {
             ++report.maps;
-            report.mapSize = map.size();
-            report.mapBytes += DeepShadowMap::bytes(map.size());
+            report.mapSize = map->size();
+            report.mapBytes += map->bytes();
         }
+    report.mapKind = lighting_.shadowMap.kind;
     for (const ShadowMaps& shadow : shadows_) {
         const std::size_t of = shadow.maps().size();
         more += static_cast<std::size_t>(shadow.shareOfMore() * 1e6) * of;

@@ -23,6 +23,7 @@ struct LightReport {
     bool emission = false;                    // emitted light is among them
     std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; shadow maps
     std::size_t maps = 0;
+    ShadowMapKind mapKind = ShadowMapKind::deep;
     int mapSize = 0;        // rays along a side of one
     float mapError = 0;     // largest error of light in maps
     double shareOfMore = 0; // share of rays with a larger error than requested
@@ -84,6 +85,7 @@ class SceneLight {
   private:
     enum class Maps { none, coarse, whole };
     std::vector<PlacedLight> placedLights() const;
+    ShadowQuality shadowQuality() const;
     void takeMaps(std::vector<ShadowMaps> maps, Maps kind);
 
     const FramePlan& scene_;

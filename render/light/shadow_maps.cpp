@@ -138,23 +138,61 @@ PlacedLight placedLight(const Light& light, const Camera& camera) {
     return placed;
 }
 
+namespace {
+
+std::size_t bytesOfMap(ShadowMapKind kind, int size) {
+    switch (kind) {
+    case ShadowMapKind::first:
+        return FirstHitMap::bytes(size);
+    case ShadowMapKind::variance:
+        return VarianceMap::bytes(size);
+    case ShadowMapKind::deep:
+        break;
+    }
+    return DeepShadowMap::bytes(size);
+}
+
+/// @param rayMm  distance of neighbouring rays
+/// @param middleMm  of what they see, from their start
+std::shared_ptr<ShadowMap> mapOf(const ShadowQuality& quality, int size, double voxelMm, double rayMm,
+                                 double middleMm) {
+    constexpr double kMostBias = 4, kLeastDeviation = 0.02; // voxels
+    const ShadowMapping& mapping = quality.mapping;
+    const FirstHits hits{static_cast<float>(mapping.threshold), mapping.filter,
+                         static_cast<float>(std::min(mapping.filter * rayMm, kMostBias * voxelMm))};
+    switch (mapping.kind) {
+    case ShadowMapKind::first:
+        return std::make_shared<FirstHitMap>(size, hits);
+    case ShadowMapKind::variance:
+        return std::make_shared<VarianceMap>(size, hits, static_cast<float>(middleMm),
+                                             static_cast<float>(kLeastDeviation * voxelMm));
+    case ShadowMapKind::deep:
+        break;
+    }
+    return std::make_shared<DeepShadowMap>(size, quality.layers);
+}
+
+} // namespace
+
 std::size_t ShadowMaps::bytes(const Light& light, const ShadowQuality& quality) {
     const int sides = light.kind == LightKind::point ? 6 : 1;
     return static_cast<std::size_t>(mapsOf(light.softness) * sides) *
-           DeepShadowMap::bytes(sizeOf(light.softness, quality));
+           bytesOfMap(quality.mapping.kind, sizeOf(light.softness, quality));
 }
 
-void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, int size) {
+void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info) {
     View view;
     view.camera = camera;
-    view.plane = rayPlane(camera, info, {size, size});
+    view.plane = rayPlane(camera, info, {size_, size_});
     view.right = view.plane.right / glm::dot(view.plane.right, view.plane.right);
     view.up = view.plane.up / glm::dot(view.plane.up, view.plane.up);
     view.far = glm::length(view.plane.toCentre);
     if (!view.plane.perspective)
-        rayMm_ = std::max(rayMm_, quality_.offset * camera.parallelScale / size);
+        rayMm_ = std::max(rayMm_, quality_.offset * camera.parallelScale / size_);
+    const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
     views_.push_back(view);
-    maps_.emplace_back(size, quality_.layers);
+    maps_.push_back(mapOf(quality_, size_, voxelMm, 2 * glm::length(view.plane.right) / size_,
+                          view.plane.perspective ? view.far : 0));
 }
 
 ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality)
@@ -162,7 +200,8 @@ ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const S
       offsetMm_(quality.offset *
                 std::cbrt(std::abs(glm::determinant(glm::dmat3(field.info->patientFromVoxel))))) {
     const std::vector<glm::dvec3> corners = shownCorners(field);
-    const int maps = mapsOf(light.softness), size = sizeOf(light.softness, quality);
+    size_ = sizeOf(light.softness, quality);
+    const int maps = mapsOf(light.softness);
     const double half = std::tan(glm::radians(light.softness / 2));
     const bool toAllSides = light.isPoint && angleFor(light.position, corners) > kWidestView;
     perLight_ = toAllSides ? 6 : 1;
@@ -171,7 +210,7 @@ ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const S
         if (!light.isPoint) {
             const glm::dvec3 up = upFor(light.towards), right = glm::cross(up, light.towards);
             addView(parallelCamera(glm::normalize(light.towards + side.x * right + side.y * up), corners),
-                    *field.info, size);
+                    *field.info);
             continue;
         }
         const glm::dvec3 middle = middleOf(corners) - light.position;
@@ -183,20 +222,20 @@ ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const S
         }
         if (!toAllSides) {
             const double angle = std::clamp(angleFor(position, corners), 1.0, 150.0);
-            addView(eyeAt(position, glm::normalize(middleOf(corners) - position), angle), *field.info, size);
+            addView(eyeAt(position, glm::normalize(middleOf(corners) - position), angle), *field.info);
         } else {
             for (int axis = 0; axis < 3; ++axis)
                 for (const double sign : {1.0, -1.0}) {
                     glm::dvec3 forward(0);
                     forward[axis] = sign;
-                    addView(eyeAt(position, forward, 90), *field.info, size);
+                    addView(eyeAt(position, forward, 90), *field.info);
                 }
         }
     }
 }
 
 bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& at, float& mm) const {
-    const auto size = static_cast<double>(maps_.front().size());
+    const auto size = static_cast<double>(size_);
     double x = 0, y = 0;
     if (view.plane.perspective) {
         const glm::dvec3 d = place - view.camera.position;
@@ -218,7 +257,7 @@ bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& a
 
 /// @param more, largest  number of rays with a larger error bound than requested; the largest bound
 void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest) {
-    const int size = maps_.front().size();
+    const int size = size_;
     const std::size_t n = row / static_cast<std::size_t>(size);
     const View& view = views_[n];
     const int y = static_cast<int>(row) % size;
@@ -253,7 +292,7 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
             shadeSamples(samples, steps, shaded);
             samples = shaded;
         }
-        const float error = maps_[n].fit({static_cast<int>(x), y}, samples, quality_.error);
+        const float error = maps_[n]->fit({static_cast<int>(x), y}, samples, quality_.error);
         largest = std::max(largest, error);
         more += error > quality_.error ? 1 : 0;
     };
@@ -302,6 +341,12 @@ void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& pro
         },
         progress);
     rowsBuilt_ = rows();
+    finish();
+}
+
+void ShadowMaps::finish() {
+    for (const std::shared_ptr<ShadowMap>& map : maps_)
+        map->finish();
 }
 
 bool ShadowMaps::buildUntil(const LightPath& field, int threads,
@@ -319,6 +364,8 @@ bool ShadowMaps::buildUntil(const LightPath& field, int threads,
             more_ += more;
         });
         rowsBuilt_ += count;
+        if (rowsBuilt_ == rows())
+            finish();
         if (std::chrono::steady_clock::now() >= deadline)
             break;
     }
@@ -340,10 +387,10 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
             sum += perLight_ > 1 ? 0.0f : 1.0f;
             continue;
         }
-        const auto edge = static_cast<float>(maps_[n].size());
+        const auto edge = static_cast<float>(size_);
         if (perLight_ > 1 && !(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
             continue; // another side's
-        sum += maps_[n].between(at, mm);
+        sum += maps_[n]->between(at, mm);
     }
     return std::min(1.0f, sum / static_cast<float>(lights));
 }
@@ -351,7 +398,7 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
 void ShadowMaps::light(const glm::dvec3& place, const glm::dvec3& step, int level,
                        const native::PacketTarget& target, float* out) const {
     constexpr int kRun = native::kOcclusionRun;
-    if (isPoint_) {
+    if (isPoint_ || !maps_.front()->numbers()) {
         for (int n = 0; n < kRun; ++n)
             out[n] = light(place + double(n) * step, level);
         return;
@@ -366,8 +413,8 @@ void ShadowMaps::light(const glm::dvec3& place, const glm::dvec3& step, int leve
     set(look.place, place), set(look.step, step), set(look.offset, offset);
     static_assert(native::kNumbersOfRay == 2 * DeepShadowMap::kLayers);
     for (std::size_t n = 0; n < views_.size(); ++n) {
-        look.rays = maps_[n].numbers();
-        look.size = maps_[n].size();
+        look.rays = maps_[n]->numbers();
+        look.size = size_;
         set(look.centre, views_[n].plane.centre), set(look.forward, views_[n].plane.forward);
         set(look.right, views_[n].right), set(look.up, views_[n].up);
         target.addShadows(look, out);

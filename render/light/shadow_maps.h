@@ -1,4 +1,4 @@
-// render/light/shadow_maps.h: deep shadow maps of the drawn field, seen from the scene's lights. A light with
+// render/light/shadow_maps.h: shadow maps of the drawn field, seen from the scene's lights. A light with
 // softness has several, from points spread over it. A light inside the volume has six, to all sides.
 #pragma once
 
@@ -15,9 +15,11 @@
 #include "render/empty_space/occupancy.h"
 #include "render/labels/label_field.h"
 #include "render/light/deep_shadow_map.h"
+#include "render/light/first_hit_map.h"
 
 #include <chrono>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -67,6 +69,7 @@ struct ShadowQuality {
     /// Offset of lookups towards the light, in samples of the light's level, but at least half the distance
     /// of a map's rays. So the visible part of a surface is lit, not shadowed by its outermost samples.
     double offset = 2;
+    ShadowMapping mapping = {}; // the scene's
     static constexpr int kMapsOfSoftLight = 4;
 };
 
@@ -96,12 +99,11 @@ class ShadowMaps {
     /// The largest error bound of a ray's fit, and the share of rays with a larger bound than requested.
     float largestError() const { return largestError_; }
     double shareOfMore() const {
-        return static_cast<double>(more_) /
-               static_cast<double>(rows() * static_cast<std::size_t>(maps_.front().size()));
+        return static_cast<double>(more_) / static_cast<double>(rows() * static_cast<std::size_t>(size_));
     }
     /// Of a point light, patient space, mm.
     const glm::dvec3& position() const { return light_; }
-    const std::vector<DeepShadowMap>& maps() const { return maps_; }
+    const std::vector<std::shared_ptr<ShadowMap>>& maps() const { return maps_; }
     /// The view of a map.
     const Camera& camera(std::size_t map) const { return views_[map].camera; }
 
@@ -113,8 +115,9 @@ class ShadowMaps {
         double far = 0;             // perspective: distance of the plane's centre
     };
     void buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest);
-    std::size_t rows() const { return maps_.size() * static_cast<std::size_t>(maps_.front().size()); }
-    void addView(const Camera& camera, const VolumeInfo& info, int size);
+    std::size_t rows() const { return maps_.size() * static_cast<std::size_t>(size_); }
+    void addView(const Camera& camera, const VolumeInfo& info);
+    void finish();
     /// The position of a point on a map, and its distance from the start of rays. False: behind a point
     /// light.
     bool placeOn(const View& view, const glm::dvec3& place, glm::vec2& at, float& mm) const;
@@ -126,7 +129,8 @@ class ShadowMaps {
     double rayMm_ = 0;    // directional: largest distance of a map's rays, for the offset
     int perLight_ = 1;    // number of views to different sides
     std::vector<View> views_;
-    std::vector<DeepShadowMap> maps_;
+    int size_ = 1; // rays along a side of a map
+    std::vector<std::shared_ptr<ShadowMap>> maps_;
     std::size_t rowsBuilt_ = 0, more_ = 0; // rays with a larger bound
     float largestError_ = 0;
 };

@@ -87,7 +87,9 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
     if (rays)
         for (int level = occlusionLevel(*rays, info); level < kLevelCount; ++level)
             reach = glm::max(reach, occlusionRays(*rays, info, level).reach);
-    return static_cast<std::size_t>(used) * OcclusionRoom::bytes(reach, rays && rays->emission > 0) +
+    return static_cast<std::size_t>(used) *
+               OcclusionRoom::bytes(reach, rays && rays->emission > 0,
+                                    rays && rays->directions == OcclusionDirections::hemisphere) +
            (rays ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
            (scatters(lighting) ? ScatterLight::bytes(info, lighting, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
@@ -169,7 +171,8 @@ void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) 
             }
         }
         if (!room)
-            room = std::make_unique<OcclusionRoom>(occluder_.mostReach(), occluder_.gathersEmission());
+            room = std::make_unique<OcclusionRoom>(occluder_.mostReach(), occluder_.gathersEmission(),
+                                                   occluder_.seesSurfaces());
         light(keys[n], *chunks[n], cache, *room);
         const std::lock_guard lock(mutex);
         rooms.push_back(std::move(room));

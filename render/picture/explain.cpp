@@ -147,13 +147,18 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.light)
         line("light of voxels: %d of 16 bits a sample, %s beside the bricks, computed in %.1f s",
              r.light->channels, formatBytes(r.light->planeBytes).c_str(), r.light->seconds);
-    if (r.light && r.light->maps > 0)
+    if (r.light && r.light->maps > 0 && r.light->mapKind == ShadowMapKind::deep)
         line("shadows: %zu deep shadow maps of %d x %d rays, %s, within %.2g of the light but for %.2g %% of "
              "the rays "
              "(%.2g there)",
              r.light->maps, r.light->mapSize, r.light->mapSize, formatBytes(r.light->mapBytes).c_str(),
              static_cast<double>(ShadowQuality().error), 100 * r.light->shareOfMore,
              static_cast<double>(r.light->mapError));
+    else if (r.light && r.light->maps > 0)
+        line("shadows: %zu %s of %d x %d rays, %s, of where their opacity passes %g", r.light->maps,
+             r.light->mapKind == ShadowMapKind::first ? "maps of first hits" : "variance maps of first hits",
+             r.light->mapSize, r.light->mapSize, formatBytes(r.light->mapBytes).c_str(),
+             scene.lighting.shadowMap.threshold);
     if (!r.light)
         line("light of voxels: none; no planes, no maps of shadows");
     char means[80] = "";

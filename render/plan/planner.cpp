@@ -33,8 +33,9 @@ std::string whyNotByWays(const FramePlan& plan) {
     if (!plan.layer().optics.surfaces.empty() || !plan.view.meshes.empty())
         return "isosurfaces or meshes are in its way";
     if (const auto& occlusion = plan.view.lighting.occlusion;
-        occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
-        return "occlusion is not of method local, or emits";
+        occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0 ||
+                      occlusion->directions != OcclusionDirections::sphere))
+        return "occlusion is not of method local and directions sphere, or emits";
     if (scatters(plan.view.lighting))
         return "tissue scatters it";
     return {};

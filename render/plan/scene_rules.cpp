@@ -77,8 +77,10 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
         if (!scene.shading.on)
             throw refuse("shading, which response \"contract\" is about", "none");
         if (const auto& occlusion = scene.lighting.occlusion;
-            occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0))
-            throw refuse("occlusion of method local and emission 0, which the mean of single ways comes to",
+            occlusion && (occlusion->method != OcclusionMethod::local || occlusion->emission > 0 ||
+                          occlusion->directions != OcclusionDirections::sphere))
+            throw refuse("occlusion of method local, directions sphere and emission 0, which the mean of "
+                         "single ways comes to",
                          "another");
         if (scatters(scene.lighting))
             throw refuse("no light with \"scatter\" beside response \"contract\", whose paths scatter once",
@@ -103,6 +105,13 @@ void checkLight(const Scene& scene) {
     if (occlusion && occlusion->emission > 0 && occlusion->method != OcclusionMethod::local)
         throw InputError("lighting.occlusion: emission needs method \"local\", because other methods use "
                          "only the light at a ray's end; set emission to 0, or use \"local\"");
+    const bool hemisphere = occlusion && occlusion->directions == OcclusionDirections::hemisphere;
+    if (hemisphere && occlusion->emission > 0)
+        throw InputError("lighting.occlusion.directions: expected sphere with emission, which comes from all "
+                         "sides, found hemisphere");
+    if (occlusion && occlusion->method == OcclusionMethod::histogram && (hemisphere || occlusion->weights))
+        throw InputError("lighting.occlusion.method: expected a method of rays with " +
+                         std::string(hemisphere ? "directions" : "weights") + ", found histogram");
 }
 
 void checkScene(const Scene& scene) {

@@ -328,7 +328,10 @@ template <typename Field> class PathTracer {
         Way way = wayFrom(scene_, path.p, direction);
         way = wayFrom(scene_, path.p + from * way.perMm, direction);
         way.mm = std::min(way.mm, path.numbers.pair(pair == kLater ? kLater : 3).x * (to - from));
-        return left(way, path.numbers);
+        const float share = left(way, path.numbers);
+        return scene_.occlusion->weights
+                   ? share * static_cast<float>(directionWeight(*scene_.occlusion, glm::dvec3(direction)))
+                   : share;
     }
 
     const PathScene& scene_;

@@ -236,6 +236,14 @@ struct OcclusionPath {
     std::int32_t count = 0; // of places that are read, two or more: one more than steps
     std::int32_t strideA = 0, strideB = 0;
     float share = 0; // local: of half a step in the mean over all rays; else of a ray
+    float part = 0;  // weight among all rays
+    float direction[3] = {};
+};
+/// Weights of rays by surfaces, of a run of samples.
+struct OcclusionNormals {
+    const float* normal[3] = {}; // four times the share w of a surface, unit normal
+    const float* rest = nullptr; // 1 - w
+    float* weights = nullptr;    // adds the rays' weights
 };
 
 /// The light left along a packet's rays of a shadow map.
@@ -324,8 +332,9 @@ struct PacketTarget {
     void (*opacities)(const float* extinction, int count, float stepMm, float* out) = nullptr;
     /// Adds the light that gets to each of a run of samples.
     /// @param opacity  of the first one, of paths whose steps are of one length
+    /// @param normals  null: of all directions alike
     void (*occlude)(const float* opacity, const OcclusionPath* paths, int count, OcclusionSum sum,
-                    float* light) = nullptr;
+                    const OcclusionNormals* normals, float* light) = nullptr;
     /// The same, local, where tissue sends light too: adds that, red, green and blue.
     /// @param emission  of the sample of opacity, laid out alike
     void (*occludeAndShine)(const float* opacity, const float* const (&emission)[3],

@@ -62,10 +62,11 @@ TESSERA_LANE single::F leftOfHalf(single::F opacity) {
 }
 
 /// Light of all paths together that gets to each of a run.
+/// @param take  of every path: (path, light that it brings); its share of all
 /// @param visit  at every place that is read: (step, path, light before it, behind it, half a step or
 ///     a whole one)
-template <native::OcclusionSum Kind, typename Visit>
-TESSERA_LANE LightRun lightOver(const float* opacity, const OcclusionPath* paths, int count,
+template <native::OcclusionSum Kind, typename Take, typename Visit>
+TESSERA_LANE LightRun lightOver(const float* opacity, const OcclusionPath* paths, int count, const Take& take,
                                 const Visit& visit) {
     using native::OcclusionSum;
     using single::F;
@@ -116,9 +117,12 @@ TESSERA_LANE LightRun lightOver(const float* opacity, const OcclusionPath* paths
             through = after;
         }
         const LightRun& got = Kind == OcclusionSum::local ? seen : through;
-        sum = runwise([&](int r) { return sum.v[r] + F(path->share) * got.v[r]; });
+        sum = runwise([&](int r) { return sum.v[r] + take(*path, r) * got.v[r]; });
     }
     return sum;
+}
+TESSERA_LANE single::F evenShare(const OcclusionPath& path, int) {
+    return single::F(path.share);
 }
 TESSERA_LANE void addRun(const LightRun& run, float* light) {
     for (int r = 0; r < native::kOcclusionRun / single::kWidth; ++r) {
@@ -128,11 +132,30 @@ TESSERA_LANE void addRun(const LightRun& run, float* light) {
 }
 
 template <native::OcclusionSum Kind>
-inline void occludeBy(const float* opacity, const OcclusionPath* paths, int count, float* light) {
-    addRun(lightOver<Kind>(opacity, paths, count,
-                           [](const OcclusionStep&, const OcclusionPath&, const LightRun&, const LightRun&,
-                              single::F) {}),
-           light);
+inline void occludeBy(const float* opacity, const OcclusionPath* paths, int count,
+                      const native::OcclusionNormals* normals, float* light) {
+    using single::F;
+    const auto nothing = [](const OcclusionStep&, const OcclusionPath&, const LightRun&, const LightRun&, F) {
+    };
+    if (!normals) {
+        addRun(lightOver<Kind>(
+                   opacity, paths, count, [](const OcclusionPath& path, int r) { return evenShare(path, r); },
+                   nothing),
+               light);
+        return;
+    }
+    LightRun weights = runwise([](int) { return F(0.0f); });
+    const auto weighted = [&](const OcclusionPath& path, int r) {
+        const auto at = [&](const float* from) { return single::load(from + r * single::kWidth); };
+        const F cosine =
+            (F(path.direction[0]) * at(normals->normal[0]) + F(path.direction[1]) * at(normals->normal[1])) +
+            F(path.direction[2]) * at(normals->normal[2]);
+        const F weight = at(normals->rest) + max(F(0.0f), cosine);
+        weights.v[r] = weights.v[r] + F(path.part) * weight;
+        return F(path.share) * weight;
+    };
+    addRun(lightOver<Kind>(opacity, paths, count, weighted, nothing), light);
+    addRun(weights, normals->weights);
 }
 
 inline void occludeAndShine(const float* opacity, const float* const (&emission)[3],
@@ -142,7 +165,7 @@ inline void occludeAndShine(const float* opacity, const float* const (&emission)
     for (LightRun& run : sum)
         run = runwise([](int) { return F(0.0f); });
     const LightRun open = lightOver<native::OcclusionSum::local>(
-        opacity, paths, count,
+        opacity, paths, count, [](const OcclusionPath& path, int r) { return evenShare(path, r); },
         [&](const OcclusionStep& step, const OcclusionPath& path, const LightRun& from, const LightRun& to,
             F part) {
             const F share = F(path.share) * part;
@@ -158,14 +181,14 @@ inline void occludeAndShine(const float* opacity, const float* const (&emission)
 }
 
 inline void occlude(const float* opacity, const OcclusionPath* paths, int count, native::OcclusionSum sum,
-                    float* light) {
+                    const native::OcclusionNormals* normals, float* light) {
     switch (sum) {
     case native::OcclusionSum::local:
-        return occludeBy<native::OcclusionSum::local>(opacity, paths, count, light);
+        return occludeBy<native::OcclusionSum::local>(opacity, paths, count, normals, light);
     case native::OcclusionSum::positional:
-        return occludeBy<native::OcclusionSum::positional>(opacity, paths, count, light);
+        return occludeBy<native::OcclusionSum::positional>(opacity, paths, count, normals, light);
     case native::OcclusionSum::rejecting:
-        return occludeBy<native::OcclusionSum::rejecting>(opacity, paths, count, light);
+        return occludeBy<native::OcclusionSum::rejecting>(opacity, paths, count, normals, light);
     }
 }
 

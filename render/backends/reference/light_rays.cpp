@@ -4,6 +4,7 @@
 // follows. Pieces with a depth above a half are halved.
 #include "render/backends/reference/light_rays.h"
 
+#include "core/base/error.h"
 #include "render/contract/ray.h"
 #include "render/geometry/shape_shade.h"
 
@@ -87,7 +88,13 @@ LightRays::LightRays(const VolumeInfo& info, const Optics& optics, const Obstacl
       channels_(static_cast<int>(sources.casters.size()) + sources.ambientChannels),
       rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
       gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
-      toVoxels_(glm::inverse(info.patientFromVoxel)) {}
+      toVoxels_(glm::inverse(info.patientFromVoxel)) {
+    if (sources.hasOcclusion && sources.occlusion.directions == OcclusionDirections::hemisphere &&
+        (labels || optics.grades()))
+        throw InputError(
+            "lighting.occlusion.directions: expected sphere with labels or gradient opacity, whose "
+            "surfaces the reference does not know, found hemisphere");
+}
 
 LightShares LightRays::at(const glm::dvec3& voxel) {
     LightShares shares{};
@@ -96,11 +103,22 @@ LightShares LightRays::at(const glm::dvec3& voxel) {
     if (sources_.hasOcclusion) {
         const Occlusion& occlusion = sources_.occlusion;
         GatheredLight sum;
+        double weights = 0;
+        const bool hemisphere = occlusion.directions == OcclusionDirections::hemisphere;
+        const SurfaceAround surface = hemisphere ? surfaceAt(voxel) : SurfaceAround{};
         for (const SphereDirection& direction : sources_.directions) {
+            const double cosine = glm::dot(glm::dvec3(surface.normal), direction.towards);
+            const double weight =
+                direction.part * (1 - static_cast<double>(surface.share) * (1 - 4 * std::max(0.0, cosine)));
+            weights += weight;
+            if (!(weight > 0))
+                continue;
             const GatheredLight light = gathered(place, direction.towards);
-            sum.open += direction.part * light.open;
-            sum.sent += direction.part * light.sent;
+            sum.open += weight * light.open;
+            sum.sent += weight * light.sent;
         }
+        if (hemisphere)
+            sum.open = weights > 0 ? sum.open / weights : 1;
         for (int c = 0; c < sources_.ambientChannels; ++c) {
             const double all = occlusion.bias + sum.open + occlusion.emission * sum.sent[c];
             shares[channel++] = std::min(kMostLight, std::pow(all, occlusion.gamma));
@@ -109,6 +127,29 @@ LightShares LightRays::at(const glm::dvec3& voxel) {
     for (const LightSources::Caster& light : sources_.casters)
         shares[channel++] = leftOf(light, place);
     return shares;
+}
+
+/// By the extinctions a voxel beside a place.
+SurfaceAround LightRays::surfaceAt(const glm::dvec3& voxel) {
+    const auto extinctionAt = [&](const glm::dvec3& p) {
+        if (glm::any(glm::lessThan(p, glm::dvec3(0))) ||
+            glm::any(glm::greaterThan(p, glm::dvec3(info_.extentVoxels))))
+            return 0.0;
+        const double stored = Cell(samples_, glm::ivec3(glm::floor(p - 0.5))).at(p);
+        const FunctionPiece function = obstacles_.pieceAround(stored);
+        return function.extinctionAt(function.value(stored)) + obstacles_.behindSurfaces(stored);
+    };
+    glm::dvec3 rise(0);
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::dvec3 pitch(0);
+        pitch[axis] = 1;
+        const double before = extinctionAt(voxel - pitch), behind = extinctionAt(voxel + pitch);
+        rise[axis] = 0.5 * (behind - before);
+        sum += before + behind;
+    }
+    return surfaceAround(glm::vec3(rise), static_cast<float>(sum / 6),
+                         glm::mat3(glm::transpose(glm::dmat3(toVoxels_))));
 }
 
 /// The share of a light that reaches a place, patient space.

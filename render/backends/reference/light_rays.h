@@ -97,6 +97,7 @@ class LightRays {
     static constexpr double kDark = 1e-6;
 
   private:
+    SurfaceAround surfaceAt(const glm::dvec3& voxel);
     double leftOf(const LightSources::Caster& light, const glm::dvec3& place);
     /// What a walk is for: the light left at its end; that along it, too; or where little is left.
     enum class Ask { left, seen, place };

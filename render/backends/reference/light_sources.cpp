@@ -60,7 +60,7 @@ LightSources::LightSources(const ReferenceInput& input) {
         if (occlusion.method == OcclusionMethod::histogram)
             throw InputError("lighting.occlusion.method: expected a method of rays, which the reference "
                              "integrates, found histogram");
-        directions = sphereDirections(occlusion.rays);
+        directions = occlusionDirections(occlusion);
     }
     offsetMm =
         kOffsetVoxels * std::cbrt(std::abs(glm::determinant(glm::dmat3(input.info->patientFromVoxel))));

@@ -33,6 +33,7 @@ Lighting lit(double n) {
     light.scatter = 0.5 * n;
     lighting.lights = {Light{}, light};
     lighting.occlusion = Occlusion{OcclusionMethod::local, 32, 10 + n, n, 0.1 * n, 0.5 + 0.1 * n, 0.2 * n};
+    lighting.occlusion->weights = DirectionWeights{{n, 2, 1 - n}, 3 * n};
     lighting.scatterRadiusMm = 8 + n;
     lighting.surfaceOcclusion = SurfaceOcclusion{16, 12 + n, true};
     lighting.transport =

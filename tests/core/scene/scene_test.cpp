@@ -41,12 +41,13 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
        "shadow":true,"softness":2.5,"scatter":1.25},
       {"kind":"point","frame":"camera","position":[-100,200,0],"attenuation":[1,0.25,0.125],"intensity":2,
        "colour":[0,0,1],"shadow":false,"softness":0}],
-    "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3},
+    "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3,
+      "weights":{"towards":[0,-1,0.5],"strength":2.5}},
     "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
       "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5,"translucent":0.375,"translucentPower":20},"colours":"reflectance","preview":"squared"},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
-    "scatterRadius":6.5,"finestLevel":2},
+    "shadowMap":{"kind":"variance","threshold":0.25,"filter":3},"scatterRadius":6.5,"finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1,
     "finish":{"mirrored":0.125,"roughness":0.25,"translucent":0.75,"translucentPower":3}}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
@@ -129,7 +130,9 @@ TEST(Scene, EveryKeyIsRead) {
     Light lamp{LightKind::point, LightFrame::camera, {0, 0, 1}, {-100, 200, 0}, {1, 0.25, 0.125}};
     lamp.intensity = 2, lamp.colour = {0, 0, 1};
     EXPECT_EQ(scene.lighting.lights[2], lamp);
-    EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3}));
+    EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3, 0,
+                                                   DirectionWeights{{0, -1, 0.5}, 2.5}}));
+    EXPECT_EQ(scene.lighting.shadowMap, (ShadowMapping{ShadowMapKind::variance, 0.25, 3}));
     EXPECT_EQ(scene.lighting.surfaceOcclusion, (SurfaceOcclusion{24, 7.5, false}));
     EXPECT_EQ(scene.lighting.transport, (Transport{TransportResponse::physical,
                                                    12,
@@ -283,6 +286,13 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/scatterRadius", 0},
              {"/lighting/finestLevel", -1},
              {"/lighting/occlusion/method", "remote"},
+             {"/lighting/occlusion/weights/towards", {0, 0, 0}},
+             {"/lighting/occlusion/weights/strength", -1},
+             {"/lighting/shadowMap/kind", "shallow"},
+             {"/lighting/shadowMap/threshold", 1},
+             {"/lighting/shadowMap/threshold", 0},
+             {"/lighting/shadowMap/filter", 9},
+             {"/lighting/occlusion/directions", "cube"},
              {"/lighting/occlusion/rays", 33},
              {"/lighting/occlusion/radius", 0},
              {"/lighting/occlusion/gamma", 9},
@@ -471,6 +481,26 @@ TEST(Scene, ScatteredPointLightsOfTheCameraCastShadows) {
     }
     EXPECT_FALSE(refused(R"("kind":"point","scatter":0)"));
     EXPECT_FALSE(refused(R"("kind":"directional","scatter":1)"));
+}
+
+// Keys of light that the default leaves out are written where they are not the default, and read again.
+TEST(Scene, KeepsHowLightIsFound) {
+    const auto parsed = [](const std::string& lighting) {
+        return parseScene(R"({"tesseraScene":1,"volumes":[{"path":"/x"}],"lighting":)" + lighting + "}", "/",
+                          "s");
+    };
+    const Scene scene = parsed(R"({"occlusion":{"directions":"hemisphere","weights":{"towards":[0,0,2]}},
+                                   "shadowMap":{"kind":"first"}})");
+    EXPECT_EQ(scene.lighting.occlusion->directions, OcclusionDirections::hemisphere);
+    EXPECT_EQ(scene.lighting.occlusion->weights, (DirectionWeights{{0, 0, 2}, 1}));
+    EXPECT_EQ(scene.lighting.shadowMap, (ShadowMapping{ShadowMapKind::first, 0.5, 1}));
+    const std::string written = sceneJson(scene);
+    EXPECT_EQ(parseScene(written, "/", "s").lighting, scene.lighting);
+    const std::string plain = sceneJson(parsed(R"({"occlusion":{}})"));
+    for (const char* key : {"directions", "weights", "shadowMap"}) {
+        EXPECT_NE(written.find(key), std::string::npos) << key;
+        EXPECT_EQ(plain.find(key), std::string::npos) << key;
+    }
 }
 
 // A volume may be made smaller and larger, mirrored and turned, but not flat: voxels of a millionth to a

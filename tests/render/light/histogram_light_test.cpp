@@ -330,6 +330,14 @@ TEST(HistogramLight, RefusesWhatItDoesNotGoWith) {
              s.lighting.occlusion->bleeding = 0.5;
          },
          "bleeding needs method \"histogram\""},
+        {[](Scene& s) { s.lighting.occlusion->directions = OcclusionDirections::hemisphere; },
+         "a method of rays with directions"},
+        {[](Scene& s) { s.lighting.occlusion->weights.emplace(); }, "a method of rays with weights"},
+        {[&](Scene& s) {
+             s.lighting.occlusion = Occlusion{.emission = 1, .directions = OcclusionDirections::hemisphere};
+             s.volumes[0].transferFunction = glowing();
+         },
+         "expected sphere with emission"},
         {[](Scene& s) { s.volumes[0].labels.path = "labels.nii"; }, "no labels"},
         {[](Scene& s) { s.volumes.push_back(s.volumes[0]); }, "one volume"},
         {[](Scene& s) { s.lighting.occlusion->radiusMm = 9000; }, "8 samples of the coarsest level"},

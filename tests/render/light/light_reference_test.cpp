@@ -61,6 +61,47 @@ TEST(ReferenceLight, OcclusionInOneMedium) {
         }
 }
 
+/// Below a wall that hides all, light from above: what weights of directions leave is their share of the open
+/// side.
+TEST(ReferenceLight, WeighsDirections) {
+    const Ramp ramp; // its value is x
+    for (const double side : {1.0, -1.0})
+        for (const double strength : {0.0, 2.0, 20.0}) {
+            Lighting lighting;
+            lighting.occlusion = Occlusion{.rays = 320, .radiusMm = 500, .bias = 0, .gamma = 1};
+            lighting.occlusion->weights = DirectionWeights{{side, 0, 0}, strength};
+            const Scene scene = ramp.scene({{23, 0}, {23.01, 1e4}}, lighting); // opaque from there on
+            const auto prepared = ramp.stored.prepare(scene);
+            RaysOfLight rays(*prepared, scene);
+            double open = 0, all = 0;
+            for (const auto& [direction, part] : sphereDirections(320)) {
+                const double weight = part * (1 + strength * std::max(0.0, side * direction.x));
+                all += weight;
+                open += rays.voxelsPerMm(direction).x < 1e-9 ? weight : 0; // those along the wall, too
+            }
+            EXPECT_NEAR(rays.light.at({22.9, 20, 24})[0], open / all, 0.01) << side << " " << strength;
+        }
+}
+
+/// Of a wall that hides all the hemisphere sees the open side alone, at its plane and a little before it.
+TEST(ReferenceLight, SeesTheOpenHemisphere) {
+    const Ramp ramp;
+    for (const auto& [directions, least, most] : {std::tuple(OcclusionDirections::hemisphere, 0.97, 1.0),
+                                                  std::tuple(OcclusionDirections::sphere, 0.4, 0.6)}) {
+        Lighting lighting;
+        lighting.occlusion = Occlusion{.rays = 320, .radiusMm = 20, .bias = 0, .gamma = 1};
+        lighting.occlusion->directions = directions;
+        const Scene scene = ramp.scene({{23, 0}, {23.01, 1e4}}, lighting); // opaque from there on
+        const auto prepared = ramp.stored.prepare(scene);
+        RaysOfLight rays(*prepared, scene);
+        for (const double x : {22.5, 22.95}) {
+            const double open = rays.light.at({x, 20, 24})[0];
+            EXPECT_GE(open, least) << x;
+            EXPECT_LE(open, most) << x;
+        }
+    }
+}
+
 /// Optical depths are inverted: in one medium by a logarithm, and in any volume to the place up to which a
 /// shadow leaves the share that is sought.
 TEST(ReferenceLight, ReachesThePlaceWhereAShareIsLeft) {

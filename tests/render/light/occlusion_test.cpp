@@ -63,17 +63,61 @@ TEST(SphereDirections, StandForTheirShareOfTheSphere) {
     }
 }
 
+// Weights of directions, in the mean over the sphere and of many directions: a quarter of the strength is
+// theirs. A half space that hides all leaves (1/2 + s/4) / (1 + s/4) where they look away from it.
+TEST(SphereDirections, WeighMoreOnOneSide) {
+    const glm::dvec3 towards = glm::normalize(glm::dvec3(0.3, -0.5, 0.8));
+    for (const double strength : {0.0, 1.0, 6.0}) {
+        Occlusion occlusion{.rays = 5120};
+        occlusion.weights = DirectionWeights{7.0 * towards, strength};
+        double whole = 0, open = 0, along = 0;
+        for (const auto& [direction, part] : occlusionDirections(occlusion)) {
+            const double cosine = glm::dot(direction, towards);
+            whole += part;
+            open += cosine > 0 ? part : 0;
+            along += part * cosine;
+            EXPECT_NEAR(directionWeight(occlusion, direction),
+                        (1 + strength * std::max(0.0, cosine)) / (1 + strength / 4), 1e-12);
+        }
+        EXPECT_NEAR(whole, 1, 1e-12);
+        EXPECT_NEAR(open, (0.5 + strength / 4) / (1 + strength / 4), 1e-2 / std::sqrt(20)) << strength;
+        EXPECT_NEAR(along, strength / 6 / (1 + strength / 4), 1e-3) << strength;
+    }
+    const std::vector<SphereDirection> even = sphereDirections(32), none = occlusionDirections({.rays = 32});
+    for (std::size_t n = 0; n < even.size(); ++n) {
+        EXPECT_EQ(none[n].part, even[n].part);
+        EXPECT_EQ(none[n].towards, even[n].towards);
+    }
+    // The rays of a lattice carry them.
+    Occlusion up{.rays = 32, .radiusMm = 4};
+    up.weights = DirectionWeights{{0, 0, 1}, 3};
+    VolumeInfo info;
+    info.extentVoxels = glm::ivec3(40);
+    info.patientFromVoxel = glm::dmat4(1);
+    double whole = 0, above = 0;
+    for (const OcclusionRay& ray : occlusionRays(up, info, 0).rays) {
+        whole += ray.part;
+        above += ray.direction.z > 0 ? ray.part : 0;
+    }
+    EXPECT_NEAR(whole, 1, 1e-12);
+    EXPECT_GT(above, 0.68);
+}
+
 // What budgets are charged for a thread's work is what its samples take.
 TEST(OcclusionRoom, BytesAreThoseOfItsSamples) {
     for (const glm::ivec3& reach : {glm::ivec3(0), glm::ivec3(3, 5, 4), glm::ivec3(31, 8, 17)})
-        for (const bool emits : {false, true}) {
-            const OcclusionRoom room(reach, emits);
+        for (const int kind : {0, 1, 2, 3}) {
+            const bool emits = (kind & 1) != 0, surfaces = (kind & 2) != 0;
+            const OcclusionRoom room(reach, emits, surfaces);
             std::size_t floats = room.extinction.size() + room.opacity.size() + room.low.size() +
-                                 room.high.size() + room.light.size();
+                                 room.high.size() + room.light.size() + room.rest.size() +
+                                 room.weights.size();
+            for (const std::vector<float>& axis : room.normal)
+                floats += axis.size();
             for (int c = 0; c < 3; ++c)
                 floats += room.emission[static_cast<std::size_t>(c)].size() +
                           room.shine[static_cast<std::size_t>(c)].size();
-            EXPECT_EQ(OcclusionRoom::bytes(reach, emits), sizeof(float) * floats);
+            EXPECT_EQ(OcclusionRoom::bytes(reach, emits, surfaces), sizeof(float) * floats);
         }
 }
 
@@ -92,6 +136,31 @@ class Plainly {
     glm::dvec4 at(const glm::ivec3& sample) {
         const glm::dmat3 voxels = glm::inverse(glm::dmat3(p_.info().patientFromVoxel));
         glm::dvec4 sum(0);
+        double weights = 0; // of all
+        glm::dvec3 rise(0); // of extinction
+        double beside = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::ivec3 pitch(0);
+            pitch[axis] = 1;
+            const double before = extinction(sample - pitch), behind = extinction(sample + pitch);
+            rise[axis] = 0.5 * (behind - before);
+            beside += (before + behind) / 6;
+        }
+        const glm::dvec3 out = -(glm::transpose(voxels) * rise);
+        const bool hemisphere =
+            occlusion_.directions == OcclusionDirections::hemisphere && glm::length(out) > 0;
+        const double edge = hemisphere ? std::min(1.0, glm::length(rise) / beside) : 0;
+        const auto weightOf = [&](const glm::dvec3& direction) {
+            const auto& more = occlusion_.weights;
+            const double one =
+                more ? 1 + more->strength * std::max(0.0, glm::dot(direction, glm::normalize(more->towards)))
+                     : 1;
+            return hemisphere
+                       ? one * (1 - edge + 4 * edge * std::max(0.0, glm::dot(direction, glm::normalize(out))))
+                       : one;
+        };
+        for (const auto& [direction, part] : sphereDirections(occlusion_.rays))
+            weights += part * weightOf(direction);
         for (const auto& [direction, part] : sphereDirections(occlusion_.rays)) {
             const glm::dvec3 along = voxels * direction;
             const double steepest = std::max({std::abs(along.x), std::abs(along.y), std::abs(along.z)});
@@ -114,8 +183,9 @@ class Plainly {
                 through = after;
             }
             const bool isLocal = occlusion_.method == OcclusionMethod::local;
-            sum += part * glm::dvec4(isLocal ? seen / (steps - skipped) : through,
-                                     occlusion_.emission * sent / (steps - skipped));
+            sum += part * weightOf(direction) / weights *
+                   glm::dvec4(isLocal ? seen / (steps - skipped) : through,
+                              occlusion_.emission * sent / (steps - skipped));
         }
         return sum;
     }
@@ -205,7 +275,7 @@ void expectAsPlainly(const Case& c, const glm::dmat4* place = nullptr) {
         const native::PacketTarget* const target = targets.all[t];
         Occluder occluder(p.info(), p.layer().statistics, c.occlusion, target);
         occluder.setFunction(p.layer().table, p.layer().optics);
-        OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission());
+        OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission(), occluder.seesSurfaces());
         std::size_t compared = 0, chunk = 0, doubtful = 0;
         double shade = 0, shine = 0;
         for (int level = occluder.finestLevel(); level < kLevelCount; ++level) {
@@ -268,12 +338,40 @@ TEST(Occluder, ReadsWhatShowsAlone) {
     const Planner& p = prepared->p;
     Occluder occluder(p.info(), p.layer().statistics, Occlusion{.rays = 32, .radiusMm = 20});
     occluder.setFunction(p.layer().table, p.layer().optics);
-    OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission());
+    OcclusionRoom room(occluder.mostReach(), occluder.gathersEmission(), occluder.seesSurfaces());
     for (const int chunk : {0, 1}) {
         BrickCache cache(prepared->reader, prepared->budgets.ram, std::size_t{64} << 20, 1);
         occluder.find({0, chunk, 0, 0}, {}, true, cache, room);
         EXPECT_EQ(cache.counters().misses, 1u) << chunk;
     }
+}
+
+/// At the plane of a half space that hides all, nothing of the open side is hidden: 1 by the hemisphere, and
+/// about half by the sphere. Deep in an even medium both are the same.
+TEST(Occluder, LooksAwayFromAHalfSpace) {
+    const Stored stored([](const glm::dvec3& p) { return p.x > 32 ? 1 : 0; }, {64, 64, 64}, true);
+    Scene scene = stored.scene({});
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{0.5, 0}, {1, 4}}, {});
+    const auto prepared = stored.prepare(scene);
+    const Planner& p = prepared->p;
+    float seen[2][2]; // by directions: at the plane, and beside the volume's middle in the open
+    for (const auto directions : {OcclusionDirections::sphere, OcclusionDirections::hemisphere}) {
+        Occluder occluder(p.info(), p.layer().statistics,
+                          Occlusion{.rays = 128, .radiusMm = 12, .directions = directions});
+        occluder.setFunction(p.layer().table, p.layer().optics);
+        OcclusionRoom room(occluder.mostReach(), false, occluder.seesSurfaces());
+        EXPECT_EQ(occluder.seesSurfaces(), directions == OcclusionDirections::hemisphere);
+        EXPECT_EQ(room.rest.empty(), directions == OcclusionDirections::sphere);
+        const ChunkKey key{0, 0, 0, 0};
+        occluder.find(key, {}, true, *p.layer().cache, room);
+        occluder.occlude(key, room);
+        const auto n = static_cast<std::size_t>(directions);
+        seen[n][0] = room.light[linearIndex({31, 16, 16}, glm::ivec3(kChunkExtent))];
+        seen[n][1] = room.light[linearIndex({30, 16, 16}, glm::ivec3(kChunkExtent))];
+    }
+    EXPECT_NEAR(seen[1][0], 1, 0.01);
+    EXPECT_NEAR(seen[0][0], 0.5, 0.1) << "half a step of each ray is before the wall";
+    EXPECT_NEAR(seen[1][1], seen[0][1], 1e-5) << "no surface is beside it";
 }
 
 /// Bricks drawn as one value have the light of the coarsest sample: dark deep in a medium, bright beside it.
@@ -345,6 +443,23 @@ TEST(Occluder, IsWhatTheContractSays) {
     // Whole chunks lie behind the surface, and show nothing.
     expectAsPlainly({"torso", "bone-1", {.rays = 16, .radiusMm = 30}, {{-300, {1, 1, 1}, 0.02}}});
     expectAsPlainly({"torso", "soft-tissue", {.rays = 16, .radiusMm = 9, .emission = 7}});
+    expectAsPlainly({"torso", "soft-tissue", {.rays = 20, .radiusMm = 9, .weights = {{{1, 2, -2}, 4}}}});
+}
+
+TEST(Occluder, HemispheresAreThoseOfThePlainSum) {
+    constexpr auto kHemisphere = OcclusionDirections::hemisphere;
+    expectAsPlainly({"torso", "soft-tissue", {.rays = 32, .radiusMm = 9, .directions = kHemisphere}});
+    expectAsPlainly({"torso",
+                     "bone-1",
+                     {.method = OcclusionMethod::positional,
+                      .rays = 20,
+                      .radiusMm = 6,
+                      .weights = {{{0, 1, 1}, 2}},
+                      .directions = kHemisphere}});
+    expectAsPlainly(
+        {"torso",
+         "soft-tissue",
+         {.method = OcclusionMethod::rejecting, .rays = 16, .radiusMm = 24, .directions = kHemisphere}});
 }
 
 } // namespace

@@ -299,9 +299,9 @@ void expectPacketsCastTheSame(Prepared& prepared, const std::string& what) {
                 ASSERT_EQ(one.maps().size(), other.maps().size());
                 for (std::size_t m = 0; m < one.maps().size(); ++m)
                     for (std::size_t n = 0; n < numbers; ++n) {
-                        ASSERT_EQ(one.maps()[m].numbers()[n], other.maps()[m].numbers()[n])
+                        ASSERT_EQ(one.maps()[m]->numbers()[n], other.maps()[m]->numbers()[n])
                             << what << ", " << target->name << ", map " << m << ", number " << n;
-                        shaded += other.maps()[m].numbers()[n] < 1 ? 1 : 0;
+                        shaded += other.maps()[m]->numbers()[n] < 1 ? 1 : 0;
                     }
                 EXPECT_EQ(one.largestError(), other.largestError());
                 EXPECT_EQ(one.shareOfMore(), other.shareOfMore());
@@ -349,7 +349,7 @@ TEST(ShadowMaps, PacketsThatLackABrickLeaveTheRest) {
     path.rays = &lacking;
     other.build(path, 0);
     for (std::size_t n = 0; n < std::size_t{24} * 24 * native::kNumbersOfRay; ++n)
-        ASSERT_EQ(one.maps()[0].numbers()[n], other.maps()[0].numbers()[n]);
+        ASSERT_EQ(one.maps()[0]->numbers()[n], other.maps()[0]->numbers()[n]);
 }
 
 /// Extremes: all finite, bounded, no hang.

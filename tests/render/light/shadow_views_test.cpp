@@ -128,7 +128,7 @@ TEST(ShadowMaps, HoldTheBoxOfWhatShows) {
         const glm::dvec3 towards = glm::normalize(direction);
         const ShadowMaps maps({false, towards}, path, {});
         ASSERT_EQ(maps.maps().size(), 1u);
-        EXPECT_EQ(maps.maps()[0].size(), 512);
+        EXPECT_EQ(maps.maps()[0]->size(), 512);
         const Camera& camera = maps.camera(0);
         EXPECT_EQ(camera.projection, Projection::parallel);
         EXPECT_LT(glm::distance(camera.focalPoint, middle), 1e-9);
@@ -213,7 +213,7 @@ TEST(ShadowMaps, OfSoftLightsLookFromItsDisk) {
         const glm::dvec3 up = hard.camera(0).viewUp, right = glm::cross(up, towards);
         std::vector<glm::dvec2> places;
         for (std::size_t n = 0; n < soft.maps().size(); ++n) {
-            EXPECT_EQ(soft.maps()[n].size(), 32);
+            EXPECT_EQ(soft.maps()[n]->size(), 32);
             const Camera& camera = soft.camera(n);
             const glm::dvec3 to = glm::normalize(camera.position - camera.focalPoint);
             places.push_back(glm::dvec2(glm::dot(to, right), glm::dot(to, up)) / glm::dot(to, towards));
@@ -273,8 +273,8 @@ TEST(ShadowMaps, BytesAreThoseOfTheMaps) {
             quality.mapSize = 20;
             const ShadowMaps maps(placedLight(light, {}), even.path, quality);
             std::size_t bytes = 0;
-            for (const DeepShadowMap& map : maps.maps())
-                bytes += DeepShadowMap::bytes(map.size());
+            for (const std::shared_ptr<ShadowMap>& map : maps.maps())
+                bytes += DeepShadowMap::bytes(map->size());
             EXPECT_EQ(ShadowMaps::bytes(light, quality), bytes);
         }
 }
@@ -482,12 +482,12 @@ TEST(SceneLight, TellsWhatAnEditChanges) {
         light.viewChanged();
         EXPECT_FALSE(light.makeCoarseMaps(false));
         EXPECT_EQ(light.makeCoarseMaps(true), frame == LightFrame::camera);
-        EXPECT_EQ(light.shadows()[0].maps()[0].size(), frame == LightFrame::camera ? 2 : 8);
+        EXPECT_EQ(light.shadows()[0].maps()[0]->size(), frame == LightFrame::camera ? 2 : 8);
         EXPECT_EQ(light.mapsAreWhole(), frame == LightFrame::patient);
         light.levelsChanged();
         EXPECT_FALSE(light.mapsAreWhole());
         EXPECT_TRUE(light.makeMaps());
-        EXPECT_EQ(light.shadows()[0].maps()[0].size(), 8);
+        EXPECT_EQ(light.shadows()[0].maps()[0]->size(), 8);
     }
 }
 
@@ -531,8 +531,8 @@ TEST(SceneLight, BeginsMapsAgainWhereSomethingChanges) {
         EXPECT_TRUE(light.mapsAreWhole());
         SceneLight fresh(p, 1);
         EXPECT_TRUE(fresh.makeMaps());
-        const float* const mine = light.shadows()[0].maps()[0].numbers();
-        const float* const its = fresh.shadows()[0].maps()[0].numbers();
+        const float* const mine = light.shadows()[0].maps()[0]->numbers();
+        const float* const its = fresh.shadows()[0].maps()[0]->numbers();
         EXPECT_TRUE(std::equal(mine, mine + 24 * 24 * 2 * DeepShadowMap::kLayers, its)) << change;
     }
 }

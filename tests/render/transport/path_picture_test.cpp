@@ -281,6 +281,8 @@ TEST(PathPicture, RefusesWhatIsNotThere) {
     other.lighting.transport->response = TransportResponse::contract;
     other.lighting.occlusion = Occlusion{OcclusionMethod::rejecting};
     EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected occlusion of method local"));
+    other.lighting.occlusion = Occlusion{.directions = OcclusionDirections::hemisphere};
+    EXPECT_THAT(refused(other), HasSubstr("directions sphere"));
     other.lighting.occlusion.reset();
     other.shading.on = false;
     EXPECT_THAT(refused(other), HasSubstr("lighting.transport: expected shading"));
