@@ -31,7 +31,8 @@ template <typename Integer> PictureFile<Integer> encode(const Image& image, cons
         return static_cast<Integer>(x > 0 ? std::lround(std::min(x, 1.0) * kMax) : 0);
     };
     PictureFile<Integer> file{image.size, isOpaque(image) ? 3 : 4, {}, manifest};
-    const auto channels = static_cast<std::size_t>(file.channels), width = static_cast<std::size_t>(image.size.x);
+    const auto channels = static_cast<std::size_t>(file.channels),
+               width = static_cast<std::size_t>(image.size.x);
     file.samples.resize(image.pixels.size() * channels);
     parallelFor(static_cast<std::size_t>(image.size.y), 0, [&](std::size_t row) {
         Integer* out = file.samples.data() + row * width * channels;

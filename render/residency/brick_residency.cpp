@@ -19,8 +19,8 @@ namespace {
 /// Chunks whose bricks are put together, by several threads.
 constexpr std::size_t kChunksAtOnce = 16;
 
-/// Visits some chunks at once, in batches that the cache can pin while others are decoded, until visit returns
-/// false.
+/// Visits some chunks at once, in batches that the cache can pin while others are decoded, until visit
+/// returns false.
 template <typename Visit>
 void forEachChunks(BrickCache& cache, const std::vector<ChunkKey>& keys, const Visit& visit) {
     const std::size_t batch = std::max<std::size_t>(1, cache.pinnableChunks() / 2);
