@@ -268,6 +268,8 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
             light.softness = mixed(light.softness, to.softness, share);
             light.scatter = mixed(light.scatter, to.scatter, share);
         }
+    if (a.shadowMap.kind == b.shadowMap.kind && a.shadowMap.filter == b.shadowMap.filter)
+        out.shadowMap.threshold = mixed(a.shadowMap.threshold, b.shadowMap.threshold, share);
     out.scatterRadiusMm = mixed(a.scatterRadiusMm, b.scatterRadiusMm, share);
     if (a.occlusion && b.occlusion && a.occlusion->method == b.occlusion->method &&
         a.occlusion->rays == b.occlusion->rays) {

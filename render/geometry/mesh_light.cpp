@@ -35,7 +35,7 @@ MeshLight::MeshLight(const FramePlan& plan, int threads) : plan_(plan) {
             if (casts(light)) {
                 LightPath field = lightPathOf(*volume, nullptr);
                 field.meshes = {}; // rays find these
-                source.maps.emplace_back(source.light, field, volume->view.shadowQuality);
+                source.maps.emplace_back(source.light, field, shadowQualityOf(*volume));
                 source.maps.back().build(field, threads);
             }
         sources_.push_back(std::move(source));

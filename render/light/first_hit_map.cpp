@@ -5,8 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 
 namespace tessera {
+
+bool isBeyond(const glm::vec2& at, int size, int filter) {
+    const auto least = static_cast<float>(-filter - 1), most = static_cast<float>(size + filter + 1);
+    return !(at.x > least && at.y > least && at.x < most && at.y < most);
+}
 
 float firstHit(std::span<const LightLeft> samples, float threshold) {
     const float dark = 1 - threshold;
@@ -27,19 +33,22 @@ FirstHitMap::FirstHitMap(int size, const FirstHits& hits)
     TESSERA_CHECK(hits.threshold > 0 && hits.threshold < 1 && hits.filter >= 0);
 }
 
-float FirstHitMap::fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float error) {
+float FirstHitMap::fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float) {
     mm_[static_cast<std::size_t>(ray.y * size() + ray.x)] = firstHit(samples, hits_.threshold);
-    return error;
+    return 0;
 }
 
 float FirstHitMap::between(const glm::vec2& at, float mm) const {
+    if (isBeyond(at, size(), hits_.filter))
+        return 1;
     const glm::ivec2 ray(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)));
     const int reach = hits_.filter;
     int lit = 0;
     for (int y = ray.y - reach; y <= ray.y + reach; ++y)
         for (int x = ray.x - reach; x <= ray.x + reach; ++x) {
-            const bool beyond = x < 0 || y < 0 || x >= size() || y >= size();
-            lit += beyond || mm_[static_cast<std::size_t>(y * size() + x)] + hits_.biasMm >= mm ? 1 : 0;
+            const glm::ivec2 in = glm::clamp(glm::ivec2(x, y), 0, size() - 1);
+            const bool beyond = !hits_.oneOfSides && in != glm::ivec2(x, y);
+            lit += beyond || mm_[static_cast<std::size_t>(in.y * size() + in.x)] + hits_.biasMm >= mm ? 1 : 0;
         }
     const int across = 2 * reach + 1;
     return static_cast<float>(lit) / static_cast<float>(across * across);
@@ -51,11 +60,11 @@ VarianceMap::VarianceMap(int size, const FirstHits& hits, float middleMm, float 
     TESSERA_CHECK(hits.threshold > 0 && hits.threshold < 1 && hits.filter >= 0 && leastMm > 0);
 }
 
-float VarianceMap::fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float error) {
+float VarianceMap::fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float) {
     const float mm = firstHit(samples, hits_.threshold) - middleMm_;
     rays_[static_cast<std::size_t>(ray.y * size() + ray.x)] =
         std::isfinite(mm) ? Moments{1, mm, mm * mm} : Moments{};
-    return error;
+    return 0;
 }
 
 void VarianceMap::finish() {
@@ -85,11 +94,14 @@ void VarianceMap::finish() {
 }
 
 VarianceMap::Moments VarianceMap::at(int x, int y) const {
-    return x < 0 || y < 0 || x >= size() || y >= size() ? Moments{}
-                                                        : rays_[static_cast<std::size_t>(y * size() + x)];
+    const glm::ivec2 in = glm::clamp(glm::ivec2(x, y), 0, size() - 1);
+    return hits_.oneOfSides || in == glm::ivec2(x, y) ? rays_[static_cast<std::size_t>(in.y * size() + in.x)]
+                                                      : Moments{};
 }
 
 float VarianceMap::between(const glm::vec2& at, float mm) const {
+    if (isBeyond(at, size(), 0))
+        return 1;
     const glm::vec2 corner(std::floor(at.x - 0.5f), std::floor(at.y - 0.5f)), part = at - 0.5f - corner;
     const auto x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
     const Moments m[4] = {this->at(x, y), this->at(x + 1, y), this->at(x, y + 1), this->at(x + 1, y + 1)};

@@ -16,10 +16,15 @@ namespace tessera {
 struct FirstHits {
     float threshold = 0.5f; // opacity that is a hit, (0,1)
     int filter = 1;         // rays to either side that count
-    /// Closer, mm: a hit so much in front of a place does not shade it, because rays beside meet a tilted
-    /// surface nearer to the light.
+    /// mm. A hit up to this far in front of a place does not shade it: rays beside meet a tilted surface
+    /// nearer to the light.
     float biasMm = 0;
+    /// Of a view to one side of six: what is beyond its edge is as the edge is, not without hits.
+    bool oneOfSides = false;
 };
+
+/// True if a place is so far beyond a map that no ray counts there; not a number: true.
+bool isBeyond(const glm::vec2& at, int size, int filter);
 
 /// The distance at which samples pass the threshold, between two of them linearly; infinite if they do not.
 float firstHit(std::span<const LightLeft> samples, float threshold);

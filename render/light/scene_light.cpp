@@ -19,6 +19,10 @@ bool sameShadows(const std::vector<Light>& a, const std::vector<Light>& b) {
     });
 }
 
+bool sameMaps(const ShadowMapping& a, const ShadowMapping& b) {
+    return a.kind == b.kind && (a.kind == ShadowMapKind::deep || a == b);
+}
+
 /// True if tissue scatters the lights of both alike.
 bool scatterTheSame(const Lighting& a, const Lighting& b) {
     if (!scatters(a) && !scatters(b))
@@ -82,7 +86,8 @@ LightParts SceneLight::lightingChanged() {
         amidst_.clear();
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }
-    if (!sameShadows(casting, castingLights(lighting_.lights)) || now.shadowMap != lighting_.shadowMap) {
+    if (!sameShadows(casting, castingLights(lighting_.lights)) ||
+        !sameMaps(now.shadowMap, lighting_.shadowMap)) {
         changed |= light_->partsByMaps();
         takeMaps({}, Maps::none);
     }
@@ -125,17 +130,17 @@ LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays) {
                                    : std::span<const SceneMesh>()};
 }
 
+ShadowQuality shadowQualityOf(const FramePlan& scene) {
+    ShadowQuality quality = scene.view.shadowQuality;
+    quality.mapping = scene.view.lighting.shadowMap;
+    return quality;
+}
+
 std::vector<PlacedLight> SceneLight::placedLights() const {
     std::vector<PlacedLight> placed;
     for (const Light& light : castingLights(lighting_.lights))
         placed.push_back(placedLight(light, scene_.view.camera));
     return placed;
-}
-
-ShadowQuality SceneLight::shadowQuality() const {
-    ShadowQuality quality = scene_.view.shadowQuality;
-    quality.mapping = lighting_.shadowMap;
-    return quality;
 }
 
 void SceneLight::takeMaps(std::vector<ShadowMaps> maps, Maps kind) {
@@ -155,7 +160,7 @@ bool SceneLight::makeMaps() {
     const LightPath field = lightPathOf(scene_, rays_);
     std::vector<ShadowMaps> maps;
     for (const PlacedLight& light : placedLights()) {
-        maps.emplace_back(light, field, shadowQuality());
+        maps.emplace_back(light, field, shadowQualityOf(scene_));
         maps.back().build(field, threads_);
     }
     takeMaps(std::move(maps), Maps::whole);
@@ -194,7 +199,7 @@ bool SceneLight::makeMapsUntil(Deadline deadline) {
         takeMaps({}, Maps::none);
         nextBuilt_ = 0;
         for (const PlacedLight& light : placedLights())
-            next_.emplace_back(light, field, shadowQuality());
+            next_.emplace_back(light, field, shadowQualityOf(scene_));
     }
     while (nextBuilt_ < next_.size()) {
         if (!next_[nextBuilt_].buildUntil(field, threads_, deadline))
@@ -217,7 +222,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     field.levels = nullptr;
     field.occupancy = nullptr; // it is for the drawn bricks
     field.rays = nullptr;
-    ShadowQuality quality = shadowQuality();
+    ShadowQuality quality = shadowQualityOf(scene_);
     quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
     quality.stepVoxels *= 1 << kCoarseLevel;
     std::vector<ShadowMaps> maps;

@@ -25,7 +25,7 @@ struct LightReport {
     std::size_t maps = 0;
     ShadowMapKind mapKind = ShadowMapKind::deep;
     int mapSize = 0;        // rays along a side of one
-    float mapError = 0;     // largest error of light in maps
+    float mapError = 0;     // largest error of light in deep maps; else 0
     double shareOfMore = 0; // share of rays with a larger error than requested
     double seconds = 0;     // total computing time so far
 };
@@ -33,6 +33,9 @@ struct LightReport {
 /// What light goes through on its way to a plan's bricks as they are drawn.
 /// @param rays  of shadow maps; null: by the cache's samples
 LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays);
+
+/// How a plan's shadow maps are made.
+ShadowQuality shadowQualityOf(const FramePlan& scene);
 
 class SceneLight {
   public:
@@ -85,7 +88,6 @@ class SceneLight {
   private:
     enum class Maps { none, coarse, whole };
     std::vector<PlacedLight> placedLights() const;
-    ShadowQuality shadowQuality() const;
     void takeMaps(std::vector<ShadowMaps> maps, Maps kind);
 
     const FramePlan& scene_;

@@ -24,7 +24,8 @@ class ShadowMap {
     /// Stores a ray's light.
     /// @param samples  by distance, light falling from 1; none: unobstructed
     /// @param error  allowed error of the fit
-    /// Returns the error bound at these samples: the one given, or twice, four times ... as much.
+    /// Returns the error bound of the fit at these samples: the one given, or twice, four times ... as much;
+    /// 0 of maps that fit nothing.
     virtual float fit(const glm::ivec2& ray, std::span<const LightLeft> samples, float error) = 0;
     /// All rays are stored; before any look-up.
     virtual void finish() {}

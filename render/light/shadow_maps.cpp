@@ -154,12 +154,14 @@ std::size_t bytesOfMap(ShadowMapKind kind, int size) {
 
 /// @param rayMm  distance of neighbouring rays
 /// @param middleMm  of what they see, from their start
+/// @param oneOfSides  of six views from one place
 std::shared_ptr<ShadowMap> mapOf(const ShadowQuality& quality, int size, double voxelMm, double rayMm,
-                                 double middleMm) {
+                                 double middleMm, bool oneOfSides) {
     constexpr double kMostBias = 4, kLeastDeviation = 0.02; // voxels
     const ShadowMapping& mapping = quality.mapping;
     const FirstHits hits{static_cast<float>(mapping.threshold), mapping.filter,
-                         static_cast<float>(std::min(mapping.filter * rayMm, kMostBias * voxelMm))};
+                         static_cast<float>(std::min(mapping.filter * rayMm, kMostBias * voxelMm)),
+                         oneOfSides};
     switch (mapping.kind) {
     case ShadowMapKind::first:
         return std::make_shared<FirstHitMap>(size, hits);
@@ -192,7 +194,7 @@ void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info) {
     const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
     views_.push_back(view);
     maps_.push_back(mapOf(quality_, size_, voxelMm, 2 * glm::length(view.plane.right) / size_,
-                          view.plane.perspective ? view.far : 0));
+                          view.plane.perspective ? view.far : 0, perLight_ > 1));
 }
 
 ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality)
@@ -372,6 +374,17 @@ bool ShadowMaps::buildUntil(const LightPath& field, int threads,
     return rowsBuilt_ == rows();
 }
 
+namespace {
+/// The side of six on which a direction lies: x, y and z, up and down each.
+std::size_t sideOf(const glm::dvec3& direction) {
+    std::size_t axis = 0;
+    for (std::size_t other = 1; other < 3; ++other)
+        if (std::abs(direction[static_cast<int>(other)]) > std::abs(direction[static_cast<int>(axis)]))
+            axis = other;
+    return 2 * axis + (direction[static_cast<int>(axis)] < 0 ? 1 : 0);
+}
+} // namespace
+
 float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
     const double far = glm::length(towards);
@@ -380,16 +393,16 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 from = isFar ? place + towards * (offsetMm / far) : place;
     const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
     float sum = 0;
-    for (std::size_t n = 0; n < views_.size(); ++n) {
+    for (std::size_t first = 0; first < views_.size(); first += static_cast<std::size_t>(perLight_)) {
+        const std::size_t n = perLight_ > 1 ? first + sideOf(from - views_[first].camera.position) : first;
         glm::vec2 at(0);
         float mm = 0;
-        if (!placeOn(views_[n], from, at, mm)) { // another side's, or beside all that the map holds
-            sum += perLight_ > 1 ? 0.0f : 1.0f;
+        if (!placeOn(views_[n], from, at, mm)) { // behind the light, or at one inside
+            sum += 1;
             continue;
         }
-        const auto edge = static_cast<float>(size_);
-        if (perLight_ > 1 && !(at.x >= 0 && at.y >= 0 && at.x < edge && at.y < edge))
-            continue; // another side's
+        if (perLight_ > 1) // what is beyond a side's outermost rays is another's
+            at = glm::clamp(at, 0.5f, static_cast<float>(size_) - 0.5f);
         sum += maps_[n]->between(at, mm);
     }
     return std::min(1.0f, sum / static_cast<float>(lights));

@@ -129,9 +129,9 @@ class ShadowMaps {
     double rayMm_ = 0;    // directional: largest distance of a map's rays, for the offset
     int perLight_ = 1;    // number of views to different sides
     std::vector<View> views_;
-    int size_ = 1; // rays along a side of a map
-    std::vector<std::shared_ptr<ShadowMap>> maps_;
-    std::size_t rowsBuilt_ = 0, more_ = 0; // rays with a larger bound
+    int size_ = 1;                                 // rays along a side of a map
+    std::vector<std::shared_ptr<ShadowMap>> maps_; // of copies, too, which are not built again
+    std::size_t rowsBuilt_ = 0, more_ = 0;         // rays with a larger bound
     float largestError_ = 0;
 };
 

@@ -137,8 +137,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              occlusion->radiusMm,
              occlusion->bleeding > 0 ? ", with the colours around, red, green and blue" : "");
     else if (occlusion)
-        line("occlusion: %d rays of %g mm from each sample, kept beside the values%s", occlusion->rays,
+        line("occlusion: %d rays of %g mm from each sample%s%s, kept beside the values%s", occlusion->rays,
              occlusion->radiusMm,
+             occlusion->directions == OcclusionDirections::hemisphere ? ", by its surface's hemisphere" : "",
+             occlusion->weights ? ", more from one side" : "",
              r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"
                                           : "");
     if (scatters(scene.lighting) && r.light)
@@ -155,10 +157,13 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<double>(ShadowQuality().error), 100 * r.light->shareOfMore,
              static_cast<double>(r.light->mapError));
     else if (r.light && r.light->maps > 0)
-        line("shadows: %zu %s of %d x %d rays, %s, of where their opacity passes %g", r.light->maps,
+        line("shadows: %zu %s of %d x %d rays, %s: each ray's first place with an opacity of %g; %d rays to "
+             "either side "
+             "count",
+             r.light->maps,
              r.light->mapKind == ShadowMapKind::first ? "maps of first hits" : "variance maps of first hits",
              r.light->mapSize, r.light->mapSize, formatBytes(r.light->mapBytes).c_str(),
-             scene.lighting.shadowMap.threshold);
+             scene.lighting.shadowMap.threshold, scene.lighting.shadowMap.filter);
     if (!r.light)
         line("light of voxels: none; no planes, no maps of shadows");
     char means[80] = "";

@@ -364,8 +364,8 @@ double AreaPicture::share(double ofArray) const {
 }
 
 std::size_t AreaPicture::bytesPerPixel(const PixelSampling& sampling) {
-    // Sums; the list of pixels with samples, gain and choice of each; an array's points, and the engine's
-    // picture of it.
+    // Sums; the list of pixels with samples; needs and choices of all; an array's points, and the engine's
+    // picture of it. Parts of arrays are left out, a tenth of a byte a pixel.
     return PixelSums::bytesPerPixel(sampling.samples) + sizeof(std::uint32_t) + sizeof(std::uint16_t) +
            sizeof(float) + 1 + sizeof(glm::vec2) + sizeof(glm::vec4);
 }

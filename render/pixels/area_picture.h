@@ -41,7 +41,7 @@ using Overlooked = std::function<std::vector<std::uint32_t>(const Image& middles
 class AreaPicture {
   public:
     /// @param picture  rays without places
-    /// @param threads  for the choice of samples; 0: all processors
+    /// @param threads  for choosing, placing and adding samples; 0: all processors
     /// @param phasedStep  with automatic samples: the step of all rays but those through centres, voxels;
     ///     these rays have phases. None: the picture's own step, without phases
     /// @param others  pictures that add() takes beside the colours

@@ -111,7 +111,7 @@ void checkLight(const Scene& scene) {
                          "sides, found hemisphere");
     if (occlusion && occlusion->method == OcclusionMethod::histogram && (hemisphere || occlusion->weights))
         throw InputError("lighting.occlusion.method: expected a method of rays with " +
-                         std::string(hemisphere ? "directions" : "weights") + ", found histogram");
+                         std::string(hemisphere ? "directions hemisphere" : "weights") + ", found histogram");
 }
 
 void checkScene(const Scene& scene) {

@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
+#include <string>
 
 namespace tessera {
 namespace {
@@ -89,11 +90,21 @@ LightRays::LightRays(const VolumeInfo& info, const Optics& optics, const Obstacl
       rejects_(sources.hasOcclusion && sources.occlusion.method == OcclusionMethod::rejecting),
       gathersEmission_(sources.ambientChannels > 1), toPatient_(info.patientFromVoxel),
       toVoxels_(glm::inverse(info.patientFromVoxel)) {
-    if (sources.hasOcclusion && sources.occlusion.directions == OcclusionDirections::hemisphere &&
-        (labels || optics.grades()))
-        throw InputError(
-            "lighting.occlusion.directions: expected sphere with labels or gradient opacity, whose "
-            "surfaces the reference does not know, found hemisphere");
+    if (labels || optics.grades())
+        refuseHemisphere("labels or gradient opacity");
+}
+
+void LightRays::setOthers(std::vector<LightRays*> others) {
+    others_ = std::move(others);
+    if (!others_.empty())
+        refuseHemisphere("several volumes");
+}
+
+/// Surfaces are known by the function of one volume alone.
+void LightRays::refuseHemisphere(const char* beside) const {
+    if (sources_.hasOcclusion && sources_.occlusion.directions == OcclusionDirections::hemisphere)
+        throw InputError(std::string("lighting.occlusion.directions: expected sphere with ") + beside +
+                         ", whose surfaces the reference does not know, found hemisphere");
 }
 
 LightShares LightRays::at(const glm::dvec3& voxel) {

@@ -62,7 +62,7 @@ class LightRays {
               LabelField* labels, int panels);
 
     /// Volumes whose tissue takes this one's ambient light, too. They outlive this, and are not it.
-    void setOthers(std::vector<LightRays*> others) { others_ = std::move(others); }
+    void setOthers(std::vector<LightRays*> others);
     /// @param place  voxels
     LightShares at(const glm::dvec3& place);
     /// Multiplies the shares of lights by what this volume leaves of them, at a place of another.
@@ -97,6 +97,7 @@ class LightRays {
     static constexpr double kDark = 1e-6;
 
   private:
+    void refuseHemisphere(const char* beside) const;
     SurfaceAround surfaceAt(const glm::dvec3& voxel);
     double leftOf(const LightSources::Caster& light, const glm::dvec3& place);
     /// What a walk is for: the light left at its end; that along it, too; or where little is left.

@@ -34,6 +34,7 @@ Lighting lit(double n) {
     lighting.lights = {Light{}, light};
     lighting.occlusion = Occlusion{OcclusionMethod::local, 32, 10 + n, n, 0.1 * n, 0.5 + 0.1 * n, 0.2 * n};
     lighting.occlusion->weights = DirectionWeights{{n, 2, 1 - n}, 3 * n};
+    lighting.shadowMap = {ShadowMapKind::first, 0.25 + 0.125 * n, 2};
     lighting.scatterRadiusMm = 8 + n;
     lighting.surfaceOcclusion = SurfaceOcclusion{16, 12 + n, true};
     lighting.transport =

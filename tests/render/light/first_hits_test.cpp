@@ -7,6 +7,7 @@
 #include "tests/support/native_fixture.h"
 #include "tests/support/surface_fixture.h"
 
+#include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -36,7 +37,7 @@ void put(ShadowMap& map, const glm::ivec2& ray, float mm) {
     const std::vector<LightLeft> wall = {{mm, 1}, {mm + 1e-4f, 0}};
     EXPECT_EQ(
         map.fit(ray, mm < kNever ? std::span<const LightLeft>(wall) : std::span<const LightLeft>(), 0.25f),
-        0.25f);
+        0);
 }
 
 /// Distances of random rays, a third of which meet nothing.
@@ -117,6 +118,22 @@ TEST(VarianceMap, BoundsTheShareOfRaysAround) {
     tilted.finish();
     EXPECT_EQ(tilted.between({0.5f, 0.5f}, 12.5f), 1);
     EXPECT_LT(tilted.between({0.5f, 0.5f}, 14), 0.1);
+}
+
+/// Places far beyond a map, or nowhere, meet nothing: no number is cast that does not fit.
+TEST(FirstHits, MeetNothingFarBeyondAMap) {
+    FirstHitMap first(4, {0.5f, 8, 0});
+    VarianceMap variance(4, {0.5f, 8, 0}, 0, 0.1f);
+    for (ShadowMap* map : {static_cast<ShadowMap*>(&first), static_cast<ShadowMap*>(&variance)}) {
+        for (int n = 0; n < 16; ++n)
+            put(*map, {n % 4, n / 4}, 1);
+        map->finish();
+        for (const float far : {1e4f, 1e20f, kNever, -1e20f, std::nanf("")}) {
+            EXPECT_EQ(map->between({far, 2}, 50), 1) << far;
+            EXPECT_EQ(map->between({2, far}, 50), 1) << far;
+        }
+        EXPECT_LT(map->between({2, 2}, 50), 0.95);
+    }
 }
 
 TEST(FirstHits, TakeTheirPartOfADeepMapsMemory) {
@@ -200,6 +217,36 @@ TEST_P(FirstHitShadows, AreWhereTheSlabHidesTheLight) {
         EXPECT_EQ(parts.light({x, 30, 20}), sun.light({x, 30, 20}));
 }
 
+/// Outside of a closed shell around a lamp it is dark to all sides: at edges and corners of its six views,
+/// too.
+TEST_P(FirstHitShadows, HaveNoSeamsBetweenSixViews) {
+    const glm::dvec3 lamp(32);
+    const Stored stored(
+        [&](const glm::dvec3& p) {
+            const double r = glm::length(p - lamp);
+            return r > 10 && r < 16 ? 100.0 : 0.0;
+        },
+        glm::ivec3(64), true);
+    Scene scene = stored.scene({});
+    scene.volumes[0].transferFunction =
+        TransferFunction::fromExtinction({{0, 0}, {50, 0}, {100, 2}, {101, 2}}, {});
+    const auto prepared = stored.prepare(scene);
+    const Planner& p = prepared->p;
+    path_.cache = p.layer().cache.get();
+    path_.info = &p.info();
+    path_.selection = &p.layer().selection;
+    path_.optics = &p.layer().optics;
+    const ShadowMaps all = maps({true, {0, 0, 1}, lamp});
+    ASSERT_EQ(all.maps().size(), 6u);
+    for (const glm::dvec3& to :
+         {glm::dvec3(1, 0, 0), glm::dvec3(1, 1, 0), glm::dvec3(0, -1, 1), glm::dvec3(1, 1, 1),
+          glm::dvec3(-1, 1, -1), glm::dvec3(1, 0.98, 0.2), glm::dvec3(1, 1.03, -0.97)}) {
+        const glm::dvec3 towards = glm::normalize(to);
+        EXPECT_NEAR(all.light(lamp + 24.0 * towards), 0, 0.02) << to.x << " " << to.y << " " << to.z;
+        EXPECT_NEAR(all.light(lamp + 6.0 * towards), 1, 0.02);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, FirstHitShadows,
                          testing::Values(ShadowMapKind::deep, ShadowMapKind::first, ShadowMapKind::variance));
 
@@ -273,6 +320,12 @@ TEST(FirstHitShadowsOfPictures, FollowAChangeOfTheKind) {
     prepared.p.view.lighting.shadowMap.filter = 3;
     EXPECT_EQ(light.lightingChanged(), kShadowLight);
     EXPECT_EQ(light.lightingChanged(), LightParts{0}) << "nothing has changed since";
+    prepared.p.view.lighting.shadowMap = {};
+    EXPECT_EQ(light.lightingChanged(), kShadowLight);
+    light.ready();
+    prepared.p.view.lighting.shadowMap.filter = 5;
+    EXPECT_EQ(light.lightingChanged(), LightParts{0}) << "deep maps have no filter";
+    EXPECT_TRUE(light.mapsAreWhole());
 }
 
 } // namespace

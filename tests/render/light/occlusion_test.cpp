@@ -347,7 +347,7 @@ TEST(Occluder, ReadsWhatShowsAlone) {
 }
 
 /// At the plane of a half space that hides all, nothing of the open side is hidden: 1 by the hemisphere, and
-/// about half by the sphere. Deep in an even medium both are the same.
+/// about half by the sphere. Where nothing is beside a place both are the same.
 TEST(Occluder, LooksAwayFromAHalfSpace) {
     const Stored stored([](const glm::dvec3& p) { return p.x > 32 ? 1 : 0; }, {64, 64, 64}, true);
     Scene scene = stored.scene({});

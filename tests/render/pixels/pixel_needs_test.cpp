@@ -102,6 +102,31 @@ TEST(PixelErrors, AreThoseOfTheirSets) {
     }
 }
 
+// Needs that are brought up to date are those that are estimated anew: corners, edges and small pictures,
+// too.
+TEST(PixelNeeds, FollowNewSamples) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> light(0, 1);
+    const PixelTarget target;
+    for (const glm::ivec2& size :
+         {glm::ivec2(23, 17), glm::ivec2(2, 9), glm::ivec2(8, 1), glm::ivec2(5, 5)}) {
+        Sampled s(size, false);
+        std::vector<float> needs = sampleNeeds(s.sums, target);
+        const std::vector<float> before = needs;
+        for (int turn = 0; turn < 4; ++turn) {
+            std::vector<std::uint32_t> sampled = {0, static_cast<std::uint32_t>(s.sums.count() - 1)};
+            for (int n = 0; n < turn; ++n)
+                sampled.push_back(static_cast<std::uint32_t>(random() % s.sums.count()));
+            for (const std::uint32_t pixel : sampled)
+                for (int set = 0; set < 2; ++set)
+                    s.sums.add(pixel, set, {light(random), light(random), light(random), light(random)}, 1);
+            updateNeeds(s.sums, target, sampled, 2, needs);
+            EXPECT_EQ(needs, sampleNeeds(s.sums, target)) << size.x << "x" << size.y << " " << turn;
+        }
+        EXPECT_NE(needs, before);
+    }
+}
+
 // The need of a pixel: two thirds of its own variance and one of its neighbours' (half as much), against
 // light and lightness; of a pixel with a middle alone the scatter about a plane through the nine around.
 TEST(PixelNeeds, AreThoseOfTheirFormula) {
