@@ -30,6 +30,10 @@ namespace tessera {
 /// Samples of a chunk and of its surroundings within reach of rays: the working set of a thread.
 class OcclusionRoom {
   public:
+    /// Reach of interpolation near a sample, in samples, with or without mixed levels.
+    static constexpr int kAround = 2;
+    static constexpr int kRun = native::kOcclusionRun, kRunsPerRow = kChunkExtent / kRun;
+
     /// For rays with this reach.
     /// @param emits  tissue may emit light
     /// @param surfaces  rays are weighted by surfaces
