@@ -199,6 +199,18 @@ TEST_P(FirstHitShadows, AreWhereTheSlabHidesTheLight) {
         EXPECT_NEAR(maps->light({16, 32, 43.5}), 1, 0.01) << "its lit side, by the offset";
     }
     EXPECT_EQ(inside.maps().size(), 6u);
+    // The bias is a distance of rays for each ray of the filter, at most four voxels.
+    if (GetParam() == ShadowMapKind::first)
+        for (const auto& [filter, most] : {std::pair(0, 4.0), std::pair(2, 4.0), std::pair(8, 4.0)}) {
+            quality_.mapping.filter = filter;
+            const ShadowMaps biased = this->maps({false, {0, 0, 1}});
+            const double bias =
+                std::min(most, filter * 2 * biased.camera(0).parallelScale / quality_.mapSize);
+            const double hit = 43.5; // as near as the slab's rise and a segment's ends tell
+            EXPECT_EQ(biased.light({16, 32, hit - 2 - bias + 1.2}), 1) << filter;
+            EXPECT_EQ(biased.light({16, 32, hit - 2 - bias - 1.2}), 0) << filter;
+        }
+    quality_.mapping.filter = 1;
     // Packets of places are these places.
     float run[native::kOcclusionRun];
     for (const native::PacketTarget* target : nativeTargets()) {

@@ -102,6 +102,21 @@ TEST(ReferenceLight, SeesTheOpenHemisphere) {
     }
 }
 
+/// The normal of an oblique wall in skewed voxels is that of patient space: no ray into the wall counts.
+TEST(ReferenceLight, SeesTheOpenHemisphereOfAnObliqueWall) {
+    const Stored oblique([](const glm::dvec3& p) { return p.x + 0.5 * p.z; });
+    Lighting lighting;
+    lighting.occlusion = Occlusion{.rays = 320, .radiusMm = 20, .bias = 0, .gamma = 1};
+    lighting.occlusion->directions = OcclusionDirections::hemisphere;
+    Scene scene = oblique.scene({});
+    scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{32, 0}, {32.01, 1e4}}, {});
+    scene.lighting = lighting;
+    const auto prepared = oblique.prepare(scene);
+    RaysOfLight rays(*prepared, scene);
+    EXPECT_GE(rays.light.at({21.9, 20, 20})[0], 0.98);
+    EXPECT_GE(rays.light.at({20.4, 18, 23})[0], 0.98);
+}
+
 /// Optical depths are inverted: in one medium by a logarithm, and in any volume to the place up to which a
 /// shadow leaves the share that is sought.
 TEST(ReferenceLight, ReachesThePlaceWhereAShareIsLeft) {
