@@ -105,6 +105,8 @@ class RayCaster {
 
     /// Linear, premultiplied, without background; of the rays' size(); charged by the caller.
     virtual Image image() const = 0;
+    /// Of sums along rays (ExposedCaster): the window of the last image(). None: rays show no sums.
+    virtual std::optional<GreyWindow> window() const { return std::nullopt; }
     /// CasterOptions::hits: the first hit of each ray.
     virtual std::vector<SurfaceHit> hits() const { return {}; }
     /// Rays::beginnings: of each ray; none: the caster keeps none. Valid until the next begin().

@@ -32,7 +32,7 @@ std::string LegendBar::textAt(double part) const {
 
 std::vector<LegendBar> colourLegend(const Scene& scene, std::span<const LegendVolume> volumes) {
     std::vector<LegendBar> bars;
-    if (scene.mode == Mode::isosurface)
+    if (scene.mode == Mode::isosurface || reductionOf(scene) == Reduction::sum)
         return bars;
     const bool composite = reductionOf(scene) == Reduction::composite;
     for (std::size_t n = 0; n < std::min(scene.volumes.size(), volumes.size()); ++n) {

@@ -95,14 +95,20 @@ GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
 }
 
 template <> const NameTable<Mode>& namesOf<Mode>() {
-    static const NameTable<Mode> names{
-        {{Mode::composite, "composite"},
-         {Mode::maximum, "maximum"},
-         {Mode::minimum, "minimum"},
-         {Mode::average, "average"},
-         {Mode::isosurface, "isosurface"},
-         {Mode::slice, "slice"}},
-        {{Mode::maximum, "mip"}, {Mode::minimum, "minip"}, {Mode::average, "mean"}}};
+    static const NameTable<Mode> names{{{Mode::composite, "composite"},
+                                        {Mode::maximum, "maximum"},
+                                        {Mode::minimum, "minimum"},
+                                        {Mode::average, "average"},
+                                        {Mode::isosurface, "isosurface"},
+                                        {Mode::slice, "slice"},
+                                        {Mode::emission, "emission"},
+                                        {Mode::absorption, "absorption"},
+                                        {Mode::radiograph, "radiograph"}},
+                                       {{Mode::maximum, "mip"},
+                                        {Mode::minimum, "minip"},
+                                        {Mode::average, "mean"},
+                                        {Mode::radiograph, "drr"},
+                                        {Mode::radiograph, "x-ray"}}};
     return names;
 }
 template <> const NameTable<Reduction>& namesOf<Reduction>() {
@@ -181,7 +187,7 @@ glm::dvec3 colourOfValue(const ValueLook& look, const TransferFunction& function
 }
 
 TransferTable valueTable(const ValueLook& look, const TransferFunction& function, Reduction reduction) {
-    TESSERA_CHECK(reduction != Reduction::composite);
+    TESSERA_CHECK(reduction != Reduction::composite && reduction != Reduction::sum);
     TransferTable table;
     if (look.colour == ValueColour::transferFunction) {
         table = makeTable(function);

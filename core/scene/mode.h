@@ -1,7 +1,7 @@
-// core/scene/mode.h: the modes of a picture: compositing, one value or the mean of a ray, the isosurfaces
-// alone, or the values of a plane. The window turns one value into grey (docs/sampling.md, "Modes"). The
-// appearance of one value in modes that show single values, exactly and as the table of floats that engines
-// read (docs/sampling.md, "Modes").
+// core/scene/mode.h: the modes of a picture: compositing, one value, the mean or a sum along a ray, the
+// isosurfaces alone, or the values of a plane. The window turns one value into grey (docs/sampling.md,
+// "Modes"). The appearance of one value in modes that show single values, exactly and as the table of floats
+// that engines read (docs/sampling.md, "Modes").
 #pragma once
 
 #include "core/base/names.h"
@@ -16,10 +16,10 @@
 
 namespace tessera {
 
-enum class Mode { composite, maximum, minimum, average, isosurface, slice };
+enum class Mode { composite, maximum, minimum, average, isosurface, slice, emission, absorption, radiograph };
 
-/// The reduction of the values along a ray: compositing, or one value.
-enum class Reduction { composite, maximum, minimum, average };
+/// The reduction of what lies along a ray: compositing, one value, or a sum (core/scene/exposure.h).
+enum class Reduction { composite, maximum, minimum, average, sum };
 
 /// DICOM's linear window (PS3.3 C.11.2.1.3.2, LINEAR_EXACT): grey rises from 0 at centre - width/2 to 1 at
 /// centre + width/2, in physical units.
@@ -47,7 +47,7 @@ struct SlicePlane {
     std::optional<double> positionMm = {};
     glm::dvec3 point{0}, normal{0, 0, 1};     // oblique; any length but 0
     double thicknessMm = 0;                   // 0: the plane alone, one sample a ray
-    Reduction reduction = Reduction::average; // of a slab; never composite
+    Reduction reduction = Reduction::average; // of a slab; one value
     bool operator==(const SlicePlane&) const = default;
 };
 
@@ -66,7 +66,7 @@ SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle);
 GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values);
 
 template <> const NameTable<Mode>& namesOf<Mode>();
-template <> const NameTable<Reduction>& namesOf<Reduction>(); // without composite
+template <> const NameTable<Reduction>& namesOf<Reduction>(); // of a slab: one value
 template <> const NameTable<Orientation>& namesOf<Orientation>();
 template <> const NameTable<ValueColour>& namesOf<ValueColour>();
 inline const std::vector<std::string>& modeNames() {
@@ -105,7 +105,7 @@ glm::dvec3 colourOfValue(const ValueLook& look, const TransferFunction& function
 /// Colours by value. An entry's extinction says only whether values there can change what a ray of this
 /// reduction shows, so that bricks are culled by it. The lowest entry cannot change a maximum, nor the
 /// highest a minimum.
-/// @param reduction  not composite
+/// @param reduction  one value
 TransferTable valueTable(const ValueLook& look, const TransferFunction& function, Reduction reduction);
 
 } // namespace tessera

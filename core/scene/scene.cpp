@@ -44,6 +44,10 @@ Reduction reductionOf(const Scene& scene) {
         return Reduction::average;
     case Mode::slice:
         return scene.slice.thicknessMm > 0 ? scene.slice.reduction : Reduction::maximum;
+    case Mode::emission:
+    case Mode::absorption:
+    case Mode::radiograph:
+        return Reduction::sum;
     case Mode::composite:
     case Mode::isosurface:
         break;
@@ -68,6 +72,8 @@ Scene asDrawn(const Scene& scene) {
     drawn.surfaces.clear();
     drawn.meshes.clear();
     drawn.quality.integrator = Integrator::midpoint;
+    if (reductionOf(scene) == Reduction::sum)
+        drawn.quality.terminationTransmittance = 0; // every part of a ray counts alike
     return drawn;
 }
 

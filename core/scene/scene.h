@@ -196,7 +196,7 @@ Scene sceneOfVolume(const Scene& scene, std::size_t number);
 
 /// The reduction of the scene's rays: a plane has one value per ray, as `maximum`.
 Reduction reductionOf(const Scene& scene);
-/// The scene without what its mode does not draw, as engines get it: single values have no light,
+/// The scene without what its mode does not draw, as engines get it: single values and sums have no light,
 /// isosurfaces, meshes or integrator. Throws InputError for a mode that has nothing to draw.
 Scene asDrawn(const Scene& scene);
 

@@ -357,13 +357,15 @@ const Fields<Scene>& sceneFields() {
             .unlessDefault();
         f.add("mode", &Scene::mode, named<Mode>(),
               "Kind of picture: compositing by the transfer function; the maximum, minimum or mean value "
-              "along rays; the isosurfaces alone; or the values of a plane.")
+              "along rays; the isosurfaces alone; the values of a plane; light that all tissue sends, or "
+              "takes, where nothing hides anything; or a radiograph.")
             .unlessDefault()
             .setBy("--mode", "what a ray shows: {names} (default: {default})");
         f.add("window", &Scene::window, windowKind(),
               "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
               "centre - width/2, white at centre + width/2. auto: abdomen where values are in HU, else all "
-              "values but for a few of the highest.")
+              "values but for a few of the highest. Of a radiograph mm of water, of mode emission the light "
+              "summed along a ray; auto: from 0 to the greatest of some rays.")
             .unlessDefault()
             .setBy("--window",
                    "grey of single values, CENTRE,WIDTH or {names} (default: {default}: abdomen for "

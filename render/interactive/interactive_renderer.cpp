@@ -3,6 +3,7 @@
 #include "render/interactive/interactive_renderer.h"
 
 #include "core/base/error.h"
+#include "render/exposure/exposed_caster.h"
 #include "render/geometry/mesh_caster.h"
 #include "render/labels/slice_labels.h"
 #include "render/picture/picture.h" // raysOf
@@ -113,8 +114,8 @@ void InteractiveRenderer::openVolumes() {
         volumes_[n]->open(n == 0 ? engine_ : *engine_.further(n - 1), several == 1);
     const CasterOptions options{options_.counting, false, false};
     for (std::size_t n = 0; n < (p_.fused ? 1 : several); ++n)
-        passes_.push_back({casterWithMeshes(volumes_[n]->engine(), volumes_[n]->plan(), options,
-                                            n == 0 ? gpu_ : p_.further[n - 1].gpu, options_.threads, false),
+        passes_.push_back({casterOf(volumes_[n]->engine(), volumes_[n]->plan(), options,
+                                    n == 0 ? gpu_ : p_.further[n - 1].gpu, options_.threads, false),
                            volumes_[n].get(),
                            {}});
 }
@@ -162,10 +163,11 @@ void InteractiveRenderer::setOpacity(double opacity, std::size_t volume) {
     scene_.volumes.at(volume).opacity = opacity;
     const DrawnVolumes before =
         std::exchange(drawn_, volumesOf(scene_, storesOfScene(), options_.firstAlone, opacitiesOf_));
-    for (std::size_t n = 0; n < volumes_.size() && !p_.layer().reduces(); ++n)
+    const bool ofColours = reductionOf(scene_) != Reduction::composite;
+    for (std::size_t n = 0; n < volumes_.size() && !ofColours; ++n)
         if (drawn_.scene.volumes[n].opacity != before.scene.volumes[n].opacity)
             volumes_[n]->setOpacity(drawn_.scene.volumes[n].opacity);
-    if (p_.layer().reduces()) // what rays read stays
+    if (ofColours) // what rays read stays
         forPicture_.add(kFunctionChanged);
 }
 

@@ -66,7 +66,8 @@ InteractiveVolume::InteractiveVolume(const Scene& scene, Planner& plan, MemoryBu
                          " are free");
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
-    if (!volume.reduces() && ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
+    if (!volume.reduces() && !p_.view.exposure &&
+        ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(*volume.store, ram, options.threads, volume.masked.get());
         chooser_->setFunction(volume.statistics, volume.table,
                               cullingFor(scene_.shading)); // before the cache takes the remaining memory
@@ -123,7 +124,7 @@ void InteractiveVolume::setOpacity(double opacity) {
 
 void InteractiveVolume::setWindow(const WindowChoice& window) {
     scene_.window = window;
-    if (p_.layer().reduces() && !nextFunction_)
+    if ((p_.layer().reduces() || p_.view.exposure) && !nextFunction_)
         nextFunction_ = p_.layer().function;
 }
 

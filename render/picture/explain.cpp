@@ -61,7 +61,14 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
                  static_cast<unsigned long long>(w.exceeded));
     }
     const Reduction reduction = reductionOf(scene);
-    if (reduction != Reduction::composite) {
+    if (reduction == Reduction::sum) {
+        line("mode: %s; rays add up what lies along them; light, isosurfaces and integrator are not used",
+             nameOf(scene.mode).c_str());
+        if (scene.mode != Mode::absorption)
+            line("window: sums from %g to %g%s", r.window.low(), r.window.high(),
+                 scene.mode == Mode::radiograph ? " mm of water, greys of an sRGB display"
+                                                : ", as linear light");
+    } else if (reduction != Reduction::composite) {
         line("mode: %s; rays keep the %s value along them%s",
              modeNames()[static_cast<std::size_t>(scene.mode)].c_str(),
              scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0) ? "plane's"
@@ -109,7 +116,7 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
         line("table: left out, %.2g l of it", r.patientTable->litres);
     else if (r.patientTable)
         line("table: nothing is left out, because %s", r.patientTable->why.c_str());
-    if (reduction != Reduction::composite)
+    if (reduction != Reduction::composite && reduction != Reduction::sum)
         line("leaps: %s", !scene.quality.skipping || reduction == Reduction::average
                               ? "none"
                               : "over bricks and cells whose values cannot change what a ray has");

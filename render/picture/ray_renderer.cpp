@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "render/backends/mirror/mirror_surfaces.h"
-#include "render/geometry/mesh_caster.h"
+#include "render/exposure/exposed_caster.h"
 #include "render/picture/picture.h"
 #include "render/pixels/kept_samples.h"
 #include "render/pixels/noise_filter.h"
@@ -132,6 +132,27 @@ Image RayRenderer::drawSome(const FrameTask& task, const Rays& rays) {
     caster_->begin(rays);
     drawToTheEnd(*caster_, *engine_, task.plan, task.options.slicing, work);
     return caster_->image();
+}
+
+/// The window of sums that the scene leaves open follows from some rays, with a step of a voxel.
+void RayRenderer::settleExposure(const FrameTask& task) {
+    Planner& p = task.plan;
+    p.setExposure(exposureOf(task.scene.mode, task.scene.valueColour, task.scene.window).window);
+    if (p.view.exposure->window || task.scene.mode == Mode::absorption)
+        return;
+    const double asked = p.view.quality.stepVoxels;
+    p.setStep(1);
+    const glm::ivec2 size = glm::min(p.view.imageSize, glm::ivec2(PixelGrid::kMostPixels));
+    std::vector<glm::vec2> places;
+    for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x)
+            places.push_back((glm::vec2(x, y) + 0.5f) * glm::vec2(p.view.imageSize) / glm::vec2(size));
+    Rays rays = raysOf(p);
+    rays.places = places;
+    rays.arraySize = size;
+    drawSome(task, rays);
+    p.setExposure(caster_->window());
+    p.setStep(asked);
 }
 
 /// The trials follow from the scene and its plan, not from the engine.
@@ -262,8 +283,8 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     std::unique_ptr<SurfaceLight> light;
     if (p.view.lighting.surfaceOcclusion && !task.reuse.first)
         light = std::make_unique<SurfaceLight>(p, options.threads, exact_);
-    caster_ = casterWithMeshes(*engine_, p, {options.counting, light != nullptr, passes}, task.context.gpu,
-                               options.threads);
+    caster_ = casterOf(*engine_, p, {options.counting, light != nullptr, passes}, task.context.gpu,
+                       options.threads);
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     if (p.view.lighting.transport && passes)
@@ -273,6 +294,10 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     StepSearch search(p, [this, &task](const RayFrame<double>& frame, const Strides& strides) {
         return drawSome(task, {frame, strides});
     });
+    if (p.view.exposure) {
+        settleExposure(task);
+        result.window = p.layer().look.window;
+    }
     result.stepOfMeans.reset();
     if (steps) {
         progress.stage("choosing the step");
@@ -421,8 +446,7 @@ std::string RayPixels::toTruth() {
         for (std::size_t n = 0; n < plan.further.size(); ++n)
             if (Engine* const further = engine_.further(n))
                 further->open(plan.further[n].plan, plan.further[n].plan.chosen.atlasPages);
-        caster_ =
-            casterWithMeshes(engine_, plan, {false, false, true}, task_.context.gpu, task_.options.threads);
+        caster_ = casterOf(engine_, plan, {false, false, true}, task_.context.gpu, task_.options.threads);
     }
     const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
     phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();

@@ -30,6 +30,7 @@ class RayRenderer : public Renderer {
   private:
     struct RaysDrawn;
     struct Samples;
+    void settleExposure(const FrameTask& task);
     void chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result);
     bool drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
                    Image& added);

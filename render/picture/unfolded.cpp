@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
+#include "render/exposure/exposed_caster.h"
 #include "render/geometry/mesh_caster.h"
 #include "render/picture/picture.h"
 #include "render/plan/planner.h"
@@ -106,7 +107,7 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     const auto loading = Clock::now();
     const bool passes = loadBricks(*engine, p, gpu, result.work);
     const std::unique_ptr<RayCaster> caster =
-        casterWithMeshes(*engine, p, {options.counting, false, passes}, gpu, options.threads);
+        casterOf(*engine, p, {options.counting, false, passes}, gpu, options.threads);
     result.secondsLoading = secondsSince(loading);
 
     progress.stage("drawing");

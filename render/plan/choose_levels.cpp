@@ -124,11 +124,12 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 
 namespace {
 
-/// For planes and means of rays: the finest level that a pixel can show of any brick. The maximum of averaged
-/// values is not the maximum, so other modes take the finest level.
+/// For planes, means of rays and radiographs: the finest level that a pixel can show of any brick. The
+/// maximum of averaged values is not the maximum, so other modes take the finest level.
 int finestForValues(const Scene& scene, const ViewWeights& weights) {
     const bool plane = scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0);
-    if ((!plane && reductionOf(scene) != Reduction::average) || scene.quality.maxError.value_or(0) > 0)
+    const bool linear = plane || reductionOf(scene) == Reduction::average || scene.mode == Mode::radiograph;
+    if (!linear || scene.quality.maxError.value_or(0) > 0)
         return 0;
     int finest = kLevelCount - 1;
     for (std::size_t brick = 0; brick < weights.area.size(); ++brick)

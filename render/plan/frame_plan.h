@@ -12,6 +12,7 @@
 #include "core/base/budget.h"
 #include "core/base/volume.h"
 #include "core/scene/camera.h"
+#include "core/scene/exposure.h"
 #include "core/scene/mode.h"
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
@@ -55,9 +56,10 @@ struct ViewState {
     Lighting pathLighting; // where light follows paths: the scene's with what light per voxel would be
     Shading shading;
     std::vector<Isosurface> surfaces;
-    std::vector<SceneMesh> meshes; // those that are drawn
-    bool meshesShade = true;       // the volume's shadow maps hold them
-    bool amongOthers = false;      // of one of several volumes
+    std::vector<SceneMesh> meshes;    // those that are drawn
+    std::optional<Exposure> exposure; // where rays show sums; else none
+    bool meshesShade = true;          // the volume's shadow maps hold them
+    bool amongOthers = false;         // of one of several volumes
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 };

@@ -311,7 +311,7 @@ Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads
     takeCameras(volumes.scene, p);
     Scene found = scene;
     found.camera = p.view.camera;
-    for (std::size_t n = 0; n < found.volumes.size(); ++n)
+    for (std::size_t n = 0; n < found.volumes.size() && scene.mode != Mode::radiograph; ++n)
         found.volumes[n].transferFunction = (n == 0 ? p : p.further[n - 1].plan).layer().function;
     return found;
 }

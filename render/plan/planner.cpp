@@ -75,13 +75,17 @@ std::size_t lightBytes(const Planner& p, const Lighting& lighting) {
 } // namespace
 
 void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
+    const Reduction reduction = reductionOf(scene);
+    const bool sums = reduction == Reduction::sum;
     layer().function = f;
-    layer().function.setShare(scene.volumes.at(0).opacity);
+    layer().function.setShare(sums ? 1 : scene.volumes.at(0).opacity);
     revisions.function = revisions.tables = PlanRevisions::next();
-    if (const Reduction reduction = reductionOf(scene); reduction != Reduction::composite) {
+    if (reduction != Reduction::composite && !sums) {
         setValues(scene, reduction);
         return;
     }
+    if (sums)
+        exposeSums(scene);
     if (scene.mode == Mode::isosurface) { // the material response stays the function's
         layer().function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
         layer().function.setMaterials(f.materials());
@@ -99,6 +103,11 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
         makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     layer().optics.seen = std::move(seen);
     layer().optics.surfaces = surfaceLooks(scene.surfaces, info());
+    if (sums) {
+        for (glm::vec4& entry : layer().optics.table)
+            entry.a *= Exposure::kThin;
+        layer().function.setShare(Exposure::kThin); // the reference reads its points
+    }
     if (layer().labels)
         layer().optics.labels = layer().labels->numbers();
     setLighting(layer().optics, scene.shading, view.lighting, f.materials(), view.camera, info());
@@ -140,6 +149,26 @@ void Planner::setValues(const Scene& scene, Reduction reduction) {
     unlit.on = false;
     layer().optics = makeOptics(layer().table, info(), unlit, 0, Integrator::midpoint);
     layer().optics.reduction = reduction;
+}
+
+/// Rays show sums of the function's extinctions, or of a radiograph's.
+void Planner::exposeSums(const Scene& scene) {
+    view.exposure = exposureOf(scene.mode, scene.valueColour, scene.window);
+    setExposure(view.exposure->window);
+    if (scene.mode != Mode::radiograph)
+        return;
+    const SceneVolume& volume = scene.volumes.at(0);
+    const ValueSummary values = summarise(layer().statistics, info(), volume.unit);
+    if (!values.isHu && !looksLikeHu(values))
+        throw InputError(
+            "mode radiograph: expected a volume in HU (--unit HU says that it is), found values from " +
+            shownNumber(values.lowest) + " to " + shownNumber(values.highest));
+    layer().function = radiographFunction(values.highest);
+}
+
+void Planner::setExposure(const std::optional<GreyWindow>& window) {
+    view.exposure->window = window;
+    layer().look.window = window.value_or(GreyWindow());
 }
 
 RayFrame<double> Planner::frameOf(const glm::ivec2& size) const {

@@ -40,6 +40,8 @@ class Planner : public FramePlan {
     /// Takes another transfer function; shading, termination and integrator are the scene's, and mode, window
     /// and colours of single values.
     void setFunction(const TransferFunction& function, const Scene& scene);
+    /// Where rays show sums: takes the window that they show through.
+    void setExposure(const std::optional<GreyWindow>& window);
     /// Makes the distance map of the current function.
     void mapFunction();
     /// Takes the scene's lights and shading. False, and nothing is changed, where planes of light, memory or
@@ -94,6 +96,7 @@ class Planner : public FramePlan {
     OccupancyInput occupancyInput() const;
     void boundExtinction();
     void chargeTables(Integrator integrator);
+    void exposeSums(const Scene& scene);
     void setValues(const Scene& scene, Reduction reduction);
     /// The tables that segments of the lengths need which rays take through the selection.
     void prepareSegments();

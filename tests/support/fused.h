@@ -4,7 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "core/base/program_folders.h"
-#include "render/geometry/mesh_caster.h"
+#include "render/exposure/exposed_caster.h"
 #include "render/light/scene_light.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/fusion.h"
@@ -264,7 +264,7 @@ struct FusedOnDevice {
                 std::min(pages, std::max<std::size_t>(1, pagesFor(one->layer().selection.counts)));
         }
         const bool waits = loadBricks(engine, prepared.p, gpu, work);
-        caster = casterWithMeshes(engine, prepared.p, {true, false, waits}, gpu, 0);
+        caster = casterOf(engine, prepared.p, {true, false, waits}, gpu, 0);
         caster->begin(raysOf(plan));
     }
     Image picture(const Slicing& slicing = {}) {

@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <imgui.h>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace tessera {
@@ -75,13 +76,36 @@ void slicePlane(WindowState& desk) {
         desk.setScene(scene, moving);
 }
 
+/// The sum that is shown white; 0: the greatest of the picture.
+void exposurePanel(WindowState& desk) {
+    Scene scene = desk.scene();
+    if (scene.mode == Mode::absorption)
+        return;
+    const auto* const window = std::get_if<GreyWindow>(&scene.window);
+    auto most = static_cast<float>(window ? window->high() : 0);
+    if (ImGui::DragFloat(scene.mode == Mode::radiograph ? "white is" : "brightest", &most, 1, 0, 1e5f,
+                         most <= 0                        ? "the greatest sum"
+                         : scene.mode == Mode::radiograph ? "%.0f mm of water"
+                                                          : "a sum of %.1f")) {
+        scene.window = std::string("auto");
+        if (most > 0)
+            scene.window = GreyWindow{double{most} / 2, double{most}};
+        desk.setScene(scene, true);
+    }
+    if (ImGui::IsItemActivated())
+        desk.beginEdit();
+}
+
 } // namespace
 
 void modePanel(WindowState& desk) {
     Scene scene = desk.scene();
     if (const auto taken = nameBox("mode", modeNames()[static_cast<std::size_t>(scene.mode)], modeNames())) {
         desk.beginEdit();
+        const bool showedSums = reductionOf(scene) == Reduction::sum;
         scene.mode = parseName<Mode>(*taken, "mode");
+        if (showedSums != (reductionOf(scene) == Reduction::sum)) // windows of sums are no windows of values
+            scene.window = std::string("auto");
         desk.setScene(scene, false);
         return;
     }
@@ -91,6 +115,10 @@ void modePanel(WindowState& desk) {
     }
     if (scene.mode == Mode::composite)
         return;
+    if (reductionOf(scene) == Reduction::sum) {
+        exposurePanel(desk);
+        return;
+    }
     if (scene.mode == Mode::slice)
         slicePlane(desk);
     bool began = false;

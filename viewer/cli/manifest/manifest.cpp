@@ -240,7 +240,8 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
     else if (result.patientTable)
         manifest["patientTable"] = {{"shownBecause", result.patientTable->why}};
     if (reductionOf(scene) != Reduction::composite) {
-        manifest["window"] = {{"centre", result.window.centre}, {"width", result.window.width}};
+        if (scene.mode != Mode::absorption)
+            manifest["window"] = {{"centre", result.window.centre}, {"width", result.window.width}};
         manifest["errors"]["levels"] = "not predicted";
     }
     return manifest;

@@ -315,7 +315,8 @@ void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene&
     for (const char* option : {"--window", "--value-colour"})
         if (!keys.textOf(option).empty() && reductionOf(scene) == Reduction::composite)
             throw badFile(option,
-                          "a mode that shows single values (--mode maximum, minimum, average or slice)",
+                          "a mode that shows single values or sums (--mode maximum, minimum, average, slice, "
+                          "emission, absorption or radiograph)",
                           mode());
 }
 

@@ -118,7 +118,8 @@ void warnBlank(const RenderTask& task, const RenderResult& result) {
     const Scene& scene = task.scene;
     const VolumeInfo& info = task.store.info();
     const Reduction reduction = reductionOf(scene);
-    const bool composites = reduction == Reduction::composite;
+    const bool composites =
+        reduction == Reduction::composite || (reduction == Reduction::sum && scene.mode != Mode::radiograph);
     std::string why = "the camera sees nothing of the volume, which lies in " + placeOf(info);
     std::string fix = " --view anterior";
     if (composites && !(result.highest > result.lowest)) {
