@@ -36,6 +36,15 @@ bool sendTheSame(const std::vector<leaf::MaterialNumbers>& a, const std::vector<
     });
 }
 
+/// True if tissue of both takes light alike, at every value: a function that is shifted has the same entries.
+bool takeTheSame(const Optics& a, const Optics& b) {
+    const auto& g = a.gradientOpacity;
+    const auto& h = b.gradientOpacity;
+    return a.table == b.table && a.scale == b.scale && a.offset == b.offset && g.count == h.count &&
+           std::equal(g.length, g.length + g.count, h.length) &&
+           std::equal(g.factor, g.factor + g.count, h.factor);
+}
+
 /// All visible bricks at one level.
 Selection atOneLevel(const Selection& selection, int level) {
     Selection coarse = selection;
@@ -78,7 +87,7 @@ LightParts SceneLight::lightingChanged() {
         light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_,
                                               scene_.layer().histograms.get());
         light_->setLabels(scene_.layer().labels.get());
-        if (!litTable_.empty())
+        if (!lit_.table.empty())
             light_->functionChanged(scene_.layer().table, scene_.layer().optics);
         light_->setShadows(shadows_);
         tissueNumber_ = PlanRevisions::next();
@@ -102,11 +111,14 @@ LightParts SceneLight::takeChanges() {
     if (!std::exchange(functionMayBeNew_, false))
         return 0;
     const Optics& optics = scene_.layer().optics;
-    const bool sendsOther = ambientChannels(lighting_) > 1 && !sendTheSame(litMaterials_, optics.materials);
-    if (litTable_ == optics.table && !sendsOther)
+    const bool sendsOther = ambientChannels(lighting_) > 1 && !sendTheSame(lit_.materials, optics.materials);
+    if (takeTheSame(lit_, optics) && !sendsOther)
         return 0;
-    litTable_ = optics.table;
-    litMaterials_ = optics.materials;
+    lit_ = {};
+    lit_.table = optics.table;
+    lit_.scale = optics.scale, lit_.offset = optics.offset;
+    lit_.gradientOpacity = optics.gradientOpacity;
+    lit_.materials = optics.materials;
     light_->functionChanged(scene_.layer().table, optics);
     tissueNumber_ = PlanRevisions::next();
     takeMaps({}, Maps::none);

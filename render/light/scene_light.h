@@ -103,8 +103,7 @@ class SceneLight {
     std::vector<ShadowMaps> next_; // maps in progress
     std::size_t nextBuilt_ = 0;    // of them complete
     std::unique_ptr<VoxelLight> light_;
-    std::vector<glm::vec4> litTable_; // by which light was computed
-    std::vector<leaf::MaterialNumbers> litMaterials_;
+    Optics lit_;         // by which light was computed, as far as it matters; without a table: none was
     double seconds_ = 0; // that computing took
     bool functionMayBeNew_ = true, levelsAreNew_ = true, viewIsNew_ = true;
 };

@@ -186,6 +186,186 @@ TEST(HistogramLight, TellsWhatAnEditTakes) {
     }
 }
 
+/// A function that is dragged: many edits, of which pictures show some.
+TransferFunction dragged(int edit) {
+    const double at = 150 + 40 * std::sin(0.4 * edit);
+    return TransferFunction::fromOpacity({{at - 200, 0}, {at - 100, 0.05}, {at, 0.3}, {at + 200, 0.9}},
+                                         {{at - 100, {0.9, 0.5, 0.3}}, {at, {1, 0.9, 0.8}}}, 4);
+}
+
+TEST(HistogramLight, ManyEditsLeaveNoStaleLight) {
+    for (const bool histograms : {true, false}) {
+        Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {48, 48});
+        scene.lighting = byHistograms(12);
+        if (!histograms)
+            scene.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 12};
+        scene.lighting.lights = {casting()};
+        scene.volumes[0].transferFunction = dragged(0);
+        Session session(scene, std::size_t{256} << 20, {}, storePath("torso"), true);
+        session.converge();
+        std::size_t ram = 0, gpu = 0;
+        for (int edit = 1; edit <= 120; ++edit) {
+            session.renderer.setFunction(dragged(edit));
+            session.renderer.advance(InteractiveRenderer::Clock::now() + std::chrono::milliseconds(3));
+            session.checkStep();
+            if (edit == 40)
+                ram = session.ram.peakBytes(), gpu = session.gpu.peakBytes();
+        }
+        EXPECT_EQ(session.ram.peakBytes(), ram) << "memory grows";
+        EXPECT_EQ(session.gpu.peakBytes(), gpu) << "memory grows";
+        session.converge();
+        scene.volumes[0].transferFunction = dragged(120);
+        Session fresh(scene, std::size_t{256} << 20, {}, storePath("torso"), true);
+        fresh.converge();
+        EXPECT_EQ(differing(session.renderer.picture(), fresh.renderer.picture()), 0u)
+            << (histograms ? "histograms" : "local");
+    }
+}
+
+// The entries of its table are the same.
+TEST(HistogramLight, AFunctionThatIsShiftedOrGradedIsFollowed) {
+    InteractiveOptions atOnce;
+    atOnce.coarseLightFirst = false;
+    for (const bool histograms : {true, false}) {
+        Scene scene = sceneOn(infoOf("torso"), "soft-tissue", 0, {24, 24});
+        scene.lighting = byHistograms(12);
+        if (!histograms)
+            scene.lighting.occlusion = Occlusion{.rays = 4, .radiusMm = 5};
+        scene.lighting.lights = {casting()};
+        TransferFunction graded = dragged(7);
+        graded.setGradientOpacity(GradientOpacity::fromPoints({{0, 0.2}, {60, 1}}));
+        scene.volumes[0].transferFunction = dragged(0);
+        Session session(scene, std::size_t{256} << 20, atOnce, storePath("torso"), true);
+        session.converge();
+        for (const TransferFunction& function : {dragged(7), graded}) {
+            session.renderer.setFunction(function);
+            session.converge();
+            scene.volumes[0].transferFunction = function;
+            Session fresh(scene, std::size_t{256} << 20, atOnce, storePath("torso"), true);
+            fresh.converge();
+            EXPECT_EQ(differing(session.renderer.picture(), fresh.renderer.picture()), 0u)
+                << (histograms ? "histograms" : "local");
+        }
+    }
+}
+
+/// TESSERA_TELL=1 tells of 30 edits a second for ten seconds.
+TEST(HistogramLight, TellsOfADrag) {
+    if (!std::getenv("TESSERA_TELL"))
+        GTEST_SKIP() << "TESSERA_TELL is not set";
+    const char* const other = std::getenv("TESSERA_HISTOGRAM_STORE");
+    const std::filesystem::path store = other ? other : storePath("torso").string();
+    MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
+    const VolumeInfo info = StoreReader(store, ram).info();
+    using RendererClock = InteractiveRenderer::Clock;
+    for (const char* kind : {"histogram", "local", "no light"}) {
+        Scene scene = sceneOn(info, "soft-tissue", 0, {512, 512});
+        scene.quality.stepVoxels = 1;
+        if (kind[0] != 'n')
+            scene.lighting = byHistograms(16);
+        if (kind[0] == 'l')
+            scene.lighting.occlusion = Occlusion{};
+        scene.volumes[0].transferFunction = dragged(0);
+        Session session(scene, std::size_t{1} << 30, {}, store, true);
+        session.converge();
+        session.renderer.setHaste(InteractiveRenderer::Haste{{256, 256}, 2});
+        const auto start = RendererClock::now();
+        int pictures = 0;
+        double longest = 0;
+        auto last = start;
+        std::size_t ramEarly = 0;
+        for (int edit = 1; edit <= 300; ++edit) {
+            session.renderer.setFunction(dragged(edit));
+            for (const auto next = start + std::chrono::microseconds(33333) * edit;
+                 RendererClock::now() < next;)
+                if (session.renderer.advance(next).newPicture) {
+                    ++pictures;
+                    longest =
+                        std::max(longest, std::chrono::duration<double>(RendererClock::now() - last).count());
+                    last = RendererClock::now();
+                }
+            if (edit == 30)
+                ramEarly = session.ram.peakBytes();
+        }
+        const double seconds = std::chrono::duration<double>(RendererClock::now() - start).count();
+        session.renderer.setHaste(std::nullopt);
+        session.converge();
+        scene.volumes[0].transferFunction = dragged(300);
+        Session fresh(scene, std::size_t{1} << 30, {}, store, true);
+        fresh.converge();
+        tell("%s: 300 edits in %.2f s, %d pictures of 256x256, the longest %.3f s apart; peak of RAM grew by "
+             "%zu bytes after "
+             "a second; %zu pixels differ from a fresh picture's\n",
+             kind, seconds, pictures, longest, session.ram.peakBytes() - ramEarly,
+             differing(session.renderer.picture(), fresh.renderer.picture()));
+    }
+}
+
+/// TESSERA_TELL=1 tells how pictures after an edit differ from those with whole local occlusion, and when
+/// they come.
+TEST(HistogramLight, TellsHowPicturesFollowAnEdit) {
+    if (!std::getenv("TESSERA_TELL"))
+        GTEST_SKIP() << "TESSERA_TELL is not set";
+    const char* const other = std::getenv("TESSERA_HISTOGRAM_STORE");
+    const std::filesystem::path store = other ? other : storePath("torso").string();
+    MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
+    const VolumeInfo info = StoreReader(store, ram).info();
+    Lighting local;
+    local.occlusion = Occlusion{};
+    const ValueSummary values{-1000, 2000, true, 1, {}};
+    using RendererClock = InteractiveRenderer::Clock;
+    struct Shown {
+        double seconds, cpu;
+        bool coarse, here; // light is coarse; all bricks are here
+        Image image;
+    };
+    const auto pictures = [&](const Lighting& lighting, const char* from, const char* to) {
+        Scene scene = sceneOn(info, from, 0, {512, 512});
+        scene.quality.stepVoxels = 1;
+        scene.lighting = lighting;
+        Session session(scene, std::size_t{1} << 30, {}, store, true);
+        session.converge();
+        session.renderer.setFunction(presetFunction(to, values)); // its bricks are read once
+        session.converge();
+        session.renderer.setFunction(presetFunction(from, values));
+        session.converge();
+        std::vector<Shown> shown;
+        const auto start = RendererClock::now();
+        const std::clock_t before = std::clock();
+        session.renderer.setFunction(presetFunction(to, values));
+        for (bool converged = false; !converged;) {
+            const auto progress =
+                session.renderer.advance(RendererClock::now() + std::chrono::milliseconds(20));
+            converged = progress.converged;
+            if (progress.newPicture)
+                shown.push_back({std::chrono::duration<double>(RendererClock::now() - start).count(),
+                                 static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC,
+                                 progress.lightIsCoarse, progress.movesLeft == 0 && !progress.choosing,
+                                 session.renderer.picture()});
+        }
+        return shown;
+    };
+    for (const auto& [from, to] : {std::pair{"soft-tissue", "bone-1"}, {"bone-1", "soft-tissue"}}) {
+        const auto byRays = pictures(local, from, to), histograms = pictures(byHistograms(16), from, to),
+                   none = pictures({}, from, to);
+        const Image& truth = byRays.back().image;
+        const auto rms = [&](const Image& image) { return compare(image, truth).rms; };
+        const auto say = [&](const char* what, const std::vector<Shown>& shown) {
+            std::vector<Shown> told{shown.front()};
+            for (std::size_t n = 1; n + 1 < shown.size(); ++n)
+                if (shown[n].here && !shown[n - 1].here)
+                    told.push_back(shown[n]); // the first with all bricks
+            told.push_back(shown.back());
+            for (const Shown& s : told)
+                tell("%s to %s, %s: %.3f s, %.2f CPU s, rms %.4f%s\n", from, to, what, s.seconds, s.cpu,
+                     rms(s.image), s.coarse ? ", light is coarse" : "");
+        };
+        say("local", byRays);
+        say("histogram", histograms);
+        say("no light", none);
+    }
+}
+
 /// Samples of local occlusion and of histograms where something shows and light gets.
 struct Compared {
     double rms = 0, mean = 0, rank = 0;
