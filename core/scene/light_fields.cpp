@@ -227,7 +227,7 @@ const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
     static const Fields<SurfaceOcclusion> fields = [] {
         Fields<SurfaceOcclusion> f("surfaceOcclusion",
                                    "Ambient occlusion of isosurfaces, at the first hits of a still's rays. "
-                                   "Only where isosurfaces alone are visible; it replaces occlusion.");
+                                   "It replaces occlusion: the volume itself has none.");
         f.add("rays", &SurfaceOcclusion::rays, wholeIn(1, SurfaceOcclusion::kMostRays),
               "Number of rays of each surface point.");
         f.add("radius", &SurfaceOcclusion::radiusMm, numberIn(1e-3, 1e4), "Their length, mm.");

@@ -83,7 +83,7 @@ struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
     std::vector<Light> lights = {}; // none: one head light
     std::optional<Occlusion> occlusion = {};
-    std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion if only surfaces are visible
+    std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion
     std::optional<Transport> transport = {};               // paths of light in place of the above
     std::optional<Environment> environment = {};           // what they see beyond the volume
     ShadowMapping shadowMap = {};

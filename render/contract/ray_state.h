@@ -30,7 +30,7 @@ struct Slicing {
 /// The first place where a ray meets an isosurface that is not wholly transparent.
 struct SurfaceHit {
     glm::vec3 position{0}; // voxels
-    float depthMm = 0;     // along the ray from its entry into the volume, or from the eye inside
+    float weight = 0;      // light that what lies before it leaves, [0,1]
     glm::vec3 normal{0};   // unit, patient space, towards the viewer; 0 where the field has no gradient
     int surface = 0;       // 1 + its number among Optics::surfaces; 0: none was met
     bool operator==(const SurfaceHit&) const = default;

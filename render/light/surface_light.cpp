@@ -72,7 +72,7 @@ SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSample
     : plan_(plan), threads_(threads), finestSamples_(finestSamples), seed_(plan.view.quality.pixels.seed),
       size_(plan.view.imageSize), toVoxels_(glm::inverse(glm::dmat3(plan.info().patientFromVoxel))),
       toPatient_(plan.info().patientFromVoxel) {
-    TESSERA_CHECK(plan.view.lighting.surfaceOcclusion && !plan.layer().optics.volumeShows);
+    TESSERA_CHECK(plan.view.lighting.surfaceOcclusion);
     occlusion_ = *plan.view.lighting.surfaceOcclusion;
     report_.rays = occlusion_.rays;
     report_.radiusMm = occlusion_.radiusMm;
@@ -266,7 +266,7 @@ Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm:
             }
             const SurfaceLook& look = optics.surfaces[static_cast<std::size_t>(hit.surface) - 1];
             const float ambient = materialAt(optics, tessera::placeOf(optics, look.isovalue)).ambient;
-            out.pixels[i] = glm::vec4(look.colour * (look.opacity * ambient * (open - 1)), 0);
+            out.pixels[i] = glm::vec4(look.colour * (hit.weight * (look.opacity * ambient * (open - 1))), 0);
         }
     });
     report_.alone += alone;

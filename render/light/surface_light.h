@@ -21,8 +21,8 @@
 
 namespace tessera {
 
-// SurfaceTracer: rays of light among isosurfaces, and the light that these take. An engine traces them
-// (RayCaster::surfaceTracer()), or the mirror does. All find the same points.
+// SurfaceTracer: rays of light among isosurfaces, in the volume where that shows, and the light that these
+// take. An engine traces them (RayCaster::surfaceTracer()), or the mirror does. All find the same points.
 
 /// A part of a ray, voxel space.
 struct LightWay {
@@ -31,10 +31,10 @@ struct LightWay {
     double mmPerVoxel = 1;            // along it
 };
 
-/// The light that isosurfaces take along a ray.
+/// The light that isosurfaces and the volume take along a ray.
 struct LightTaken {
     float taken = 0; // total, of 1
-    float mm = 0;    // sum over surfaces of their part times its distance along the ray
+    float mm = 0;    // sum over what takes it of its part times its distance along the ray
 };
 
 class SurfaceTracer {

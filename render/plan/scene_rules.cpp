@@ -34,7 +34,6 @@ void checkScatter(const Scene& scene) {
         throw refuse("no surfaceOcclusion, which replaces light of voxels,", "it");
 }
 
-/// Occlusion is added to drawn colours, so the transmittance in front of a surface must be known.
 void checkSurfaceOcclusion(const FramePlan& plan) {
     if (!plan.view.lighting.surfaceOcclusion)
         return;
@@ -45,10 +44,6 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
                          "or shade with ambient 1 and diffuse 0");
     if (plan.layer().optics.surfaces.empty())
         throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
-    if (plan.layer().optics.volumeShows)
-        throw InputError(where +
-                         "expected isosurfaces alone (mode isosurface), found a visible transfer function "
-                         "too, whose share before a surface is unknown; use lighting.occlusion");
 }
 
 /// What paths of light do not go with.

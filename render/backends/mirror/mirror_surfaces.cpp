@@ -23,12 +23,21 @@ template <typename Values> struct UnlitField {
 
 MirrorTracer::MirrorTracer(const FramePlan& scene, double voxels)
     : input_(mirrorInput(scene, scene.view.quality.skipping)) {
-    optics_.surfaces = scene.layer().optics.surfaces;
-    optics_.volumeShows = false;
+    const Optics& drawn = scene.layer().optics;
+    if (drawn.volumeShows) {
+        optics_ = drawn;
+        setIntegrator(optics_, Integrator::midpoint);
+        optics_.shading = optics_.hasLights = false;
+        optics_.lighting = {};
+        optics_.termination = 0;
+    } else {
+        optics_.surfaces = drawn.surfaces;
+        optics_.volumeShows = false;
+        if (input_.surfaceOccupancy) // the volume's own is irrelevant
+            input_.occupancy = input_.surfaceOccupancy;
+        input_.surfaceOccupancy = nullptr;
+    }
     input_.optics = &optics_;
-    if (input_.surfaceOccupancy) // the volume's own is irrelevant
-        input_.occupancy = input_.surfaceOccupancy;
-    input_.surfaceOccupancy = nullptr;
     input_.strides.segmentVoxels = voxels;
     input_.showsDistances = true;
 }
@@ -36,7 +45,7 @@ MirrorTracer::MirrorTracer(const FramePlan& scene, double voxels)
 void MirrorTracer::trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const {
     TESSERA_CHECK(ways.size() == taken.size());
     Work unused;
-    withCacheField<float>(*input_.cache, *input_.info, *input_.selection, input_.levels, Gradient::central,
+    withCacheField<float>(*input_.cache, *input_.info, *input_.selection, input_.levels, optics_.gradient,
                           [&](auto& values) {
                               UnlitField<std::decay_t<decltype(values)>> field{values};
                               for (std::size_t n = 0; n < ways.size(); ++n) {

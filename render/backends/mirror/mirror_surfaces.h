@@ -109,6 +109,12 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 done = true;
                 return;
             }
+            if (input.showsDistances) {
+                done = over(
+                    Vec((static_cast<Real>(i) + (from + Real(0.5) * part)) * ray.segmentMm, Real(0), Real(0)),
+                    alpha);
+                return;
+            }
             const Vec colour =
                 sought ? unlit : seen(unlit, gradient, middle, [&] { return materialOf(optics, a, b); });
             done = over(colour, alpha);
@@ -131,7 +137,7 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             }
             if (hit && hit->surface == 0) {
                 hit->position = glm::vec3(p);
-                hit->depthMm = static_cast<float>((static_cast<Real>(i) + at) * ray.segmentMm);
+                hit->weight = static_cast<float>(Real(1) - sum.a);
                 hit->normal = glm::vec3(unitNormal(optics, gradient, ray.direction));
                 hit->surface = static_cast<int>(number) + 1;
             }

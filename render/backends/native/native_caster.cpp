@@ -36,7 +36,7 @@ SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
     const auto three = [lane](const float(&v)[3][native::kMostLanes]) {
         return glm::vec3(v[0][lane], v[1][lane], v[2][lane]);
     };
-    return {three(hits.position), hits.depthMm[lane], three(hits.normal), hits.surface[lane]};
+    return {three(hits.position), hits.weight[lane], three(hits.normal), hits.surface[lane]};
 }
 
 } // namespace

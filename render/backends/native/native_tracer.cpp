@@ -14,11 +14,12 @@ NativeTracer::NativeTracer(native::PacketScene scene, const native::PacketTarget
     scene_.optics.keepsOn = false;
     scene_.optics.termination = 0;
     scene_.optics.integrator = native::PacketIntegrator::midpoint;
-    scene_.surfaces.volumeShows = false;
     scene_.surfaces.showsDistances = true;
-    if (scene_.surfaces.space.map) // the volume's own does not matter
-        scene_.space = scene_.surfaces.space;
-    scene_.surfaces.space = scene_.space;
+    if (!scene_.surfaces.volumeShows) {
+        if (scene_.surfaces.space.map) // the volume's own does not matter
+            scene_.space = scene_.surfaces.space;
+        scene_.surfaces.space = scene_.space;
+    }
     scene_.field.segmentVoxels = static_cast<float>(voxels);
     scene_.help = {};
     scene_.help.expired = [](const void*) {

@@ -107,7 +107,7 @@ struct PacketSurfaces {
     float red[kMostSurfaces] = {}, green[kMostSurfaces] = {}, blue[kMostSurfaces] = {};
     float opacity[kMostSurfaces] = {};
     bool volumeShows = true;     // between them
-    bool showsDistances = false; // distances along rays, mm, in place of red
+    bool showsDistances = false; // distances along rays, mm, in place of red; of the volume too
     PacketEmptySpace space;      // of the surfaces alone; no map: wherever anything shows
 };
 
@@ -153,7 +153,7 @@ struct PacketFusion {
 /// As SurfaceHit of render/contract/ray_state.h.
 struct PacketHits {
     alignas(64) float position[3][kMostLanes];
-    alignas(64) float depthMm[kMostLanes];
+    alignas(64) float weight[kMostLanes];
     alignas(64) float normal[3][kMostLanes];
     alignas(64) std::int32_t surface[kMostLanes];
 };

@@ -174,11 +174,13 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
                 gradient = gradientOf(middle, m);
             colour = lit(colour, gradient, middle, ends ? F(0.5f) * (a.place + b.place) : b.place, m);
         }
+        if (surfaces.showsDistances)
+            colour.x = (number(i) + (low + F(0.5f) * part)) * segmentMm;
         composite(colour, opacity, m);
     }
 
     /// The first hits of rays that had met nothing.
-    void note(F3 p, F at, F3 gradient, I surface, M m) {
+    void note(F3 p, F3 gradient, I surface, M m) {
         m = m & (met == I(0));
         if (!any(m))
             return;
@@ -187,7 +189,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         const F3 normal = leaf::facingNormal(g, direction, size, size > F(0.0f));
         const auto keep = [&](float* to, F x) { store(to, select(m, x, load(to))); };
         keep(hits->position[0], p.x), keep(hits->position[1], p.y), keep(hits->position[2], p.z);
-        keep(hits->depthMm, (number(i) + at) * segmentMm);
+        keep(hits->weight, F(1.0f) - alpha);
         keep(hits->normal[0], normal.x), keep(hits->normal[1], normal.y), keep(hits->normal[2], normal.z);
         met = select(m, surface + I(1), met);
     }
@@ -205,7 +207,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         if ((o.lit || hits) && any(m))
             gradient = gradientOf(p, m);
         if (hits)
-            note(p, at, gradient, surface, m);
+            note(p, gradient, surface, m);
         const auto look = [&](const float* column) { return word(column, surface, m); };
         F3 colour{look(surfaces.red), look(surfaces.green), look(surfaces.blue)};
         if (o.lit)

@@ -67,7 +67,8 @@ class ReferenceCaster : public RayCaster {
                            picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
                            [](const glm::dvec4& v) { return glm::vec4(v); });
             if (surfaces) {
-                const auto hits = surfaces->firstHits(rays, threads_);
+                auto hits = surfaces->firstHits(rays, threads_);
+                weigh(rays, hits);
                 hits_.insert(hits_.end(), hits.begin(), hits.end());
             }
             done_ += count;
@@ -84,6 +85,24 @@ class ReferenceCaster : public RayCaster {
     }
 
   private:
+    /// Light that the volume before surfaces leaves.
+    void weigh(std::vector<ReferenceRay> rays, std::vector<SurfaceHit>& hits) const {
+        ReferenceInput input = this->input();
+        input.shading.on = false;
+        input.lighting = {};
+        input.paths = nullptr;
+        input.starts = {};
+        for (std::size_t n = 0; n < rays.size(); ++n) {
+            constexpr double kBefore = 1e-4; // voxels: places of hits are floats
+            const glm::dvec3 way = glm::dvec3(hits[n].position) - rays[n].base;
+            const double t =
+                glm::dot(way, rays[n].direction) / glm::dot(rays[n].direction, rays[n].direction);
+            rays[n].tMax = hits[n].surface ? t - kBefore / glm::length(rays[n].direction) : rays[n].tMin;
+        }
+        const std::vector<glm::dvec4> before = renderReference(input, rays, threads_);
+        for (std::size_t n = 0; n < hits.size(); ++n)
+            hits[n].weight = static_cast<float>(1 - before[n].a);
+    }
     /// The light of rays that ask for paths: where the mean of these is an integral, that.
     std::optional<PathScene> pathsOf(ReferenceInput& input) const {
         if (!rays_.paths)

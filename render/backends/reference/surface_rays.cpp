@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/backends/reference/cells_on_ray.h"
+#include "render/backends/reference/reference_integrator.h"
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
 
@@ -13,12 +14,14 @@ namespace tessera {
 
 ReferenceSurfaces::ReferenceSurfaces(const ReferenceInput& input)
     : input_(input), function_(*input.function, input.surfaces, *input.info), optics_(shadingOf(input)),
-      emptyCells_(input, function_) {}
+      emptyCells_(input, function_), showsVolume_(!input.function->kinks().empty()) {}
 
 /// Calls visit(t, number of the surface) in order along the ray between t0 and t1, until it returns true.
-template <typename Visit>
+/// @param between  (cell, from, to) of the parts before, between and behind them, but for cells that show
+/// nothing
+template <typename Between, typename Visit>
 void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
-                                        const Visit& visit) const {
+                                        const Between& between, const Visit& visit) const {
     StretchesOfRay stretches;
     bool done = false;
     const auto inCell = [&](double ta, double tb) {
@@ -28,8 +31,16 @@ void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, doub
         const Cell cell(samples, glm::ivec3(glm::floor(position(0.5 * (ta + tb)) - 0.5)));
         if (function_.emptyOver(cell.lowest(), cell.highest()))
             return;
+        double from = ta;
         done = crossSurfaces(stretches.through(cell, position, ta, tb), function_.surfaces(),
-                             [&](double u, std::size_t number) { return visit(ta + u * (tb - ta), number); });
+                             [&](double u, std::size_t number) {
+                                 const double t = ta + u * (tb - ta);
+                                 between(cell, from, t);
+                                 from = t;
+                                 return visit(t, number);
+                             });
+        if (!done)
+            between(cell, from, tb);
     };
     forEachInterval(ray, t0, t1, kCellExtent, 0, [&](double ta, double tb) {
         if (!done && !emptyCells_.hold(ray, ta, tb))
@@ -54,15 +65,16 @@ SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& s
         input_.cuts->parts(ray.base, ray.direction, t0, t1, parts);
     for (const RayCuts::Part& part : parts)
         if (hit.surface == 0)
-            forEachCrossing(ray, part.from, part.to, samples, [&](double t, std::size_t number) {
-                const glm::dvec3 p = ray.base + t * ray.direction;
-                hit.position = glm::vec3(p);
-                hit.depthMm = static_cast<float>(t - part.from);
-                hit.normal = glm::vec3(unitNormal(
-                    optics_, fieldGradient(samples, p, 1.0, input_.shading.gradient), ray.direction));
-                hit.surface = static_cast<int>(number) + 1;
-                return true;
-            });
+            forEachCrossing(
+                ray, part.from, part.to, samples, [](const Cell&, double, double) {},
+                [&](double t, std::size_t number) {
+                    const glm::dvec3 p = ray.base + t * ray.direction;
+                    hit.position = glm::vec3(p);
+                    hit.normal = glm::vec3(unitNormal(
+                        optics_, fieldGradient(samples, p, 1.0, input_.shading.gradient), ray.direction));
+                    hit.surface = static_cast<int>(number) + 1;
+                    return true;
+                });
     return hit;
 }
 
@@ -83,15 +95,26 @@ void ReferenceSurfaces::trace(std::span<const LightWay> ways, std::span<LightTak
     LatticeReader samples(*input_.cache, *input_.info, 0, nullptr);
     for (std::size_t n = 0; n < ways.size(); ++n) {
         const LightWay& way = ways[n];
-        double left = 1, mm = 0;
-        forEachCrossing({way.from, way.direction, 0}, 0, way.voxels, samples,
+        ReferenceIntegrator integral; // of distances as colours
+        const auto distance = [&](double t) { return glm::dvec3(t * way.mmPerVoxel, 0, 0); };
+        const auto volume = [&](const Cell& cell, double from, double to) {
+            if (!showsVolume_ || !(to > from))
+                return;
+            integral.add(from, to, [&](double t) {
+                const glm::dvec3 p = way.from + t * way.direction;
+                double extinction = function_.extinction(cell.at(p));
+                if (extinction > 0 && optics_.grades())
+                    extinction *=
+                        gradientFactor(optics_, fieldGradient(samples, p, 1.0, input_.shading.gradient));
+                return RadiantPoint{extinction * way.mmPerVoxel, distance(t)};
+            });
+        };
+        forEachCrossing({way.from, way.direction, 0}, 0, way.voxels, samples, volume,
                         [&](double t, std::size_t number) {
-                            const double opacity = function_.surfaces()[number].opacity;
-                            mm += left * opacity * t * way.mmPerVoxel;
-                            left *= 1 - opacity;
-                            return left == 0;
+                            integral.addSurface(distance(t), function_.surfaces()[number].opacity);
+                            return integral.opaque();
                         });
-        taken[n] = {static_cast<float>(1 - left), static_cast<float>(mm)};
+        taken[n] = {static_cast<float>(integral.alpha()), static_cast<float>(integral.colour().x)};
     }
 }
 

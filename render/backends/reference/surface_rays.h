@@ -1,6 +1,6 @@
 // render/backends/reference/surface_rays.h: crossings of rays and isosurfaces by the cubics of level 0 in
-// double, cell by cell. They give the first hits of a picture's rays, and the light that surfaces take along
-// a ray.
+// double, cell by cell. They give the first hits of a picture's rays, and the light that surfaces and the
+// volume take along a ray.
 #pragma once
 
 #include "render/backends/reference/cells_on_ray.h"
@@ -21,21 +21,22 @@ class ReferenceSurfaces : public SurfaceTracer {
     /// All objects of the input outlive it, slabs and cuts included.
     explicit ReferenceSurfaces(const ReferenceInput& input);
 
-    /// One per ray, in order.
+    /// One per ray, in order; what lies before them leaves all light.
     /// @param threads  0: all processors
     std::vector<SurfaceHit> firstHits(const std::vector<ReferenceRay>& rays, int threads) const;
     void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;
 
   private:
-    template <typename Visit>
+    template <typename Between, typename Visit>
     void forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
-                         const Visit& visit) const;
+                         const Between& between, const Visit& visit) const;
     SurfaceHit firstHit(const ReferenceRay& ray, LatticeReader& samples) const;
 
     ReferenceInput input_;
     StoredFunction function_;
     Optics optics_; // for normals
     EmptyCells emptyCells_;
+    bool showsVolume_;
 };
 
 } // namespace tessera

@@ -127,7 +127,7 @@ TEST(Isosurfaces, ASphereIsHitWhereARayMeetsIt) {
             ASSERT_EQ(drawn.hits[i].surface, 1);
             const double t = along - std::sqrt(radius * radius - nearest * nearest);
             const double mm = glm::length(glm::dmat3(stored.info.patientFromVoxel) * d);
-            EXPECT_NEAR(static_cast<double>(drawn.hits[i].depthMm), t * mm,
+            EXPECT_NEAR(glm::dot(glm::dvec3(drawn.hits[i].position) - kMiddle - o, d) * mm, t * mm,
                         0.02 * mm * radius / std::sqrt(radius * radius - nearest * nearest));
             EXPECT_EQ(drawn.image.pixels[i].a, 1.0f);
             const glm::dvec3 view = glm::dmat3(stored.info.patientFromVoxel) * d;
@@ -282,10 +282,11 @@ TEST(Isosurfaces, CutTheVolumeWhereTheyAre) {
                              std::to_string(q));
                 ASSERT_EQ(hit.surface, 1);
                 EXPECT_NEAR(hit.position.z, 17.3f, 1e-5f);
-                const bool rises = hit.depthMm < 20; // values along the ray
+                const bool rises = prepared->p.view.frame.toCentre.z > 0; // values along the ray
                 const double before = -std::expm1(-sigma * (rises ? 17.3 : 22.7));
                 const double behind = -std::expm1(-sigma * (rises ? 22.7 : 17.3));
                 const double through = (1 - before) * (1 - opacity);
+                EXPECT_NEAR(hit.weight, 1 - before, 2e-6);
                 EXPECT_NEAR(pixel.r + pixel.g + pixel.b, before + through * behind, 2e-6);
                 EXPECT_NEAR(pixel.a, 1 - through * (1 - behind), 2e-6);
                 EXPECT_GT(rises ? pixel.g : pixel.b, 0.05);

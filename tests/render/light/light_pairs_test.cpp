@@ -101,6 +101,11 @@ const std::vector<Feature>& features() {
          [](Scene& s) {
              s.surfaces = {{300, {1, 1, 1}, 0.5}};
          }},
+        {"occluded isosurface", "surface",
+         [](Scene& s) {
+             s.surfaces = {{300, {1, 1, 1}, 0.5}};
+             s.lighting.surfaceOcclusion = SurfaceOcclusion{.rays = 4, .radiusMm = 6};
+         }},
         {"surfaces alone", "mode",
          [](Scene& s) {
              s.surfaces = {{300, {1, 1, 1}, 1}};
@@ -136,6 +141,7 @@ const std::vector<Feature>& features() {
              functionOf(s).setGradientOpacity(GradientOpacity::fromPoints({{0, 0}, {20, 1}}));
          }},
         {"maximum", "mode", [](Scene& s) { s.mode = Mode::maximum; }},
+        {"radiograph", "mode", [](Scene& s) { s.mode = Mode::radiograph; }},
         {"error bound", "bound", [](Scene& s) { s.quality.maxError = 20; }},
         {"automatic samples", "samples",
          [](Scene& s) { s.quality.pixels.samples = PixelSampling::kAutomatic; }},
@@ -162,10 +168,10 @@ const Refusal kRefusals[] = {
     {{"positional", "rejecting", "histogram", "bleeding"}, {"emission"}, "emission needs method \"local\""},
     {{"hemisphere"}, {"emission"}, "expected sphere with emission"},
     {{"histogram", "bleeding"}, {"second volume"}, "expected one volume with method \"histogram\""},
-    {{"isosurface", "surfaces alone", "surface occlusion"},
+    {{"isosurface", "occluded isosurface", "surfaces alone", "surface occlusion"},
      {"second volume"},
      "isosurfaces: expected none in a scene of several volumes"},
-    {{"scatter"}, {"surface occlusion"}, "expected no surfaceOcclusion"},
+    {{"scatter"}, {"surface occlusion", "occluded isosurface"}, "expected no surfaceOcclusion"},
     {{"scatter"}, {"second volume"}, "expected none with \"scatter\" in a scene of several volumes"},
     {{"scatter"}, {"contract"}, "expected no light with \"scatter\" beside response \"contract\""},
     {{"paths", "contract", "sky"},
@@ -175,7 +181,7 @@ const Refusal kRefusals[] = {
     {{"paths", "contract", "sky"}, {"error bound"}, "expected no error bound"},
     {{"paths", "contract", "sky"}, {"automatic samples"}, "expected a number of samples"},
     {{"contract"},
-     {"isosurface", "surfaces alone", "surface occlusion"},
+     {"isosurface", "occluded isosurface", "surfaces alone", "surface occlusion"},
      "expected no isosurfaces beside response"},
     {{"contract"},
      {"positional", "rejecting", "histogram", "bleeding", "hemisphere", "emission"},

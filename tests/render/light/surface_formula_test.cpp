@@ -56,6 +56,7 @@ TEST(SurfaceLight, IsItsFormula) {
             for (int x = 0; x < 13; ++x) {
                 SurfaceHit& hit = hits[static_cast<std::size_t>(y * 13 + x)];
                 hit.surface = (x + 2 * y) % 11 == 3 ? 0 : x < 8 ? 1 : 2;
+                hit.weight = static_cast<float>(0.6 + 0.4 * unit(random));
                 const glm::dvec3 mm(0.4 * (x - 6), 0.5 * (y - 4), 0.05 * unit(random));
                 hit.position = glm::vec3(glm::dvec3(22, 20, 21) + toVoxels * mm);
                 if ((x * y) % 17 != 5)
@@ -150,7 +151,8 @@ TEST(SurfaceLight, IsItsFormula) {
                     const glm::dvec3 colour =
                         hit.surface == 1 ? 0.7 * glm::dvec3(0.9, 0.6, 0.5) : glm::dvec3(0.3, 0.9, 0.4);
                     for (int c = 0; c < 3; ++c)
-                        ASSERT_NEAR(added.pixels[i][c], colour[c] * 0.8 * (expected - 1), 2e-4)
+                        ASSERT_NEAR(added.pixels[i][c], double{hit.weight} * colour[c] * 0.8 * (expected - 1),
+                                    2e-4)
                             << level << (isBeside ? ", beside " : ", ") << x << "," << y;
                     ASSERT_EQ(added.pixels[i].a, 0);
                 }

@@ -74,40 +74,53 @@ std::size_t unlike(const std::vector<LightTaken>& a, const std::vector<LightTake
     return count;
 }
 
+/// The same in a volume that shows: soft tissue and, graded, its edges.
+Scene inVolume(Scene scene, bool graded = false) {
+    TransferFunction tissue = TransferFunction::fromOpacity(
+        {{-150, 0}, {-50, 0.02}, {100, 0.05}}, {{-50, {0.9, 0.7, 0.5}}, {100, {0.8, 0.3, 0.3}}}, 3);
+    if (graded)
+        tissue.setGradientOpacity(GradientOpacity::fromPoints({{0, 0.1}, {30, 1}}));
+    scene.volumes[0].transferFunction = tissue;
+    return scene;
+}
+
 TEST(SurfaceTracer, NativeIsTheMirror) {
-    for (const bool mixed : {false, true})
-        for (const bool refine : {false, true})
-            for (const bool skipping : {true, false}) {
-                Scene scene = occludedScene(mixed ? 1 : 0, {40, 40});
-                scene.quality.skipping = skipping;
-                scene.quality.integrator = refine ? Integrator::linear : Integrator::preintegrated;
-                Prepared prepared("torso", scene);
-                Planner& p = prepared.p;
-                if (mixed)
-                    p.setSelection(randomShownLevels(p.layer().selection, 3));
-                const auto ways = waysFrom(prepared, 7, 1500);
-                ASSERT_EQ(ways.size(), 1500u);
-                const auto mirror = traced(MirrorTracer(p, 1), ways);
-                std::size_t met = 0;
-                for (const LightTaken& t : mirror)
-                    met += t.taken > 0;
-                EXPECT_GT(met, 200u);
-                EXPECT_LT(met, 1400u);
-                for (const native::PacketTarget* target : nativeTargets()) {
-                    NativeEngine engine(0, prepared.budgets.gpu, prepared.budgets.ram);
-                    p.chosen.chooser.reset();
-                    p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
-                    Work work;
-                    loadBricks(engine, p, prepared.budgets.gpu, work);
-                    NativeCaster caster(p, engine, {}, prepared.budgets.gpu, target);
-                    if (refine)
-                        caster.refine();
-                    caster.begin(raysOf(p));
-                    EXPECT_EQ(unlike(traced(*caster.surfaceTracer(1), ways), mirror), 0u)
-                        << target->name << (mixed ? " mixed" : "") << (refine ? " refined" : "")
-                        << (skipping ? "" : " without skipping");
+    for (const int volume : {0, 1, 2}) // none; tissue; graded tissue
+        for (const bool mixed : {false, true})
+            for (const bool refine : {false, true})
+                for (const bool skipping : {true, false}) {
+                    Scene scene = occludedScene(mixed ? 1 : 0, {40, 40});
+                    if (volume > 0)
+                        scene = inVolume(scene, volume > 1);
+                    scene.quality.skipping = skipping;
+                    scene.quality.integrator = refine ? Integrator::linear : Integrator::preintegrated;
+                    Prepared prepared("torso", scene);
+                    Planner& p = prepared.p;
+                    if (mixed)
+                        p.setSelection(randomShownLevels(p.layer().selection, 3));
+                    const auto ways = waysFrom(prepared, 7, 1500);
+                    ASSERT_EQ(ways.size(), 1500u);
+                    const auto mirror = traced(MirrorTracer(p, 1), ways);
+                    std::size_t met = 0;
+                    for (const LightTaken& t : mirror)
+                        met += t.taken > 0;
+                    EXPECT_GT(met, 200u);
+                    EXPECT_TRUE(met < 1400 || volume > 0);
+                    for (const native::PacketTarget* target : nativeTargets()) {
+                        NativeEngine engine(0, prepared.budgets.gpu, prepared.budgets.ram);
+                        p.chosen.chooser.reset();
+                        p.chosen.atlasPages = std::max<std::size_t>(1, pagesFor(p.layer().selection.counts));
+                        Work work;
+                        loadBricks(engine, p, prepared.budgets.gpu, work);
+                        NativeCaster caster(p, engine, {}, prepared.budgets.gpu, target);
+                        if (refine)
+                            caster.refine();
+                        caster.begin(raysOf(p));
+                        EXPECT_EQ(unlike(traced(*caster.surfaceTracer(1), ways), mirror), 0u)
+                            << target->name << (mixed ? " mixed" : "") << (refine ? " refined" : "")
+                            << (skipping ? "" : " without skipping");
+                    }
                 }
-            }
 }
 
 /// Along the same ways, to 1e-4 of their length: but for those that all but touch a surface, which one of the
@@ -130,6 +143,32 @@ TEST(SurfaceTracer, IsTheReference) {
     }
     EXPECT_GT(met, 1000u);
     EXPECT_LE(off, ways.size() / 500);
+}
+
+TEST(SurfaceTracer, InAVolumeComesToTheReference) {
+    for (const bool graded : {false, true}) {
+        Scene scene = inVolume(occludedScene(0, {40, 40}), graded);
+        Prepared prepared("torso", scene);
+        const auto ways = waysFrom(prepared, 11, 300);
+        const ReferenceInput input = referenceInput(prepared, scene);
+        const auto truth = traced(ReferenceSurfaces(input), ways);
+        std::vector<double> errors;
+        for (const double segment : {1.0, 0.25}) {
+            const auto found = traced(MirrorTracer(prepared.p, segment), ways);
+            double squares = 0, between = 0;
+            for (std::size_t n = 0; n < ways.size(); ++n) {
+                const double taken = double{found[n].taken} - double{truth[n].taken},
+                             mm = (double{found[n].mm} - double{truth[n].mm}) /
+                                  std::max(1.0, ways[n].voxels * ways[n].mmPerVoxel);
+                squares += taken * taken + mm * mm;
+                between += truth[n].taken > 0.02f && truth[n].taken < 0.98f;
+            }
+            EXPECT_GT(between, 100);
+            errors.push_back(std::sqrt(squares / static_cast<double>(ways.size())));
+        }
+        EXPECT_LT(errors[0], 0.02) << graded;
+        EXPECT_LT(errors[1], 0.2 * errors[0]) << graded;
+    }
 }
 
 TEST(SurfaceLight, DirectionsAreSpreadByTheCosine) {
@@ -263,6 +302,49 @@ TEST(SurfaceLight, GlassLetsSomeThrough) {
     EXPECT_NEAR(sum, truth, 2e-3);
 }
 
+/// A flat surface in an even medium: the medium before it counts twice, on the way to the eye and around the
+/// place.
+TEST(SurfaceLight, AnEvenMediumTakesWhatItsClosedFormSays) {
+    const Stored stored([](const glm::dvec3& p) { return p.z - 20; }, glm::ivec3(40), true);
+    for (const double extinction : {0.01, 0.3}) {
+        Scene scene = stored.scene({{0, glm::dvec3(0.5, 0.6, 0.7), 0.8}});
+        scene.volumes[0].transferFunction =
+            TransferFunction::fromExtinction({{-30, extinction}, {30, extinction}}, {{0, {0.2, 0.3, 0.4}}});
+        scene.camera = Camera{.projection = Projection::parallel,
+                              .position = {20, 20, 300},
+                              .focalPoint = {20, 20, 20},
+                              .viewUp = {0, 1, 0},
+                              .parallelScale = 4};
+        scene.imageSize = {8, 8};
+        scene.shading.ambient = 0.9, scene.shading.diffuse = 0.1, scene.shading.specular = 0;
+        scene.quality.terminationTransmittance = 0;
+        scene.lighting.surfaceOcclusion = SurfaceOcclusion{.rays = 16, .radiusMm = 10, .filter = false};
+        Scene plain = scene;
+        plain.lighting.surfaceOcclusion.reset();
+        for (const EngineKind engine :
+             {EngineKind::native, EngineKind::mirror, EngineKind::gpu, EngineKind::reference}) {
+            const auto drawn = [&](const Scene& s) {
+                Budgets budgets;
+                const StoreReader store(stored.folder / "v.zarr", budgets.ram);
+                RenderOptions options;
+                options.engine = engine;
+                options.device = {"software"};
+                options.levels = LevelChoice::oneForAll;
+                return renderScene(s, store, budgets.ram, budgets.gpu, options).image;
+            };
+            const Image with = drawn(scene), without = drawn(plain);
+            const double depth = 10 * extinction, open = -std::expm1(-depth) / depth;
+            for (std::size_t i = 0; i < 64; ++i)
+                for (int c = 0; c < 3; ++c) {
+                    const double lost = std::exp(-20 * extinction) * 0.8 * (0.5 + 0.1 * c) * 0.9 * (1 - open);
+                    EXPECT_NEAR(without.pixels[i][c] - with.pixels[i][c], lost,
+                                engine == EngineKind::reference ? 1e-6 + 1e-5 * lost : 1e-6 + 4e-3 * lost)
+                        << name(engine);
+                }
+        }
+    }
+}
+
 /// Places that a picture sees, against 4096 directions that are spread by other means: the error falls at
 /// least as the root of the number.
 TEST(SurfaceLight, ErrorFallsWithDirections) {
@@ -369,6 +451,31 @@ TEST(SurfaceLight, TakesFromTheAmbientLightAlone) {
             }
         }
         EXPECT_GT(darkest, 0.05);
+    }
+}
+
+/// Every engine; the reference's steps are others in a volume.
+TEST(SurfaceLight, EnginesAgreeInAVolume) {
+    for (const bool graded : {false, true}) {
+        Scene scene = inVolume(occludedScene(0, {32, 32}, {.rays = 8, .filter = false}), graded);
+        scene.quality.stepVoxels = 0.25;
+        Scene plain = scene;
+        plain.lighting.surfaceOcclusion.reset();
+        const auto lost = [&](EngineKind engine) {
+            Image with = rendered(scene, engine).image;
+            const Image without = rendered(plain, engine).image;
+            for (std::size_t i = 0; i < with.pixels.size(); ++i)
+                with.pixels[i] = without.pixels[i] - with.pixels[i];
+            return with;
+        };
+        const Image native = lost(EngineKind::native);
+        EXPECT_EQ(differing(lost(EngineKind::mirror), native), 0u);
+        double most = 0;
+        for (const glm::vec4& pixel : native.pixels)
+            most = std::max(most, double{pixel.r});
+        EXPECT_GT(most, 0.05);
+        EXPECT_LT(compare(lost(EngineKind::gpu), native).rms, 1e-3);
+        EXPECT_LT(compare(lost(EngineKind::reference), native).rms, 0.1 * most);
     }
 }
 
@@ -568,7 +675,7 @@ TEST(SurfaceLight, RefusalsHelp) {
     const Scene scene = occludedScene(0);
     Scene volume = scene, unlit = scene, none = scene;
     volume.volumes[0].transferFunction = std::string("bone-1");
-    EXPECT_THAT(refused(volume), HasSubstr("lighting.surfaceOcclusion: expected isosurfaces alone"));
+    EXPECT_EQ(refused(volume), "nothing was refused");
     volume.mode = Mode::isosurface;
     EXPECT_EQ(refused(volume), "nothing was refused");
     unlit.shading.on = false;

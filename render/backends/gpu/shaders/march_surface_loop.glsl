@@ -241,8 +241,8 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
 #endif
         if (isHit) {
             hasHit = true;
-            precise float mm = (float(i) + at) * ray.segmentMm;
-            uHits[2 * slot] = vec4(p, mm);
+            precise float weight = 1.0 - sum.a;
+            uHits[2 * slot] = vec4(p, weight);
             uHits[2 * slot + 1] = vec4(unitNormal(gradient, ray.direction), intBitsToFloat(met + 1));
         }
 #endif
