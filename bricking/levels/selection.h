@@ -36,8 +36,8 @@ using PackedBytes = std::function<std::size_t(const std::array<std::size_t, kLev
 
 /// Finds empty bricks: those where the table's extinction is 0 over their voxels and the layers around them.
 /// With one layer, values beside an empty brick are exact. Lit pictures need two, because gradients reach a
-/// voxel further. (At coarser levels both are blended with its mean.)
-enum class Culling { none, unlit, lit }; // none: equality tests
+/// voxel further; smooth normals need the cells around. (At coarser levels both are blended with its mean.)
+enum class Culling { none, unlit, lit, smooth }; // none: equality tests
 
 /// Every brick is empty, or else of the given level.
 Selection cullBricks(const Statistics& statistics, const TransferTable& table, const VolumeInfo& info,

@@ -144,7 +144,9 @@ template <> const NameTable<Gradient>& namesOf<Gradient>() {
                                             {Gradient::sobel, "sobel"},
                                             {Gradient::analytic, "analytic"},
                                             {Gradient::centralHalf, "central-half"},
-                                            {Gradient::cubic, "cubic"}}};
+                                            {Gradient::cubic, "cubic"},
+                                            {Gradient::sobel2, "sobel-2"},
+                                            {Gradient::sobel4, "sobel-4"}}};
     return names;
 }
 template <> const NameTable<HideTable>& namesOf<HideTable>() {

@@ -37,8 +37,18 @@ struct SourceChoice {
 
 /// The gradient operator (docs/sampling.md, "Value"). In order: differences to one side, over a pitch to both
 /// sides, and of Sobel. Then the derivative of trilinear interpolation, differences over half a pitch to both
-/// sides, and the derivative of the cubic B-spline.
-enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic };
+/// sides, and the derivative of the cubic B-spline. The last two are Sobel's over two and four pitches to
+/// either side, for normals alone.
+enum class Gradient { forward, central, sobel, analytic, centralHalf, cubic, sobel2, sobel4 };
+/// Pitches that an operator reaches to either side beyond those of others, for normals; 1 but for the last
+/// two.
+constexpr int reachOf(Gradient gradient) {
+    return gradient == Gradient::sobel4 ? 4 : gradient == Gradient::sobel2 ? 2 : 1;
+}
+/// The operator of all that needs a gradient's length: opacity by gradient.
+constexpr Gradient operatorOfLengths(Gradient gradient) {
+    return reachOf(gradient) > 1 ? Gradient::sobel : gradient;
+}
 
 /// Highlights by the mirrored light direction, or by the direction halfway between light and viewer.
 enum class ShadingModel { phong, blinnPhong };

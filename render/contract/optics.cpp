@@ -54,7 +54,7 @@ leaf::GradientNumbers<double> gradientNumbers(const GradientOpacity& factor, con
 
 void setShading(Optics& o, const Shading& shading) {
     o.shading = shading.on;
-    o.gradient = shading.gradient;
+    setGradient(o, shading.gradient);
     o.phong = glm::vec3(shading.ambient, shading.diffuse, shading.specular);
     o.specularPower = std::clamp(static_cast<int>(std::lround(shading.specularPower)), 1, 1024);
 }

@@ -36,7 +36,8 @@ struct Optics {
     std::vector<glm::vec4> table; // rgb colour, a extinction per mm
     float scale = 0, offset = 0;
     bool shading = false;
-    Gradient gradient = Gradient::central; // operator of shading
+    Gradient gradient = Gradient::central; // operator of opacity by gradient, of most kinds of shading too
+    Gradient normals = Gradient::central;  // operator of shading
     glm::vec3 phong{0};                    // ambient, diffuse, specular
     int specularPower = 1;
     /// The scene's own lights, instead of a white head light, and the materials.
@@ -60,6 +61,8 @@ struct Optics {
 
     /// There is gradient opacity.
     bool grades() const { return gradientOpacity.count > 0; }
+    /// Normals are by an operator of their own.
+    bool smooths() const { return normals != gradient; }
     /// True if segments need a gradient.
     bool takesGradients() const { return shading || grades(); }
 
@@ -73,6 +76,11 @@ Optics makeOptics(const TransferTable& table, const VolumeInfo& info, const Shad
                   double terminationTransmittance, Integrator integrator = Integrator::midpoint);
 /// As the contract has it of a volume's stored values.
 leaf::GradientNumbers<double> gradientNumbers(const GradientOpacity& factor, const VolumeInfo& info);
+/// Takes the operator of gradients.
+inline void setGradient(Optics& optics, Gradient gradient) {
+    optics.gradient = operatorOfLengths(gradient);
+    optics.normals = gradient;
+}
 /// Takes the material for a head light; lights follow with setLighting().
 void setShading(Optics& optics, const Shading& shading);
 /// Takes the scene's lights and materials; nothing where a white head light makes Phong's highlights on one

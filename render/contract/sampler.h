@@ -124,6 +124,9 @@ glm::vec<3, Real> differences(Gradient kind, const Value& value, const glm::vec<
         return forwardDifferences(value, p, pitch);
     case Gradient::sobel:
         return sobelDifferences(value, p, pitch);
+    case Gradient::sobel2:
+    case Gradient::sobel4:
+        return sobelDifferences(value, p, static_cast<Real>(reachOf(kind)) * pitch);
     case Gradient::centralHalf:
         return centralDifferences(value, p, Real(0.5) * pitch);
     case Gradient::cubic:
@@ -141,6 +144,8 @@ constexpr int gradientValues(Gradient kind) {
     case Gradient::forward:
         return 4;
     case Gradient::sobel:
+    case Gradient::sobel2:
+    case Gradient::sobel4:
         return 27;
     case Gradient::analytic:
         return 1;

@@ -27,7 +27,8 @@ void placeSlice(SlicePlane& slice, const VolumeInfo& info) {
 }
 
 bool takesOpacities(const Scene& scene, std::size_t number) {
-    return number > 0 && sceneOfVolume(scene, number).valueColour == ValueColour::transferFunction;
+    return number > 0 && reductionOf(scene) != Reduction::sum &&
+           sceneOfVolume(scene, number).valueColour == ValueColour::transferFunction;
 }
 
 TransferFunction opacitiesAsGreys(const TransferFunction& function) {

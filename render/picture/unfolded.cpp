@@ -100,6 +100,10 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     Progress& progress = context.progress;
     progress.stage("reading statistics");
     // Rays find the bricks that they reach by themselves.
+    if (reductionOf(scene) == Reduction::sum && scene.mode != Mode::absorption &&
+        !std::holds_alternative<GreyWindow>(scene.window))
+        throw InputError("window: expected CENTRE,WIDTH of mode " + nameOf(scene.mode) +
+                         " in an unfolded picture, whose rows would have one each, found auto");
     Planner p = planScene(scene, store, engine->limits(), context, LevelChoice::finest,
                           pictureBytesPerPixel(result.engine) + meshBytesPerPixel(scene));
     result.secondsPreparing = secondsSince(start);

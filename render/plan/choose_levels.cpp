@@ -101,8 +101,9 @@ std::optional<Selection> oneForMix(const Selection& mix, int level, const ViewWe
 
 } // namespace
 
-Unseen unseenBy(const Lighting& lighting) {
-    return lighting.surfaceOcclusion || lighting.transport ? Unseen::kept : Unseen::leftOut;
+Unseen unseenBy(const Lighting& lighting, const Shading& shading) {
+    return lighting.surfaceOcclusion || lighting.transport || reachOf(shading.gradient) > 1 ? Unseen::kept
+                                                                                            : Unseen::leftOut;
 }
 
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
@@ -124,11 +125,16 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 
 namespace {
 
+/// HU. Scans have air down to here.
+constexpr double kLeastOfAir = -1100;
+
 /// For planes, means of rays and radiographs: the finest level that a pixel can show of any brick. The
 /// maximum of averaged values is not the maximum, so other modes take the finest level.
-int finestForValues(const Scene& scene, const ViewWeights& weights) {
+/// @param lowest  physical value; a radiograph takes those below air for air, which means hide
+int finestForValues(const Scene& scene, const ViewWeights& weights, double lowest) {
     const bool plane = scene.mode == Mode::slice && !(scene.slice.thicknessMm > 0);
-    const bool linear = plane || reductionOf(scene) == Reduction::average || scene.mode == Mode::radiograph;
+    const bool linear = plane || reductionOf(scene) == Reduction::average ||
+                        (scene.mode == Mode::radiograph && lowest >= kLeastOfAir);
     if (!linear || scene.quality.maxError.value_or(0) > 0)
         return 0;
     int finest = kLevelCount - 1;
@@ -161,7 +167,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
             statistics, table, info, gpu.freeBytes(), packed,
             choice == LevelChoice::oneForAllNothingCulled ? Culling::none : culling, gpu.option(), gpuFixed,
             choice == LevelChoice::quick ? quickLevel(info.extentVoxels) : 0);
-        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, takesGradients);
+        chosen.unseenBricks =
+            leaveOutUndrawn(chosen.selection, part, info, pitchesOfGradients(takesGradients, scene.shading));
         chosen.atlasPages = pagesFor(chosen.selection.counts);
     };
     if (choice != LevelChoice::perBrick && choice != LevelChoice::finest) {
@@ -184,17 +191,20 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
             throw belowFloor(gpu, gpuFixed + atlasBytes(least, info.type, limits),
                              "picture, tables and the bricks around one sample");
     };
-    if (reductionOf(scene) != Reduction::composite) {
+    const bool sums = reductionOf(scene) == Reduction::sum;
+    if (sums || reductionOf(scene) != Reduction::composite) {
         const Selection all = cullBricks(statistics, table, info, 0, culling);
         std::vector<std::uint8_t> shows(all.levels.size());
         for (std::size_t brick = 0; brick < shows.size(); ++brick)
             shows[brick] = all.levels[brick] != Selection::kEmpty;
         const ViewWeights weights = viewWeights(camera, info, scene.imageSize, threads, shows);
         const bool finest = choice == LevelChoice::finest;
-        for (int level = finest ? 0 : finestForValues(scene, weights); level < kLevelCount; ++level) {
+        for (int level = finest ? 0 : finestForValues(scene, weights, summarise(statistics, info).lowest);
+             level < kLevelCount; ++level) {
             chosen.selection = all;
             setLevels(chosen.selection, level);
-            chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, false);
+            chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info,
+                                                  pitchesOfGradients(sums && takesGradients, scene.shading));
             if (level <= kCoarsestWithinReach)
                 chosen.unseenBricks += leaveOutUnseen(chosen.selection, weights);
             chosen.atlasPages = pagesFor(chosen.selection.counts);
@@ -209,7 +219,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     }
     if (choice == LevelChoice::finest) {
         chosen.selection = cullBricks(statistics, table, info, 0, culling);
-        chosen.unseenBricks = leaveOutUndrawn(chosen.selection, part, info, takesGradients);
+        chosen.unseenBricks =
+            leaveOutUndrawn(chosen.selection, part, info, pitchesOfGradients(takesGradients, scene.shading));
         inPasses();
         return chosen;
     }
@@ -243,7 +254,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         // More accurate, and faster. The number of pages does not matter for this picture.
         Selection mix = s;
         const bool leavesOut =
-            unseenBy(scene.lighting) == Unseen::leftOut && s.finest() <= kCoarsestWithinReach;
+            unseenBy(scene.lighting, scene.shading) == Unseen::leftOut && s.finest() <= kCoarsestWithinReach;
         const std::size_t unseen = leavesOut ? leaveOutUnseen(mix, chooser->weights()) : 0;
         if (std::optional<Selection> one =
                 oneForMix(mix, s.finest(), chooser->weights(), SIZE_MAX, visible)) {
@@ -251,16 +262,18 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
             chosen.unseenBricks = unseen;
         }
         chosen.error = chooser->predict(s);
-        chosen.unseenBricks += leaveOutUndrawn(s, part, info, takesGradients);
+        chosen.unseenBricks +=
+            leaveOutUndrawn(s, part, info, pitchesOfGradients(takesGradients, scene.shading));
         inPasses();
     } else {
         // Hidden bricks must not take memory from visible ones.
-        BestLevels best =
-            bestLevels(*chooser, statistics.brickMean, pages, visible, unseenBy(scene.lighting));
+        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible,
+                                     unseenBy(scene.lighting, scene.shading));
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
         chosen.unseenBricks =
-            best.unseenBricks + leaveOutUndrawn(chosen.selection, part, info, takesGradients);
+            best.unseenBricks +
+            leaveOutUndrawn(chosen.selection, part, info, pitchesOfGradients(takesGradients, scene.shading));
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         if (chosen.error.mean > 0 && !part.any()) { // memory is scarce: better visibility pays
             chosen.atlasPages = pages;

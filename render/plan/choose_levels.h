@@ -24,7 +24,7 @@ enum class LevelChoice { perBrick, quick, finest, oneForAll, oneForAllNothingCul
 
 /// The layers around an empty brick that must be invisible.
 inline Culling cullingFor(const Shading& shading) {
-    return shading.on ? Culling::lit : Culling::unlit;
+    return !shading.on ? Culling::unlit : reachOf(shading.gradient) > 1 ? Culling::smooth : Culling::lit;
 }
 
 struct ChosenLevels {
@@ -58,8 +58,9 @@ struct BestLevels {
 /// Bricks far from all rays of a still need no level of their own: without them, the bricks of a close camera
 /// mostly have one level.
 enum class Unseen { kept, leftOut };
-/// They are kept with occlusion of surfaces, which reaches beyond the picture.
-Unseen unseenBy(const Lighting& lighting);
+/// They are kept with occlusion of surfaces and paths of light, which reach beyond the picture, and with wide
+/// gradients.
+Unseen unseenBy(const Lighting& lighting, const Shading& shading);
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
                       Visibility visible, Unseen unseen = Unseen::kept);
 

@@ -191,13 +191,15 @@ Camera sliceCamera(const SlicePlane& slice, const VolumeInfo& info, const glm::i
     return camera;
 }
 
-std::size_t leaveOutUndrawn(Selection& selection, const DrawnPart& part, const VolumeInfo& info, bool lit) {
+std::size_t leaveOutUndrawn(Selection& selection, const DrawnPart& part, const VolumeInfo& info,
+                            int pitches) {
     if (!part.any())
         return 0;
     // A value lies between samples a pitch apart, a gradient between those of its neighbours; where levels
     // mix, blends reach half a sample of the coarsest.
     const double pitch = 1 << selection.finest();
-    const double reach = selection.uniform() ? (lit ? 3 : 1) * pitch + 1 : (lit ? 2 : 1) * kBrickExtent + 1;
+    const double reach = selection.uniform() ? (pitches > 0 ? 2 + pitches : 1) * pitch + 1
+                                             : (pitches > 0 ? 2 : 1) * kBrickExtent + 1;
     std::size_t left = 0;
     for (int k = 0; k < selection.bricks.z; ++k)
         for (int j = 0; j < selection.bricks.y; ++j)

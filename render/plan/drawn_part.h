@@ -49,7 +49,11 @@ Camera sliceCamera(const SlicePlane& slice, const VolumeInfo& info, const glm::i
 
 /// Bricks that no sample of the part reads become empty. Returns their number. Pictures are unchanged, bit
 /// for bit if the selection has one level.
-/// @param lit  gradients are taken
-std::size_t leaveOutUndrawn(Selection& selection, const DrawnPart& part, const VolumeInfo& info, bool lit);
+/// @param pitches  that gradients reach to a side, where any are taken
+std::size_t leaveOutUndrawn(Selection& selection, const DrawnPart& part, const VolumeInfo& info, int pitches);
+/// Of gradients that a scene takes, if it does.
+inline int pitchesOfGradients(bool takesGradients, const Shading& shading) {
+    return takesGradients ? reachOf(shading.gradient) : 0;
+}
 
 } // namespace tessera

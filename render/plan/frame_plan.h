@@ -173,6 +173,7 @@ struct Layer {
     MapScale mapScale = MapScale::bricks;
     Occupancy occupancy; // and the distance map; none if rays keep one value
     ValueLook look;      // of single values, if they do
+    bool addsUp = false; // rays show sums of it (core/scene/exposure.h)
     ValueBounds bounds;  // then: bounds for leaps of rays that keep the maximum or minimum
     /// Occupancy of isosurfaces alone: a separate map, if there are surfaces, the function is visible too,
     /// and memory suffices.

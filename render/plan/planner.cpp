@@ -78,6 +78,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     const Reduction reduction = reductionOf(scene);
     const bool sums = reduction == Reduction::sum;
     layer().function = f;
+    layer().addsUp = sums;
     layer().function.setShare(sums ? 1 : scene.volumes.at(0).opacity);
     revisions.function = revisions.tables = PlanRevisions::next();
     if (reduction != Reduction::composite && !sums) {
@@ -119,7 +120,7 @@ bool Planner::takesLight(const Scene& scene) const {
     const auto bytes = [&](const Lighting& lighting) { return lightBytes(*this, lighting); };
     const Shading& shading = scene.shading;
     return !layer().reduces() && shading.on == layer().optics.shading &&
-           shading.gradient == layer().optics.gradient &&
+           shading.gradient == layer().optics.normals &&
            ambientChannels(scene.lighting) == ambientChannels(view.lighting) &&
            lightChannels(scene.lighting) == lightChannels(view.lighting) &&
            bytes(scene.lighting) <= bytes(view.lighting) && hasHistograms(scene, layer());
@@ -160,9 +161,9 @@ void Planner::exposeSums(const Scene& scene) {
     const SceneVolume& volume = scene.volumes.at(0);
     const ValueSummary values = summarise(layer().statistics, info(), volume.unit);
     if (!values.isHu && !looksLikeHu(values))
-        throw InputError(
-            "mode radiograph: expected a volume in HU (--unit HU says that it is), found values from " +
-            shownNumber(values.lowest) + " to " + shownNumber(values.highest));
+        throw badFile(layer().store->path().string() + ", mode radiograph",
+                      "a volume in HU (--unit HU says that it is)",
+                      "values from " + shownNumber(values.lowest) + " to " + shownNumber(values.highest));
     layer().function = radiographFunction(values.highest);
 }
 
@@ -270,7 +271,7 @@ void Planner::mapFunction() {
 void Planner::chooseByVisibility(std::span<const SeenBrick> seen) {
     const std::vector<float> visible = visibilityFactors(seen, layer().selection);
     BestLevels better = bestLevels(*chosen.chooser, layer().statistics.brickMean, chosen.atlasPages, visible,
-                                   unseenBy(view.lighting));
+                                   unseenBy(view.lighting, view.shading));
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();
@@ -562,7 +563,8 @@ void chooseOwn(Planner& p, const Scene& given, const TextureLimits& engineLimits
         Selection all =
             cullBricks(p.layer().statistics, p.layer().table, p.info(), 0, cullingFor(scene.shading));
         leaveOutUndrawn(all, p.view.part, p.info(),
-                        p.layer().optics.takesGradients() || p.view.lighting.transport);
+                        pitchesOfGradients(p.layer().optics.takesGradients() || p.view.lighting.transport,
+                                           scene.shading));
         p.chooseGhostLayers(limits, all.shownBricks(), context);
     }
     p.chosen = chooseLevels(scene, p.view.camera, p.view.part, p.layer(), limits, choice, p.memory.gpuBytes(),

@@ -210,7 +210,8 @@ template <typename Field> class PathTracer {
         const float value = field_.value(p);
         LabelledSample<float> labelled(optics, field_, p);
         labelled.take(lookUp(optics, value).a);
-        const glm::vec3 gradient = labelled.isMedium() ? field_.mediumGradient(p) : field_.gradient(p);
+        const glm::vec3 gradient =
+            labelled.isMedium() ? field_.mediumGradient(p) : field_.gradient(p, optics.normals);
         leaf::ReceivedLight<float> received{{1, 1, 1}, {1, 1, 1, 1}};
         for (const PathLight& light : scene_.lights)
             if (light.casts)

@@ -185,7 +185,8 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
         mesh = dim(none, meshes, meshesAt, most);
         return mesh ? ofMesh(meshes[*mesh]) : picked;
     }
-    const Reduction reduction = volume.optics.reduction;
+    // No place of a sum tells more than another.
+    const Reduction reduction = volume.addsUp ? Reduction::average : volume.optics.reduction;
     const auto position = [&](double segments) { return ray.entry + segments * ray.step; };
     const auto placeAt = [&](int level, int from, int to) {
         LatticeReader samples(*volume.cache, info, level, nullptr);

@@ -88,8 +88,8 @@ void exposurePanel(WindowState& desk) {
                          : scene.mode == Mode::radiograph ? "%.0f mm of water"
                                                           : "a sum of %.1f")) {
         scene.window = std::string("auto");
-        if (most > 0)
-            scene.window = GreyWindow{double{most} / 2, double{most}};
+        if (const double low = window ? window->low() : 0; double{most} > std::max(low, 0.0))
+            scene.window = GreyWindow{(low + double{most}) / 2, double{most} - low};
         desk.setScene(scene, true);
     }
     if (ImGui::IsItemActivated())
@@ -102,10 +102,13 @@ void modePanel(WindowState& desk) {
     Scene scene = desk.scene();
     if (const auto taken = nameBox("mode", modeNames()[static_cast<std::size_t>(scene.mode)], modeNames())) {
         desk.beginEdit();
+        const Mode before = scene.mode;
         const bool showedSums = reductionOf(scene) == Reduction::sum;
         scene.mode = parseName<Mode>(*taken, "mode");
-        if (showedSums != (reductionOf(scene) == Reduction::sum)) // windows of sums are no windows of values
-            scene.window = std::string("auto");
+        if (scene.mode != before && (showedSums || reductionOf(scene) == Reduction::sum))
+            scene.window = std::string("auto"); // each has a unit of its own
+        if (scene.mode == Mode::radiograph && scene.valueColour == ValueColour::transferFunction)
+            scene.valueColour = ValueColour::window;
         desk.setScene(scene, false);
         return;
     }

@@ -335,6 +335,10 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, 
 std::unique_ptr<SurfaceTracer> NativeCaster::surfaceTracer(double voxels) const {
     if (options_.passes) // bricks may be absent
         return nullptr;
+    const Optics& optics = scene_.layer().optics;
+    if (optics.volumeShows && optics.grades() &&
+        (optics.gradient == Gradient::analytic || optics.gradient == Gradient::cubic))
+        return nullptr; // gradients one by one, with what a thread keeps
     return std::make_unique<NativeTracer>(packetScene(), target_, voxels);
 }
 

@@ -16,21 +16,28 @@
 
 namespace tessera {
 
-/// The 4x4x4 samples around a cell: the support of its gradients.
+/// The samples around a cell: the support of its gradients. 4^3 of them, but of operators that reach further.
 class Neighbourhood {
   public:
-    Neighbourhood(LatticeReader& reader, const glm::ivec3& low) : extent_(reader.extent()), first_(low - 1) {
-        reader.cube<4>(first_, values_.data());
+    Neighbourhood(LatticeReader& reader, const glm::ivec3& low, Gradient by)
+        : extent_(reader.extent()), first_(low - reachOf(by)), edge_(2 * reachOf(by) + 2) {
+        if (edge_ == 4)
+            reader.cube<4>(first_, values_.data());
+        else if (edge_ == 6)
+            reader.cube<6>(first_, values_.data());
+        else
+            reader.cube<10>(first_, values_.data());
     }
     const glm::ivec3& extent() const { return extent_; }
     double at(const glm::ivec3& i) const {
-        const glm::ivec3 local = glm::clamp(i - first_, glm::ivec3(0), glm::ivec3(3));
-        return values_[static_cast<std::size_t>((local.z * 4 + local.y) * 4 + local.x)];
+        const glm::ivec3 local = glm::clamp(i - first_, glm::ivec3(0), glm::ivec3(edge_ - 1));
+        return values_[static_cast<std::size_t>((local.z * edge_ + local.y) * edge_ + local.x)];
     }
 
   private:
     glm::ivec3 extent_, first_;
-    std::array<double, 64> values_;
+    int edge_;
+    std::array<double, 1000> values_; // as many as it has
 };
 
 /// Distance of the planes between which every component of the gradient along a ray is a cubic, voxels.
@@ -55,12 +62,10 @@ inline glm::dvec3 gradientInCell(const Neighbourhood& around, const glm::ivec3& 
 /// @param position  by parameter, voxels
 template <typename Position>
 std::array<glm::dvec3, 4> gradientsInCell(LatticeReader& samples, const glm::ivec3& low, const Optics& optics,
-                                          const Position& position, double ta, double tb) {
-    const Neighbourhood around(samples, low);
+                                          Gradient by, const Position& position, double ta, double tb) {
+    const Neighbourhood around(samples, low, by);
     const glm::dmat3 toPatient(optics.voxelFromPatientTransposed);
-    const auto at = [&](double t) {
-        return toPatient * gradientInCell(around, low, optics.gradient, position(t));
-    };
+    const auto at = [&](double t) { return toPatient * gradientInCell(around, low, by, position(t)); };
     return {at(ta), at(ta + (tb - ta) / 3), at(ta + 2 * (tb - ta) / 3), at(tb)};
 }
 

@@ -286,7 +286,8 @@ void LightRays::throughCell(const ReferenceRay& ray, double ta, double tb, Walk&
     }
     std::optional<GradientAlongRay> gradient;
     if (optics_.grades()) {
-        gradient.emplace(optics_, gradientsInCell(samples_, low, optics_, position, ta, tb));
+        gradient.emplace(optics_,
+                         gradientsInCell(samples_, low, optics_, optics_.gradient, position, ta, tb));
         gradient->forEachCorner([&](double u) { cuts_.push_back(u); });
         constexpr int kParts = 8; // in which the factor is monotone, or nearly so
         for (int n = 1; rejects && n < kParts; ++n)

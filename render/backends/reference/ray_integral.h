@@ -91,7 +91,7 @@ class RayIntegral {
             input_.cuts->parts(ray.base, ray.direction, t0, t1, parts_);
         if (input_.reduction != Reduction::composite)
             return keptValue(ray);
-        ReferenceIntegrator integral;
+        ReferenceIntegrator integral(input_.thinness);
         lastLit_ = std::numeric_limits<double>::quiet_NaN();
         wayMm_ = t1 - t0;
         for (const RayCuts::Part& part : parts_)
@@ -110,7 +110,8 @@ class RayIntegral {
         double length = 0; // mm
         std::optional<LabelsAlongRay> labels;
         std::optional<LightAlongRay> light, onMedium;
-        std::vector<double> cuts; // ascending, from 0 to 1: between them all is smooth
+        std::optional<GradientAlongRay> graded; // of gradient opacity, where light has another
+        std::vector<double> cuts;               // ascending, from 0 to 1: between them all is smooth
     };
     bool holdsNothing(const ReferenceRay& ray, double ta, double tb) const {
         return emptyCells_.hold(ray, ta, tb);
@@ -369,6 +370,7 @@ inline bool RayIntegral::prepare(const ReferenceRay& ray, double ta, double tb,
     const Cubic& cubic = stretch.cubic;
     out.length = tb - ta;
     out.light.reset();
+    out.graded.reset();
     out.onMedium.reset();
     std::vector<double>& cuts = cuts_;
     cuts.assign(stretch.ends.begin(), stretch.ends.begin() + static_cast<std::ptrdiff_t>(stretch.count));
@@ -389,12 +391,18 @@ inline bool RayIntegral::prepare(const ReferenceRay& ray, double ta, double tb,
         return true;
     }
     const LightAlongRay& light = out.light.emplace(
-        optics_, toPatient_ * ray.direction, gradientsInCell(samples_, low, optics_, position, ta, tb),
+        optics_, toPatient_ * ray.direction,
+        gradientsInCell(samples_, low, optics_, optics_.shading ? optics_.normals : optics_.gradient,
+                        position, ta, tb),
         position(ta), position(tb), lightRays_ ? &received_ : nullptr);
+    if (optics_.grades() && optics_.shading && optics_.smooths())
+        out.graded.emplace(optics_,
+                           gradientsInCell(samples_, low, optics_, optics_.gradient, position, ta, tb));
+    const GradientAlongRay& graded = out.graded ? *out.graded : static_cast<const GradientAlongRay&>(light);
     if (optics_.shading)
         light.forEachTurn([&](double u) { cuts.push_back(u); });
     if (optics_.grades())
-        light.forEachCorner([&](double u) { cuts.push_back(u); });
+        graded.forEachCorner([&](double u) { cuts.push_back(u); });
     std::sort(cuts.begin(), cuts.end());
     if (optics_.shading && out.labels && out.labels->hasMedium()) {
         out.onMedium.emplace(optics_, toPatient_ * ray.direction,
@@ -403,7 +411,7 @@ inline bool RayIntegral::prepare(const ReferenceRay& ray, double ta, double tb,
         out.onMedium->forEachTurn([&](double u) { cuts.push_back(u); });
         std::sort(cuts.begin(), cuts.end());
     }
-    cutWhereMediumPrevails(cubic, ofCell, optics_.grades() ? &light : nullptr);
+    cutWhereMediumPrevails(cubic, ofCell, optics_.grades() ? &graded : nullptr);
     if (lightRays_) {
         receive(ray, ta, tb, cubic, function_.mostExtinction(lo, hi), ofCell, integral);
         received_.forEachJoint([&](double u) { cuts.push_back(u); });
@@ -420,7 +428,9 @@ inline RayIntegral::Piece::Piece(const RayIntegral& of, const Interval& interval
               of.optics_.shading ? &*interval.light : nullptr,
               interval.length,
               of.function_.materialAt(interval.stretch->cubic(0.5 * (from + to)), of.optics_),
-              of.optics_.grades() ? &*interval.light : nullptr,
+              !of.optics_.grades() ? nullptr
+              : interval.graded    ? &*interval.graded
+                                   : &*interval.light,
               interval.labels ? &*interval.labels : nullptr,
               of.optics_.shading && interval.onMedium ? &*interval.onMedium : nullptr},
       shows(!function.isTransparent() || (interval.labels && interval.labels->hasMedium())) {}

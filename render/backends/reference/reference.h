@@ -46,6 +46,8 @@ struct ReferenceInput {
     /// Of rays that keep one value: the extrema of the field itself, or its mean along the ray.
     Reduction reduction = Reduction::composite;
     ValueLook look = {};
+    /// Extinctions are so many times those that show (core/scene/exposure.h): the scale of tolerances.
+    double thinness = 1;
     /// The drawn part is inside of all slabs; in voxels.
     std::vector<RaySlab<double>> slabs = {};
     bool flat = false;                      // one slab is a plane, at which a ray has one value

@@ -67,8 +67,10 @@ class ReferenceCaster : public RayCaster {
                            picture_.pixels.begin() + static_cast<std::ptrdiff_t>(done_),
                            [](const glm::dvec4& v) { return glm::vec4(v); });
             if (surfaces) {
-                auto hits = surfaces->firstHits(rays, threads_);
-                weigh(rays, hits);
+                std::vector<double> at;
+                auto hits = surfaces->firstHits(rays, threads_, at);
+                if (surfaces->showsVolume())
+                    weigh(rays, at, hits);
                 hits_.insert(hits_.end(), hits.begin(), hits.end());
             }
             done_ += count;
@@ -86,18 +88,17 @@ class ReferenceCaster : public RayCaster {
 
   private:
     /// Light that the volume before surfaces leaves.
-    void weigh(std::vector<ReferenceRay> rays, std::vector<SurfaceHit>& hits) const {
+    /// @param at  their parameters along the rays
+    void weigh(std::vector<ReferenceRay> rays, const std::vector<double>& at,
+               std::vector<SurfaceHit>& hits) const {
         ReferenceInput input = this->input();
         input.shading.on = false;
         input.lighting = {};
         input.paths = nullptr;
         input.starts = {};
         for (std::size_t n = 0; n < rays.size(); ++n) {
-            constexpr double kBefore = 1e-4; // voxels: places of hits are floats
-            const glm::dvec3 way = glm::dvec3(hits[n].position) - rays[n].base;
-            const double t =
-                glm::dot(way, rays[n].direction) / glm::dot(rays[n].direction, rays[n].direction);
-            rays[n].tMax = hits[n].surface ? t - kBefore / glm::length(rays[n].direction) : rays[n].tMin;
+            constexpr double kBefore = 1e-6; // voxels; the surface is not before itself
+            rays[n].tMax = hits[n].surface ? at[n] - kBefore / glm::length(rays[n].direction) : rays[n].tMin;
         }
         const std::vector<glm::dvec4> before = renderReference(input, rays, threads_);
         for (std::size_t n = 0; n < hits.size(); ++n)
@@ -160,6 +161,7 @@ class ReferenceCaster : public RayCaster {
         input.camera = plan.view.camera;
         input.reduction = volume.optics.reduction;
         input.look = volume.look;
+        input.thinness = volume.addsUp ? double{Exposure::kThin} : 1;
         const DrawnPart& part = plan.fused ? plan.fused->part : plan.view.part;
         input.slabs = part.slabs;
         input.flat = part.flat;

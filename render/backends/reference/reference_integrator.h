@@ -28,6 +28,8 @@ struct RadiantNodes {
 class ReferenceIntegrator {
   public:
     using Places = std::array<double, 8>;
+    /// @param scale  of depths that matter: tolerances are relative to it where a panel has next to none
+    explicit ReferenceIntegrator(double scale = 1) : least_(1e-3 * scale) {}
     /// Adds [t0,t1], on which what is seen is smooth. Call front to back.
     /// @param radiant  (t) -> RadiantPoint, or (Places, RadiantNodes&), which fills in all eight
     template <typename Function> void add(double t0, double t1, const Function& radiant) {
@@ -113,7 +115,7 @@ class ReferenceIntegrator {
             difference =
                 std::max(difference, std::abs(both[c] - whole.colour[c]) / brightness(both[c] / whole.depth));
         const bool small = whole.depth <= kMaxPanelDepth;
-        const bool agree = difference <= kTolerance * (1e-3 + std::abs(whole.depth));
+        const bool agree = difference <= kTolerance * (least_ + std::abs(whole.depth));
         if ((small && agree) || halvings >= kMaxHalvings || !(middle > t0 && middle < t1)) {
             colour_ += std::exp(-depth_) * both;
             depth_ += a.depth + b.depth;
@@ -131,6 +133,7 @@ class ReferenceIntegrator {
     };
     static const Rule& gauss8();
 
+    double least_;
     glm::dvec3 colour_{0};
     double depth_ = 0;
 };

@@ -33,7 +33,7 @@ ReferencePaths::ReferencePaths(const IntegralInput& of, LatticeReader& samples)
 
 glm::dvec3 ReferencePaths::gradientAt(const glm::dvec3& p, Gradient by) {
     const glm::ivec3 low = cellOf(p);
-    return gradientInCell(Neighbourhood(samples_, low), low, by, p);
+    return gradientInCell(Neighbourhood(samples_, low, by), low, by, p);
 }
 
 PathTissue ReferencePaths::tissueAt(const glm::dvec3& p) {

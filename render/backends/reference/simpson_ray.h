@@ -221,7 +221,7 @@ class SimpsonRay {
         if (!optics_.shading)
             return colour;
         const glm::dvec3 gradient =
-            fieldGradient(samples_, ray.base + t * ray.direction, 1.0, optics_.gradient);
+            fieldGradient(samples_, ray.base + t * ray.direction, 1.0, optics_.normals);
         if (!optics_.hasLights)
             return shade(optics_, colour, gradient, ray.direction);
         leaf::Material<double> material{double{optics_.phong.x}, double{optics_.phong.y},

@@ -48,7 +48,7 @@ void ReferenceSurfaces::forEachCrossing(const ReferenceRay& ray, double t0, doub
     });
 }
 
-SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& samples) const {
+SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& samples, double& at) const {
     SurfaceHit hit;
     const RayLine<double> line{ray.base, ray.direction, ray.tMin, 1};
     double t0 = 0, t1 = 0;
@@ -69,23 +69,26 @@ SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& s
                 ray, part.from, part.to, samples, [](const Cell&, double, double) {},
                 [&](double t, std::size_t number) {
                     const glm::dvec3 p = ray.base + t * ray.direction;
+                    at = t;
                     hit.position = glm::vec3(p);
                     hit.normal = glm::vec3(unitNormal(
                         optics_, fieldGradient(samples, p, 1.0, input_.shading.gradient), ray.direction));
                     hit.surface = static_cast<int>(number) + 1;
+                    hit.weight = 1;
                     return true;
                 });
     return hit;
 }
 
-std::vector<SurfaceHit> ReferenceSurfaces::firstHits(const std::vector<ReferenceRay>& rays,
-                                                     int threads) const {
+std::vector<SurfaceHit> ReferenceSurfaces::firstHits(const std::vector<ReferenceRay>& rays, int threads,
+                                                     std::vector<double>& at) const {
+    at.assign(rays.size(), 0);
     constexpr std::size_t kStrip = 64;
     std::vector<SurfaceHit> hits(rays.size());
     parallelFor((rays.size() + kStrip - 1) / kStrip, threads, [&](std::size_t strip) {
         LatticeReader samples(*input_.cache, *input_.info, 0, nullptr);
         for (std::size_t i = strip * kStrip; i < std::min(rays.size(), (strip + 1) * kStrip); ++i)
-            hits[i] = firstHit(rays[i], samples);
+            hits[i] = firstHit(rays[i], samples, at[i]);
     });
     return hits;
 }
@@ -104,8 +107,7 @@ void ReferenceSurfaces::trace(std::span<const LightWay> ways, std::span<LightTak
                 const glm::dvec3 p = way.from + t * way.direction;
                 double extinction = function_.extinction(cell.at(p));
                 if (extinction > 0 && optics_.grades())
-                    extinction *=
-                        gradientFactor(optics_, fieldGradient(samples, p, 1.0, input_.shading.gradient));
+                    extinction *= gradientFactor(optics_, fieldGradient(samples, p, 1.0, optics_.gradient));
                 return RadiantPoint{extinction * way.mmPerVoxel, distance(t)};
             });
         };

@@ -23,14 +23,17 @@ class ReferenceSurfaces : public SurfaceTracer {
 
     /// One per ray, in order; what lies before them leaves all light.
     /// @param threads  0: all processors
-    std::vector<SurfaceHit> firstHits(const std::vector<ReferenceRay>& rays, int threads) const;
+    /// @param at  gets their parameters along the rays
+    std::vector<SurfaceHit> firstHits(const std::vector<ReferenceRay>& rays, int threads,
+                                      std::vector<double>& at) const;
+    bool showsVolume() const { return showsVolume_; }
     void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const override;
 
   private:
     template <typename Between, typename Visit>
     void forEachCrossing(const ReferenceRay& ray, double t0, double t1, LatticeReader& samples,
                          const Between& between, const Visit& visit) const;
-    SurfaceHit firstHit(const ReferenceRay& ray, LatticeReader& samples) const;
+    SurfaceHit firstHit(const ReferenceRay& ray, LatticeReader& samples, double& at) const;
 
     ReferenceInput input_;
     StoredFunction function_;

@@ -291,6 +291,49 @@ TEST(Sums, RefuseWhatTheyHaveNot) {
                 HasSubstr("mode radiograph: expected a volume in HU"));
 }
 
+// Opacity by gradient counts, cut bricks and mixed budgets or not.
+TEST(Sums, TakeOpacityByGradient) {
+    for (const bool cut : {false, true}) {
+        Scene scene = torsoSums(Mode::absorption, {33, 29});
+        auto& function = std::get<TransferFunction>(scene.volumes[0].transferFunction);
+        function.setGradientOpacity(GradientOpacity::fromPoints({{5, 0}, {60, 1}}));
+        if (cut)
+            scene.cuts.boxes = {{{20, 15, 20}, {70, 60, 90}, CropBox::Space::voxels, Keep::inside}};
+        const Image truth = drawn(scene, EngineKind::reference, storePath("torso")).image;
+        const Image native = drawn(scene, EngineKind::native, storePath("torso")).image;
+        EXPECT_EQ(differing(drawn(scene, EngineKind::mirror, storePath("torso")).image, native), 0u);
+        EXPECT_LT(compare(native, truth).rms, 3e-3);
+        function.setGradientOpacity({});
+        EXPECT_GT(compare(drawn(scene, EngineKind::native, storePath("torso")).image, native).rms, 0.05);
+    }
+}
+
+// Each alone, one over the other: two halves of an even medium let through what one does of both.
+TEST(Sums, OfSeveralVolumesLieOverOneAnother) {
+    const Stored stored([](const glm::dvec3&) { return 500.0; }, {32, 32, 32}, true);
+    for (const ValueColour colour : {ValueColour::window, ValueColour::transferFunction}) {
+        Scene scene = stored.scene({}, 0, 8);
+        scene.camera = Camera{.projection = Projection::parallel,
+                              .position = {16, 16, -300},
+                              .focalPoint = {16, 16, 16},
+                              .viewUp = {0, 1, 0},
+                              .parallelScale = 8};
+        scene.volumes[0].transferFunction =
+            TransferFunction::fromOpacity({{0, 0.01}, {1000, 0.01}}, {{0, {1, 1, 1}}}, 1);
+        scene.volumes.push_back(scene.volumes[0]);
+        scene.mode = Mode::absorption;
+        scene.valueColour = colour;
+        scene.fusion = Fusion::over;
+        MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20),
+            gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+        const StoreReader reader(stored.folder / "v.zarr", ram);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        const Image picture = renderScene(scene, std::array{&reader, &reader}, ram, gpu, options).image;
+        EXPECT_NEAR(picture.pixels[27].a, 1 - std::pow(0.99, 64), 1e-4);
+    }
+}
+
 // Extinctions from 1e-6 to those of metal; the sums of floats stay true.
 TEST(Sums, AreTrueFromThinAirToMetal) {
     for (const double value : {-999.9, -900.0, 3000.0, 30000.0}) {

@@ -84,6 +84,24 @@ Scene inVolume(Scene scene, bool graded = false) {
     return scene;
 }
 
+/// Gradients that packets do not take are the mirror's.
+TEST(SurfaceTracer, GradedVolumesTakeAnyGradient) {
+    for (const Gradient kind : {Gradient::analytic, Gradient::cubic, Gradient::sobel4}) {
+        Scene scene = inVolume(occludedScene(0, {24, 24}, {.rays = 4}), true);
+        scene.shading.gradient = kind;
+        Budgets budgets;
+        const StoreReader store(storePath("torso"), budgets.ram);
+        Image pictures[2];
+        for (const EngineKind engine : {EngineKind::native, EngineKind::mirror}) {
+            RenderOptions options;
+            options.engine = engine;
+            pictures[engine == EngineKind::mirror] =
+                renderScene(scene, store, budgets.ram, budgets.gpu, options).image;
+        }
+        EXPECT_EQ(differing(pictures[0], pictures[1]), 0u) << nameOf(kind);
+    }
+}
+
 TEST(SurfaceTracer, NativeIsTheMirror) {
     for (const int volume : {0, 1, 2}) // none; tissue; graded tissue
         for (const bool mixed : {false, true})
