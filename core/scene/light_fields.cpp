@@ -336,7 +336,8 @@ const Fields<Transport>& transportFields() {
               "the first and it, from all around, and there is no third.")
             .unlessDefault();
         f.add("normals", &Transport::normals, named<ScatteringNormals>(),
-              "Gradients by which surfaces scatter. shading: those of shading.gradient. sobel: smooth ones, "
+              "Gradients by which surfaces scatter. shading: those of shading.gradient (of sobel-2 and "
+              "sobel-4 sobel). sobel: smooth ones, "
               "so "
               "that noise and the lattice do not show on skin; opacity by gradient keeps those of shading.")
             .unlessDefault();
@@ -411,7 +412,9 @@ const Fields<Shading>& shadingFields() {
         f.add(
              "gradient", &Shading::gradient, named<Gradient>(),
              "Gradient operator: differences forward, central over a pitch or half a pitch to both sides, or "
-             "of Sobel; or the derivative of trilinear interpolation (analytic) or of the cubic B-spline.")
+             "of Sobel, or Sobel's over two or four pitches, for normals of noisy scans; or the derivative "
+             "of "
+             "trilinear interpolation (analytic) or of the cubic B-spline.")
             .setBy("--gradient", "gradient operator of shading: {names} (default: {default})");
         f.add("model", &Shading::model, named<ShadingModel>(),
               "Highlights by the mirrored light direction, or by the direction halfway between light and "

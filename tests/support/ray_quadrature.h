@@ -45,7 +45,9 @@ glm::dvec4 integrate(const Optics& optics, const LineField& line, int n, double 
         Real value(const glm::vec<3, Real>& p) const {
             return static_cast<Real>(line.value(static_cast<double>(p.x)));
         }
-        glm::vec<3, Real> gradient(const glm::vec<3, Real>&) const { return glm::vec<3, Real>(0); }
+        glm::vec<3, Real> gradient(const glm::vec<3, Real>&, Gradient = {}) const {
+            return glm::vec<3, Real>(0);
+        }
         Real pitch(const glm::vec<3, Real>&) const { return 1; }
         leaf::LabelShares<Real> labels(const glm::vec<3, Real>&) const { return {}; }
         glm::vec<3, Real> mediumGradient(const glm::vec<3, Real>&) const { return glm::vec<3, Real>(0); }

@@ -47,6 +47,8 @@ std::uint32_t gradientFeature(Gradient gradient) {
     case Gradient::central:
         break;
     case Gradient::sobel:
+    case Gradient::sobel2:
+    case Gradient::sobel4:
         return kFeatureSobelGradient;
     case Gradient::analytic:
         return kFeatureAnalyticGradient;

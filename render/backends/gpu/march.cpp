@@ -187,6 +187,7 @@ void March::setFeatures(std::uint32_t wanted, OpticsOfAll all) {
     program_.set("uSpecularPower", optics.specularPower);
     program_.set("uTermination", optics.termination);
     program_.set("uReduction", static_cast<int>(optics.reduction));
+    program_.set("uNormalReach", static_cast<float>(reachOf(optics.normals)));
 }
 
 void March::setLights(OpticsOfAll optics) {

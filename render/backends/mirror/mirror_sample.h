@@ -17,6 +17,12 @@ template <typename Real> struct SeenSegment {
     glm::vec<3, Real> colour{0};      // not premultiplied
 };
 
+/// The gradient that is shaded.
+template <typename Real, typename Field>
+glm::vec<3, Real> normalGradient(const Optics& optics, Field& field, const glm::vec<3, Real>& p) {
+    return optics.smooths() ? field.gradient(p, optics.normals) : field.gradient(p);
+}
+
 /// The segment between two ends, or around the second alone. False, and nothing is set, where it shows
 /// nothing; its extinction may be 0 all the same.
 /// @param field  gradient(p) and, with light and labels, received(), labels() and mediumGradient()
@@ -33,12 +39,17 @@ bool seeSegment(const Optics& optics, Field& field, const SegmentEnd<Real>& fron
     if (!labelled.shows(extinction))
         return false;
     glm::vec<3, Real> gradient(0);
-    if (optics.takesGradients()) {
+    const bool smooths = optics.shading && optics.smooths();
+    if (optics.grades() || (optics.shading && !smooths)) {
         gradient = field.gradient(middle);
         work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
     }
     if (optics.grades())
         extinction *= gradientFactor(optics, gradient);
+    if (smooths) {
+        gradient = normalGradient(optics, field, middle);
+        work.samples += static_cast<std::uint64_t>(gradientValues(optics.normals));
+    }
     extinction = labelled.take(extinction);
     if (optics.shading && labelled.isMedium())
         gradient = field.mediumGradient(middle);

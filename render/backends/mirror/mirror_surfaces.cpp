@@ -13,6 +13,7 @@ template <typename Values> struct UnlitField {
     float value(const glm::vec3& p) { return values.value(p); }
     float pitch(const glm::vec3& p) { return values.pitch(p); }
     glm::vec3 gradient(const glm::vec3& p) { return values.gradient(p); }
+    glm::vec3 gradient(const glm::vec3& p, Gradient by) { return values.gradient(p, by); }
     leaf::ReceivedLight<float> received(const glm::vec3&, const leaf::LightingNumbers&) {
         TESSERA_CHECK(false);
         return {};

@@ -95,12 +95,17 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             if (!(extinction > Real(0)))
                 return;
             Vec gradient(0);
-            if (optics.takesGradients()) {
+            const bool smooths = optics.shading && optics.smooths();
+            if (optics.grades() || (optics.shading && !smooths)) {
                 gradient = field.gradient(middle);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
             }
             if (optics.grades())
                 extinction *= gradientFactor(optics, gradient);
+            if (smooths) {
+                gradient = normalGradient(optics, field, middle);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.normals));
+            }
             const Real depth = extinction * (part * ray.segmentMm);
             const Real alpha = opacityOf(depth);
             const Vec unlit = segmentColour(optics, a, b, depth, alpha, n);
@@ -132,8 +137,8 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
             const Vec p = start + at * ray.step;
             Vec gradient(0);
             if (optics.shading || hit) {
-                gradient = field.gradient(p);
-                work.samples += static_cast<std::uint64_t>(gradientValues(optics.gradient));
+                gradient = normalGradient(optics, field, p);
+                work.samples += static_cast<std::uint64_t>(gradientValues(optics.normals));
             }
             if (hit && hit->surface == 0) {
                 hit->position = glm::vec3(p);

@@ -81,6 +81,8 @@ native::PacketGradient packetGradient(Gradient gradient) {
     case Gradient::forward:
         return native::PacketGradient::forward;
     case Gradient::sobel:
+    case Gradient::sobel2:
+    case Gradient::sobel4:
         return native::PacketGradient::sobel;
     case Gradient::analytic:
         return native::PacketGradient::analytic;
@@ -176,6 +178,7 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     o.firstLayer = optics.seen.firstLayer();
     o.lit = optics.shading;
     o.gradient = packetGradient(optics.gradient);
+    o.normalReach = static_cast<float>(reachOf(optics.normals));
     o.ambient = optics.phong.x, o.diffuse = optics.phong.y, o.specular = optics.phong.z;
     o.power = optics.specularPower;
     o.hasLights = optics.hasLights;

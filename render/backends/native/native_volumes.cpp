@@ -30,6 +30,8 @@ bool isIn(const native::PacketField& field, const glm::vec3& p) {
 void readBeside(NativeField& field, const Optics& optics, const glm::vec3& middle) {
     if (optics.takesGradients())
         field.gradient(middle);
+    if (optics.shading && optics.smooths())
+        field.gradient(middle, optics.normals);
     if (optics.labels.count > 0)
         field.labels(middle);
     if (optics.shading && optics.labels.solid >= 0)

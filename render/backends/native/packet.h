@@ -72,6 +72,7 @@ struct PacketOptics {
     // Light
     bool lit = false;
     PacketGradient gradient = PacketGradient::central;
+    float normalReach = 1; // above 1: normals are Sobel's over so many pitches
     float ambient = 0, diffuse = 0, specular = 0;
     std::int32_t power = 1;
     float toGradient[9] = {}, toPatient[9] = {}; // column by column

@@ -109,9 +109,10 @@ TESSERA_LANE F3 differencesOf(const Sides& s, F h) {
 }
 
 /// Differences of lanes whose neighbourhood needs other bricks; of the kinds but central, cubic and analytic.
+/// @param reach  pitches, of Sobel's
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, PacketGradient kind, F3 p,
-                                                         M& m) {
+                                                         M& m, F reach) {
     const F half(0.5f);
     const F pitch = pitchElsewhere<Mixed>(f, p, m);
     if (kind == PacketGradient::centralHalf) {
@@ -124,7 +125,7 @@ inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, P
         valuesOfSides<K, Mixed>(f, p, h, sides, m);
         return differencesOf(sides, h);
     }
-    const F h = kind == PacketGradient::forward ? half * pitch : min(pitch, F(16.0f));
+    const F h = kind == PacketGradient::forward ? half * pitch : min(reach * pitch, F(16.0f));
     // All 27 sides of Sobel's; else here, and h ahead along the axes.
     const int values = kind == PacketGradient::sobel ? 27 : 4;
     Points points;
@@ -154,9 +155,10 @@ inline __attribute__((noinline)) F3 differencesElsewhere(const PacketField& f, P
 }
 
 /// Of the kinds but central, cubic and analytic, of lanes whose neighbourhood lies in their brick.
+/// @param reach  pitches, of Sobel's
 template <SampleKind K, bool Mixed>
 TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, PacketGradient kind, F3 p,
-                                F pitch, M m) {
+                                F pitch, M m, F reach) {
     const auto value = [&](F3 at) { return valueHere<K>(f, here, inBrick(here, at), m, kNoRows); };
     if (kind == PacketGradient::forward) {
         const F h = F(0.5f) * pitch, now = value(p);
@@ -164,13 +166,14 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
                 (value({p.x, p.y, p.z + h}) - now) / h};
     }
     if (kind == PacketGradient::sobel) {
+        const F apart = min(reach * pitch, F(16.0f));
         return sobel(
             [&](int n) {
-                return value({p.x + pitch * F(static_cast<float>(n % 3 - 1)),
-                              p.y + pitch * F(static_cast<float>(n / 3 % 3 - 1)),
-                              p.z + pitch * F(static_cast<float>(n / 9 - 1))});
+                return value({p.x + apart * F(static_cast<float>(n % 3 - 1)),
+                              p.y + apart * F(static_cast<float>(n / 3 % 3 - 1)),
+                              p.z + apart * F(static_cast<float>(n / 9 - 1))});
             },
-            pitch);
+            apart);
     }
     const F h = F(0.5f) * pitch, both = F(2.0f) * h; // central-half
     return {(value({p.x + h, p.y, p.z}) - value({p.x - h, p.y, p.z})) / both,
@@ -182,16 +185,16 @@ TESSERA_LANE F3 differencesHere(const PacketField& f, const Here<Mixed>& here, P
 /// loop that asks: 27 values of Sobel's in each are minutes of the compiler.
 template <SampleKind K, bool Mixed>
 inline __attribute__((noinline)) F3 otherDifferences(const PacketField& f, const Here<Mixed>& here,
-                                                     PacketGradient kind, const F3& p, M& m) {
-    const F one(1.0f);
-    const F3 ones{one, one, one}, x = inBrick(here, p);
-    M inside = m & within(x, here.low + ones, here.high - ones);
+                                                     PacketGradient kind, const F3& p, M& m, float pitches) {
+    const F reach(pitches);
+    const F3 around{reach, reach, reach}, x = inBrick(here, p);
+    M inside = m & within(x, here.low + around, here.high - around);
     if constexpr (Mixed)
-        inside = inside & within(x, here.innerLow + ones, here.innerHigh - ones);
-    F3 g = differencesHere<K>(f, here, kind, p, one / here.perVoxel, inside);
+        inside = inside & within(x, here.innerLow + around, here.innerHigh - around);
+    F3 g = differencesHere<K>(f, here, kind, p, F(1.0f) / here.perVoxel, inside, reach);
     M rest = m & ~inside;
     if (any(rest)) [[unlikely]] {
-        g = select(rest, differencesElsewhere<K, Mixed>(f, kind, p, rest), g);
+        g = select(rest, differencesElsewhere<K, Mixed>(f, kind, p, rest, reach), g);
         m = inside | rest;
     }
     return g;
@@ -242,7 +245,7 @@ TESSERA_LANE F3 gradientAt(const PacketField& f, const PacketHelp& help, const H
     if (kind == PacketGradient::cubic)
         return cubicAt<K>(f, help, here, p, m);
     if (kind != PacketGradient::central)
-        return otherDifferences<K>(f, here, kind, p, m);
+        return otherDifferences<K>(f, here, kind, p, m, 1.0f);
     const F3 x = inBrick(here, p);
     F pitch = F(1.0f) / here.perVoxel; // at most 16: bricks of one sample have no box
     const M own = m & isHere(here, x);

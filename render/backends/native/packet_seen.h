@@ -67,13 +67,23 @@ TESSERA_LANE M takeGradient(const PacketScene& s, const Here<Mixed>& here, F3 p,
                             std::uint64_t& gradients) {
     const PacketOptics& o = s.optics;
     const M wanted = adds;
-    beside.gradient = gradientAt<K>(s.field, s.help, here, o.gradient, p, adds, rows);
-    const M lacks = wanted & ~adds;
-    gradients += static_cast<unsigned>(count(adds));
-    if (o.gradientOpacity.count > 0) {
+    const bool grades = o.gradientOpacity.count > 0, smooths = o.lit && o.normalReach > 1.0f;
+    M lacks = none();
+    if (grades || !smooths) {
+        beside.gradient = gradientAt<K>(s.field, s.help, here, o.gradient, p, adds, rows);
+        lacks = wanted & ~adds;
+        gradients += static_cast<unsigned>(count(adds));
+    }
+    if (grades) {
         extinction = extinction * gradientFactor(o, beside.gradient);
         if (!hasLabels)
             adds = adds & (extinction > F(0.0f));
+    }
+    if (smooths && any(adds)) {
+        const M shown = adds;
+        beside.gradient = otherDifferences<K>(s.field, here, PacketGradient::sobel, p, adds, o.normalReach);
+        lacks = lacks | (shown & ~adds);
+        gradients += static_cast<unsigned>(count(adds));
     }
     return lacks;
 }

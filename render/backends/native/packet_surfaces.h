@@ -114,9 +114,12 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         return value;
     }
     F valueOf(F3 p, M&& m) { return valueOf(p, m); }
-    __attribute__((noinline)) F3 gradientOf(F3 p, M& m) {
+    /// @param smooth  of normals, where these have an operator of their own
+    __attribute__((noinline)) F3 gradientOf(F3 p, M& m, bool smooth) {
         const M wanted = m;
-        const F3 gradient = gradientAt<K>(f, s.help, here, o.gradient, p, m);
+        const F3 gradient = smooth && o.normalReach > 1.0f
+                                ? otherDifferences<K>(f, here, PacketGradient::sobel, p, m, o.normalReach)
+                                : gradientAt<K>(f, s.help, here, o.gradient, p, m);
         gradients += static_cast<unsigned>(count(m));
         there = there & ~(wanted & ~m);
         return gradient;
@@ -163,15 +166,15 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         const bool grades = o.gradientOpacity.count > 0;
         F3 gradient;
         if (grades) {
-            gradient = gradientOf(middle, m);
+            gradient = gradientOf(middle, m, false);
             extinction = extinction * gradientFactor(o, gradient);
         }
         const F depth = extinction * (part * segmentMm);
         const F opacity = opacityOf(depth, m);
         F3 colour = ends ? colourBetween(o, a, b, depth, opacity, stride, m) : look.colour;
         if (o.lit) {
-            if (!grades)
-                gradient = gradientOf(middle, m);
+            if (!grades || o.normalReach > 1.0f)
+                gradient = gradientOf(middle, m, true);
             colour = lit(colour, gradient, middle, ends ? F(0.5f) * (a.place + b.place) : b.place, m);
         }
         if (surfaces.showsDistances)
@@ -205,7 +208,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
         const F3 p = along(at);
         F3 gradient{F(0.0f), F(0.0f), F(0.0f)};
         if ((o.lit || hits) && any(m))
-            gradient = gradientOf(p, m);
+            gradient = gradientOf(p, m, true);
         if (hits)
             note(p, gradient, surface, m);
         const auto look = [&](const float* column) { return word(column, surface, m); };

@@ -76,7 +76,8 @@ INSTANTIATE_TEST_SUITE_P(
                     SurfaceCase{2, true, Integrator::midpoint, false},
                     SurfaceCase{0, false, Integrator::preintegrated, false, Gradient::forward, false},
                     SurfaceCase{0, true, Integrator::midpoint, true, Gradient::centralHalf, true, 0.05},
-                    SurfaceCase{1, true, Integrator::midpoint, true, Gradient::cubic}));
+                    SurfaceCase{1, true, Integrator::midpoint, true, Gradient::cubic},
+                    SurfaceCase{0, true, Integrator::midpoint, true, Gradient::sobel2}));
 
 TEST_P(NativeSurfaces, PicturesAndHitsAreTheMirrors) {
     Prepared prepared("torso", scene());

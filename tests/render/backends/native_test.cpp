@@ -73,7 +73,9 @@ INSTANTIATE_TEST_SUITE_P(
                     NativeCase{"torso", "soft-tissue", 2, Integrator::midpoint, Gradient::sobel},
                     NativeCase{"torso", "bone-1", 0, Integrator::preintegrated, Gradient::analytic},
                     NativeCase{"torso", "soft-tissue", 1, Integrator::midpoint, Gradient::cubic, true},
-                    NativeCase{"abdomen", "bone-1", 0, Integrator::linear, Gradient::cubic}));
+                    NativeCase{"abdomen", "bone-1", 0, Integrator::linear, Gradient::cubic},
+                    NativeCase{"torso", "soft-tissue", 0, Integrator::midpoint, Gradient::sobel2, true},
+                    NativeCase{"torso", "skin-1", 2, Integrator::linear, Gradient::sobel4}));
 
 TEST_P(Native, HasTheMirrorsBits) {
     for (const bool light : {true, false}) {
@@ -186,13 +188,15 @@ INSTANTIATE_TEST_SUITE_P(
         MixedCase{EdgeFunction::maximum, Sampling::limited, Integrator::preintegrated2d, Gradient::central,
                   1},
         MixedCase{EdgeFunction::split, Sampling::limited, Integrator::midpoint, Gradient::cubic, 0},
-        MixedCase{EdgeFunction::maximum, Sampling::full, Integrator::midpoint, Gradient::cubic, 1}));
+        MixedCase{EdgeFunction::maximum, Sampling::full, Integrator::midpoint, Gradient::cubic, 1},
+        MixedCase{EdgeFunction::split, Sampling::limited, Integrator::midpoint, Gradient::sobel2, 2},
+        MixedCase{EdgeFunction::split, Sampling::limited, Integrator::preintegrated, Gradient::sobel4, 0}));
 
 TEST_P(NativeMixed, HasTheMirrorsBits) {
     const MixedCase c = GetParam();
     for (const unsigned seed : {1u, 2u}) {
         MixedScene mixed("torso", "soft-tissue", c.camera, c.edge, c.sampling, kSize, c.integrator);
-        mixed.p().layer().optics.gradient = c.gradient;
+        setGradient(mixed.p().layer().optics, c.gradient);
         if (seed == 2)
             lightPlanWithAll(mixed.p());
         mixed.choose(seed == 1 ? randomShownLevels(mixed.p().layer().selection, seed)

@@ -40,7 +40,7 @@ double largestOf(const glm::dvec4& a, const glm::dvec4& b) {
 TEST(SurfaceReference, SurfacesAloneAreTheTruthAtAnyStep) {
     for (const int camera : {0, 1, 2})
         for (const Gradient gradient : {Gradient::central, Gradient::analytic, Gradient::sobel,
-                                        Gradient::centralHalf, Gradient::cubic}) {
+                                        Gradient::centralHalf, Gradient::cubic, Gradient::sobel2}) {
             SCOPED_TRACE(camera);
             Scene scene = torsoScene(camera, false, Integrator::midpoint, {40, 40});
             scene.shading.gradient = gradient;

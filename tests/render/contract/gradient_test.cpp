@@ -16,7 +16,8 @@ namespace {
 using namespace tessera::test;
 
 constexpr Gradient kGradientKinds[] = {Gradient::forward,  Gradient::central,     Gradient::sobel,
-                                       Gradient::analytic, Gradient::centralHalf, Gradient::cubic};
+                                       Gradient::analytic, Gradient::centralHalf, Gradient::cubic,
+                                       Gradient::sobel2,   Gradient::sobel4};
 const std::string& nameOf(Gradient kind) {
     return gradientNames()[static_cast<std::size_t>(kind)];
 }
@@ -30,14 +31,14 @@ struct Formula {
     double at(const glm::ivec3& i) const { return value(pitch * (glm::dvec3(i) + 0.5)); }
 };
 
-/// Places at least two samples inside the outermost ones.
+/// Places at least five samples inside the outermost ones.
 std::vector<glm::dvec3> insidePlaces(const Formula& field, int count) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(0, 1);
     std::vector<glm::dvec3> out;
     for (int i = 0; i < count; ++i)
-        out.push_back(field.pitch * (2.5 + glm::dvec3(unit(random), unit(random), unit(random)) *
-                                               (glm::dvec3(field.samples) - 5.0)));
+        out.push_back(field.pitch * (5.5 + glm::dvec3(unit(random), unit(random), unit(random)) *
+                                               (glm::dvec3(field.samples) - 11.0)));
     return out;
 }
 
@@ -67,8 +68,8 @@ TEST(Gradients, AreExactForWhatTheirFormulaIs) {
             for (const Gradient kind : kGradientKinds)
                 ASSERT_LE(differ(gradient(linear, p, kind), slope), 1e-10) << nameOf(kind);
             // Of a quadratic field, too, anywhere between samples.
-            for (const Gradient kind :
-                 {Gradient::central, Gradient::centralHalf, Gradient::sobel, Gradient::cubic})
+            for (const Gradient kind : {Gradient::central, Gradient::centralHalf, Gradient::sobel,
+                                        Gradient::cubic, Gradient::sobel2})
                 ASSERT_LE(differ(gradient(quadratic, p, kind), quadraticSlope(p)), 1e-8) << nameOf(kind);
             // A saddle is what a trilinear cell can be.
             ASSERT_LE(
@@ -176,6 +177,35 @@ TEST(Gradients, SobelIsThatOfTheNeighbouringSamples) {
     EXPECT_LE(differ(fieldGradient(samples, glm::dvec3(2.5), 1.0, Gradient::sobel), expected), 1e-14);
 }
 
+// White noise: the slopes of smooth normals scatter by what their weights say, an eighth and a 32nd of
+// pitches apart.
+TEST(Gradients, SmoothOnesScatterLess) {
+    const auto scatter = [](Gradient kind) {
+        std::mt19937 random(5);
+        std::normal_distribution<double> normal;
+        std::vector<double> values(21 * 21 * 21);
+        for (double& v : values)
+            v = normal(random);
+        const Formula field{[&](const glm::dvec3& p) {
+                                const glm::ivec3 i(p);
+                                return values[static_cast<std::size_t>((i.z * 21 + i.y) * 21 + i.x)];
+                            },
+                            glm::ivec3(21)};
+        double squares = 0;
+        int count = 0;
+        for (int z = 5; z < 16; ++z)
+            for (int y = 5; y < 16; ++y)
+                for (int x = 5; x < 16; ++x, ++count)
+                    squares += std::pow(fieldGradient(field, glm::dvec3(x, y, z) + 0.5, 1.0, kind).x, 2);
+        return std::sqrt(squares / count);
+    };
+    // Of 1:2:1 across twice, the root of the sum of squared weights is 6/16, times the root of 2, over 2 h.
+    for (const Gradient kind : {Gradient::sobel, Gradient::sobel2, Gradient::sobel4})
+        EXPECT_NEAR(scatter(kind), 6.0 / 16 * std::sqrt(2) / (2 * reachOf(kind)), 0.05 / reachOf(kind))
+            << nameOf(kind);
+    EXPECT_NEAR(scatter(Gradient::central), std::sqrt(0.5), 0.05);
+}
+
 // Halving the pitch of a smooth field's samples: order 2 for symmetric differences, 1 for the others.
 TEST(Gradients, HaveTheirOrders) {
     const auto value = [](const glm::dvec3& p) {
@@ -243,6 +273,8 @@ TEST(Gradients, NormalsOfASphereAreRadialUnderAnySpacing) {
         EXPECT_LE(worst[static_cast<int>(Gradient::centralHalf)], 0.15);
         EXPECT_LE(worst[static_cast<int>(Gradient::sobel)], 0.3);
         EXPECT_LE(worst[static_cast<int>(Gradient::cubic)], 0.15);
+        EXPECT_LE(worst[static_cast<int>(Gradient::sobel2)], 1.2);
+        EXPECT_LE(worst[static_cast<int>(Gradient::sobel4)], 5);
         EXPECT_LE(worst[static_cast<int>(Gradient::forward)], 2.5);
         EXPECT_LE(worst[static_cast<int>(Gradient::analytic)], 2.5);
         for (const Gradient kind : kGradientKinds)

@@ -1,6 +1,8 @@
 // Bricks that show nothing stand as one value: what is beside them must be drawn, and lit, as if they were
 // there.
+#include "tests/support/native_fixture.h"
 #include "tests/support/scene_fixture.h"
+#include "tests/support/surface_fixture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -101,6 +103,28 @@ TEST(Culling, LitPicturesOfCoarserLevelsDifferByLessThanATwentiethOfTheLevelsOwn
                                std::to_string(change / own));
                 EXPECT_LE(change, own / 20) << store << ", " << preset << ", level " << level;
             }
+        }
+    }
+}
+
+// Smooth normals reach further: the cells around a culled brick are invisible too.
+TEST(Culling, SmoothNormalsReadNoCulledBrick) {
+    // A ball in noise, its skin half a voxel to seven voxels from the faces of bricks.
+    for (const double radius : {12.5, 14.0, 15.5, 9.0}) {
+        const Stored stored(
+            [radius](const glm::dvec3& p) {
+                return radius - glm::length(p - 80.0) + 0.3 * std::sin(40 * p.x + 9 * p.y * p.z);
+            },
+            glm::ivec3(160), true);
+        for (const Gradient kind : {Gradient::sobel2, Gradient::sobel4}) {
+            Scene scene = stored.scene({}, 0, 48);
+            scene.volumes[0].transferFunction =
+                TransferFunction::fromOpacity({{-1, 0}, {0, 0.5}, {3, 0.9}}, {}, 1);
+            scene.shading.gradient = kind;
+            const auto culled = stored.prepare(scene), all = stored.prepare(scene, false);
+            EXPECT_GT(culled->p.layer().selection.counts[Selection::kEmpty], 20u);
+            EXPECT_LT(culled->p.layer().selection.counts[Selection::kEmpty], 124u);
+            EXPECT_EQ(differing(nativePicture(*culled).image, nativePicture(*all).image), 0u) << radius;
         }
     }
 }

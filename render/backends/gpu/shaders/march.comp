@@ -235,13 +235,19 @@ void main() {
     if (i < ray.count) atomicAdd(uUnfinished, 1u);
     atomicAdd(uIterations, iterations); // always: it paces the dispatches
 #if FEATURE_COUNTING
+    uint gradientValues = 0u;
+#if FEATURE_SHADING && FEATURE_GRADIENT_OPACITY
+    gradientValues = SMOOTHS ? 2u * kGradientValues : kGradientValues;
+#elif FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
+    gradientValues = kGradientValues;
+#endif
     atomicAdd(uSegments, segments);
 #if FEATURE_SURFACES
     atomicAdd(uSamples, surfaceSamples);
 #elif FEATURE_FUSED
-    atomicAdd(uSamples, volumeSamples + kGradientValues * uint(FEATURE_SHADING | FEATURE_GRADIENT_OPACITY) * shown);
+    atomicAdd(uSamples, volumeSamples + gradientValues * shown);
 #else
-    atomicAdd(uSamples, segments + fronts + kGradientValues * uint(FEATURE_SHADING | FEATURE_GRADIENT_OPACITY) * shown);
+    atomicAdd(uSamples, segments + fronts + gradientValues * shown);
 #endif
     atomicAdd(uFetches, gFetches);
 #if FEATURE_MIXED

@@ -18,14 +18,17 @@ struct SeenSegment {
 // The segment between two ends, or around the second alone. extinction: the function's; middle: voxels; direction: the
 // ray's, unit in the voxels of one volume; n: its length in segments, before it is cut at the exit.
 SeenSegment seenSegment(SegmentEnd front, SegmentEnd back, float extinction, vec3 middle, vec3 direction, float lengthMm, int n) {
-#if FEATURE_SHADING || FEATURE_GRADIENT_OPACITY
-    vec3 gradient = fieldGradient(middle);
-#elif FEATURE_LABELS
-    vec3 gradient = vec3(0.0);
-#endif
 #if FEATURE_GRADIENT_OPACITY
+    vec3 gradient = fieldGradient(middle);
     precise float graded = extinction * gradientOpacity(gradient);
     extinction = graded;
+#if FEATURE_SHADING && FEATURE_SOBEL_GRADIENT
+    ONCE (SMOOTHS) gradient = normalGradient(middle);
+#endif
+#elif FEATURE_SHADING
+    vec3 gradient = normalGradient(middle);
+#elif FEATURE_LABELS
+    vec3 gradient = vec3(0.0);
 #endif
 #if FEATURE_LABELS
     LabelShares shares;

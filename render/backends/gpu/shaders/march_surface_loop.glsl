@@ -222,14 +222,19 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
         if (isVolume) p = middle;
         vec3 colour = uSurfaceColours[max(met, 0)];
         float alpha = uSurfaceOpacities[max(met, 0)];
-#if FEATURE_SHADING || FEATURE_HITS || FEATURE_GRADIENT_OPACITY
-        vec3 gradient = fieldGradient(p);
-#endif
-        if (isVolume) {
 #if FEATURE_GRADIENT_OPACITY
+        vec3 gradient = fieldGradient(p);
+        if (isVolume) {
             precise float graded = extinction * gradientOpacity(gradient);
             extinction = graded;
+        }
+#if (FEATURE_SHADING || FEATURE_HITS) && FEATURE_SOBEL_GRADIENT
+        ONCE (SMOOTHS) gradient = normalGradient(p);
 #endif
+#elif FEATURE_SHADING || FEATURE_HITS
+        vec3 gradient = normalGradient(p);
+#endif
+        if (isVolume) {
             precise float depth = extinction * ((at - from) * ray.segmentMm);
             alpha = opacityOf(depth);
             colour = segmentColour(partFront, partBack, depth, alpha, n);
@@ -254,6 +259,9 @@ while (solving || (i < ray.count && left > 0 && GOES_ON)) {
 #endif
 #if FEATURE_SHADING
         samples += kGradientValues;
+#if FEATURE_GRADIENT_OPACITY
+        samples += isVolume && SMOOTHS ? kGradientValues : 0u;
+#endif
 #elif FEATURE_GRADIENT_OPACITY
         samples += isVolume ? kGradientValues : 0u;
 #endif

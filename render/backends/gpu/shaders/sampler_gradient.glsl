@@ -1,8 +1,9 @@
 // sampler_gradient.glsl: gradients of the field (docs/sampling.md, "Value"), as FEATURE_FORWARD_GRADIENT,
 // FEATURE_SOBEL_GRADIENT, FEATURE_ANALYTIC_GRADIENT, FEATURE_HALF_CENTRAL_GRADIENT, FEATURE_CUBIC_GRADIENT say, else
 // by central differences over a pitch to either side; as render/contract/sampler.h has them.
-// Needs FEATURE_FUSED, sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel; and
-// kGradientValues, how many values of the field it takes.
+// Needs FEATURE_FUSED, sampler_current_brick.glsl. Gives fieldGradient(p): p in level-0 voxels, stored units per voxel;
+// normalGradient(p), which is shaded, and SMOOTHS, true where that is another; and kGradientValues, how many values of the field
+// one takes.
 
 #if FEATURE_FUSED
 uniform int uAxes; // 3, which compilers would unroll loops by: some compile every fetch once for each volume
@@ -48,9 +49,10 @@ vec3 fieldGradient(vec3 p) {
 }
 #else
 const uint kGradientValues = 27u;
+uniform float uNormalReach; // of normals, pitches
 
-vec3 fieldGradient(vec3 p) {
-    precise float h = min(inCurrentBrick(p) ? currentBrickPitch() : localPitch(p), kMostReach);
+vec3 sobelOver(float reach, vec3 p) {
+    precise float h = min(reach * (inCurrentBrick(p) ? currentBrickPitch() : localPitch(p)), kMostReach);
     float here = valueNear(p);
     precise vec3 sum = vec3(0.0);
     for (int n = 0; n < 27; ++n) {
@@ -65,6 +67,9 @@ vec3 fieldGradient(vec3 p) {
     precise vec3 g = sum / (32.0 * h);
     return g;
 }
+vec3 fieldGradient(vec3 p) { return sobelOver(1.0, p); }
+vec3 normalGradient(vec3 p) { return sobelOver(uNormalReach, p); }
+#define SMOOTHS (uNormalReach > 1.0)
 #endif
 #else
 // Central differences of this very field.
@@ -110,4 +115,9 @@ const uint kGradientValues = 6u;
 
 vec3 fieldGradient(vec3 p) { return centralDifferences(p); }
 #endif
+#endif
+
+#ifndef SMOOTHS
+#define SMOOTHS false
+vec3 normalGradient(vec3 p) { return fieldGradient(p); }
 #endif
