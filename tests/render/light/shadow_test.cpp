@@ -1,5 +1,6 @@
 // tests/render/light/shadow_test.cpp: deep shadow maps within their own error: of functions in closed form,
 // and of scans against rays of shadow by the reference's quadrature.
+#include "core/base/progress.h" // secondsSince
 #include "render/backends/native/native_shadows.h"
 #include "render/contract/lattice.h"
 #include "render/light/shadow_maps.h"
@@ -8,10 +9,14 @@
 #include "tests/support/native_fixture.h"
 #include "tests/support/scene_fixture.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numeric>
 #include <random>
 
 namespace tessera::test {
@@ -184,6 +189,162 @@ TEST(ShadowMaps, AreWhatRaysOfShadowSay) {
     if (!std::filesystem::exists(storePath("abdomen")))
         GTEST_SKIP() << "the rest: no store of the abdomen";
     expectAsByRays({"abdomen", "bone-1", false, false, 0.03, 0.3});
+}
+
+/// Piecewise propagation (course notes 6.1.1): light that gets to the nodes of a grid from its side, each by
+/// a segment of the way to the next; and to places by a segment of their own.
+struct Propagated {
+    /// @param between  optical depth of a segment: of a place in voxels, to the light
+    Propagated(const glm::dvec3& extent, int nodes, const glm::dvec3& segment,
+               const std::function<double(const glm::dvec3&)>& between)
+        : extent_(extent), segment_(segment), between_(between), nodes_(nodes),
+          depths_(static_cast<std::size_t>(nodes) * nodes * nodes, 0) {
+        std::vector<std::size_t> order(depths_.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            return glm::dot(placeOf(a), segment) > glm::dot(placeOf(b), segment);
+        });
+        for (const std::size_t node : order) {
+            const glm::dvec3 p = placeOf(node);
+            depths_[node] = between_(p) + at(p + segment);
+        }
+    }
+    double light(const glm::dvec3& p) const { return std::exp(-between_(p) - at(p + segment_)); }
+
+  private:
+    glm::dvec3 placeOf(std::size_t n) const {
+        const auto edge = static_cast<std::size_t>(nodes_);
+        return (glm::dvec3(n % edge, n / edge % edge, n / edge / edge) + 0.5) * extent_ / double(nodes_);
+    }
+    /// In depths, so in the logarithm of light; 0 beyond the volume.
+    double at(const glm::dvec3& p) const {
+        if (glm::any(glm::lessThan(p, glm::dvec3(0))) || glm::any(glm::greaterThan(p, extent_)))
+            return 0;
+        const glm::dvec3 x = glm::clamp(p * double(nodes_) / extent_ - 0.5, 0.0, nodes_ - 1.0);
+        const glm::ivec3 low = glm::min(glm::ivec3(x), glm::ivec3(std::max(0, nodes_ - 2)));
+        double sum = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::ivec3 side(corner & 1, corner >> 1 & 1, corner >> 2);
+            const glm::dvec3 part =
+                glm::mix(1.0 - (x - glm::dvec3(low)), x - glm::dvec3(low), glm::dvec3(side));
+            sum += part.x * part.y * part.z * depths_[linearIndex(low + side, glm::ivec3(nodes_))];
+        }
+        return sum;
+    }
+    glm::dvec3 extent_, segment_;
+    std::function<double(const glm::dvec3&)> between_;
+    int nodes_;
+    std::vector<double> depths_;
+};
+
+/// TESSERA_TELL=1 tells what the fit's error costs and brings, and what piecewise propagation does, of places
+/// where something shows.
+TEST(ShadowMaps, TellsWhatTheyTakeAndErrBy) {
+    if (!std::getenv("TESSERA_TELL"))
+        GTEST_SKIP() << "TESSERA_TELL is not set";
+    for (const auto& [store, preset] :
+         {std::pair{"torso", "soft-tissue"}, {"abdomen", "bone-1"}, {"head", "skin-1"}}) {
+        if (!std::filesystem::exists(storePath(store)))
+            continue;
+        MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+        const VolumeInfo info = StoreReader(storePath(store), ram).info();
+        Prepared prepared(store, sceneOn(info, preset, 0, {16, 16}));
+        const FramePlan& p = prepared.p;
+        const LightPath path{p.layer().cache.get(), &p.info(),           &p.layer().selection, nullptr,
+                             &p.layer().optics,     &p.layer().occupancy};
+        PlacedLight light;
+        light.towards = glm::normalize(glm::dvec3(0.4, -0.7, 0.5));
+        const glm::dvec3 extent(info.extentVoxels);
+        const glm::dmat3 toVoxels = glm::inverse(glm::dmat3(info.patientFromVoxel));
+        const glm::dvec3 perMm = toVoxels * light.towards;
+        const double voxelMm = 1 / glm::length(perMm), offsetMm = 2 * voxelMm;
+        withCacheField<double>(
+            *path.cache, info, *path.selection, nullptr, Gradient::central, [&](auto& field) {
+                const auto extinction = [&](const glm::dvec3& v) {
+                    return glm::any(glm::lessThan(v, glm::dvec3(0))) || glm::any(glm::greaterThan(v, extent))
+                               ? 0.0
+                               : lookUp(*path.optics, field.value(v)).a;
+                };
+                std::mt19937 random(7);
+                std::uniform_real_distribution<double> anywhere(0.02, 0.98);
+                std::vector<glm::dvec3> places;
+                std::vector<double> truth;
+                for (int n = 0; places.size() < 400 && n < 400000; ++n) {
+                    const glm::dvec3 voxel =
+                        extent * glm::dvec3(anywhere(random), anywhere(random), anywhere(random));
+                    if (!(extinction(voxel) > 0.01))
+                        continue;
+                    const glm::dvec3 from = voxel + offsetMm * perMm,
+                                     place(info.patientFromVoxel * glm::dvec4(from, 1));
+                    const double left = lightByRay(path, place, light.towards, 1e4);
+                    if (left < 0.02)
+                        continue; // deep inside
+                    places.push_back(voxel);
+                    truth.push_back(left);
+                }
+                const auto rms = [&](const std::function<double(const glm::dvec3&)>& lightAt) {
+                    double sum = 0;
+                    for (std::size_t n = 0; n < places.size(); ++n)
+                        sum += std::pow(lightAt(places[n]) - truth[n], 2);
+                    return std::sqrt(sum / static_cast<double>(places.size()));
+                };
+                for (const float error : {0.00005f, 0.0005f, 0.005f, 1.0f / 128, 0.01f, 0.05f}) {
+                    ShadowQuality quality;
+                    quality.error = error;
+                    ShadowMaps maps(light, path, quality);
+                    const auto start = std::chrono::steady_clock::now();
+                    maps.build(path, 0);
+                    const double seconds = secondsSince(start);
+                    const auto& map = dynamic_cast<const DeepShadowMap&>(*maps.maps().front());
+                    double layers = 0;
+                    for (int y = 0; y < map.size(); ++y)
+                        for (int x = 0; x < map.size(); ++x)
+                            layers += map.layersOf({x, y});
+                    tell("%s, %s, deep map, error %g: %.2f points a ray, %.1f %% of rays need more than 8, "
+                         "rms %.4f, %.2f s\n",
+                         store, preset, double{error}, layers / map.size() / map.size(),
+                         100 * maps.shareOfMore(), rms([&](const glm::dvec3& v) {
+                             return double{maps.light(glm::dvec3(info.patientFromVoxel * glm::dvec4(v, 1)))};
+                         }),
+                         seconds);
+                }
+                for (const double segment : {4.0, 8.0, 16.0, 32.0}) { // a segment of its own, then the map
+                    ShadowQuality quality;
+                    quality.offset = 2 + segment;
+                    ShadowMaps maps(light, path, quality);
+                    maps.build(path, 0);
+                    tell("%s, %s, a segment of %g voxels before the deep map: rms %.4f\n", store, preset,
+                         segment, rms([&](const glm::dvec3& v) {
+                             double depth = 0;
+                             const int steps = static_cast<int>(segment);
+                             for (int n = 0; n < steps; ++n)
+                                 depth += extinction(v + (offsetMm + (n + 0.5) * voxelMm) * perMm) * voxelMm;
+                             return std::exp(-depth) *
+                                    double{maps.light(glm::dvec3(info.patientFromVoxel * glm::dvec4(v, 1)))};
+                         }));
+                }
+                for (const int nodes : {32, 64, 128, 192})
+                    for (const double segment : {4.0, 8.0, 16.0, 32.0}) {
+                        const glm::dvec3 way = segment * perMm * voxelMm; // voxels
+                        std::size_t values = 0;
+                        const auto between = [&](const glm::dvec3& from) {
+                            double sum = 0;
+                            const int steps = static_cast<int>(segment);
+                            for (int n = 0; n < steps; ++n, ++values)
+                                sum += extinction(from + (n + 0.5) / steps * way);
+                            return sum * segment / steps * voxelMm;
+                        };
+                        const Propagated grid(extent, nodes, way, between);
+                        const std::size_t forGrid = values;
+                        tell("%s, %s, propagated, %d^3 nodes, segment %g voxels: rms %.4f; %.1f million "
+                             "values for the grid, %g "
+                             "a place\n",
+                             store, preset, nodes, segment,
+                             rms([&](const glm::dvec3& v) { return grid.light(v + offsetMm * perMm); }),
+                             1e-6 * static_cast<double>(forGrid), segment);
+                    }
+            });
+    }
 }
 
 /// A medium within the offset before a place does not shade it: neither from a directional light nor from a
