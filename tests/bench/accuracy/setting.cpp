@@ -122,8 +122,9 @@ std::vector<Planned> plannedSettings(const Scene& scene, bool quick, const std::
         plan.add(s, "levels");
     }
     if (asIs.gradient)
-        for (const Gradient gradient : {Gradient::forward, Gradient::central, Gradient::sobel,
-                                        Gradient::analytic, Gradient::centralHalf, Gradient::cubic}) {
+        for (const Gradient gradient :
+             {Gradient::forward, Gradient::central, Gradient::sobel, Gradient::analytic,
+              Gradient::centralHalf, Gradient::cubic, Gradient::sobel2, Gradient::sobel4}) {
             Setting s = asIs;
             s.gradient = gradient;
             plan.add(s, "gradient");
