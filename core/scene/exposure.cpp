@@ -72,4 +72,8 @@ TransferFunction radiographFunction(double highest) {
     return TransferFunction::fromExtinction(std::move(points), {}, "mode radiograph");
 }
 
+TransferFunction bodyFunction() {
+    return TransferFunction::fromExtinction({{-500, 0}, {-200, 0.2}}, {}, "mode radiograph");
+}
+
 } // namespace tessera

@@ -32,5 +32,7 @@ Exposure exposureOf(Mode mode, ValueColour colour, const WindowChoice& window);
 /// The extinction of a radiograph: 0 of air, 1 of water, linear in HU. Its integral is in mm of water.
 /// @param highest  HU, of the volume
 TransferFunction radiographFunction(double highest);
+/// Shows the body, from its skin on, and no noise of air: what a radiograph's camera is fitted to.
+TransferFunction bodyFunction();
 
 } // namespace tessera

@@ -192,7 +192,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
                              "picture, tables and the bricks around one sample");
     };
     const bool sums = reductionOf(scene) == Reduction::sum;
-    if (sums || reductionOf(scene) != Reduction::composite) {
+    if (reductionOf(scene) != Reduction::composite) {
         const Selection all = cullBricks(statistics, table, info, 0, culling);
         std::vector<std::uint8_t> shows(all.levels.size());
         for (std::size_t brick = 0; brick < shows.size(); ++brick)

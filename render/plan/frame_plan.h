@@ -166,6 +166,7 @@ struct Layer {
     std::shared_ptr<const LocalHistograms> histograms; // where occlusion is by them; else null
     TransferFunction function;
     TransferTable table;
+    TransferTable body; // what a radiograph's camera is fitted to; else empty
     Optics optics;
     Selection selection;
     int pageEdge = kBrickExtent; // samples along a page of bricks, ghost layers included
@@ -193,6 +194,8 @@ struct Layer {
             return *unlabelled;
         return masked ? static_cast<const ChunkSource&>(*masked) : *store;
     }
+    /// What cameras are fitted to.
+    const TransferTable& shownTable() const { return body.entries.empty() ? table : body; }
     bool mixed() const { return !levels.corners.empty(); }
     /// True if rays keep one value instead of compositing.
     bool reduces() const { return optics.reduction != Reduction::composite; }

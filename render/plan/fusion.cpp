@@ -186,8 +186,8 @@ std::vector<const Planner*> visiblePlans(const Scene& scene, const Planner& p) {
 
 Camera plannedCamera(const Scene& scene, const Planner& p) {
     if (p.further.size() == 0)
-        return plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().table, p.view.part,
-                             *p.ram, p.threads, p.layer().labelBricks.get());
+        return plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().shownTable(),
+                             p.view.part, *p.ram, p.threads, p.layer().labelBricks.get());
     const std::vector<const Planner*> plans = visiblePlans(scene, p);
     const auto* const view = std::get_if<FittedView>(&scene.camera);
     Camera camera;
@@ -200,7 +200,7 @@ Camera plannedCamera(const Scene& scene, const Planner& p) {
         for (const Planner* plan : plans) {
             const Layer& layer = plan->layer();
             if (view->fit != Fit::volume)
-                fit.add(shownFit(*view, layer.voxels(), layer.statistics, layer.table, plan->view.part,
+                fit.add(shownFit(*view, layer.voxels(), layer.statistics, layer.shownTable(), plan->view.part,
                                  scene.imageSize, *plan->ram, plan->threads, layer.labelBricks.get(),
                                  plan->view.meshes));
             const ViewSpace space(plan->info(), fit.axes());
@@ -288,8 +288,8 @@ Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int t
     for (const Planner* plan : visiblePlans(volumes.scene, p)) {
         const Layer& layer = plan->layer();
         const std::vector<ViewFit> fits =
-            turningFits(view, layer.voxels(), layer.statistics, layer.table, plan->view.part, scene.imageSize,
-                        *plan->ram, threads, layer.labelBricks.get(), meshes);
+            turningFits(view, layer.voxels(), layer.statistics, layer.shownTable(), plan->view.part,
+                        scene.imageSize, *plan->ram, threads, layer.labelBricks.get(), meshes);
         boxes.push_back(&plan->info());
         if (together.empty())
             together = fits;

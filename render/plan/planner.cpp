@@ -79,6 +79,7 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     const bool sums = reduction == Reduction::sum;
     layer().function = f;
     layer().addsUp = sums;
+    layer().body = {};
     layer().function.setShare(sums ? 1 : scene.volumes.at(0).opacity);
     revisions.function = revisions.tables = PlanRevisions::next();
     if (reduction != Reduction::composite && !sums) {
@@ -165,6 +166,7 @@ void Planner::exposeSums(const Scene& scene) {
                       "a volume in HU (--unit HU says that it is)",
                       "values from " + shownNumber(values.lowest) + " to " + shownNumber(values.highest));
     layer().function = radiographFunction(values.highest);
+    layer().body = makeTable(bodyFunction());
 }
 
 void Planner::setExposure(const std::optional<GreyWindow>& window) {
@@ -368,8 +370,9 @@ namespace {
 
 /// Sets the scene's camera, which is that of lights too.
 void takeCamera(const Scene& scene, Planner& p) {
-    p.setCamera(plannedCamera(asDrawn(scene), p.layer().voxels(), p.layer().statistics, p.layer().table,
-                              p.view.part, *p.ram, p.threads, p.layer().labelBricks.get()));
+    p.setCamera(plannedCamera(asDrawn(scene), p.layer().voxels(), p.layer().statistics,
+                              p.layer().shownTable(), p.view.part, *p.ram, p.threads,
+                              p.layer().labelBricks.get()));
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "core/image/colour.h"
 #include "render/exposure/exposed_caster.h"
 #include "render/picture/render_scene.h"
+#include "render/picture/unfolded.h"
 #include "tests/support/interactive_fixture.h"
 #include "tests/support/native_fixture.h"
 #include "tests/support/refusals.h"
@@ -196,22 +197,24 @@ TEST(Sums, AreThoseOfAThinMediumsComposite) {
 
 // What is told of an open window draws the same picture, with samples, measured errors and all.
 TEST(Sums, AWindowThatIsToldGivesTheSameBits) {
-    for (const Mode mode : {Mode::emission, Mode::radiograph}) {
-        Scene scene = torsoSums(mode, {48, 40}, 0);
-        scene.quality.automaticStep = true;
-        scene.quality.pixels.samples = PixelSampling::kAutomatic;
-        scene.window = std::string("auto");
-        const RenderResult open = drawn(scene, EngineKind::native, storePath("torso"), Verify::quick);
-        ASSERT_TRUE(open.measured);
-        EXPECT_LT(open.measured->all.luvMean.value_or(Estimate{99}).value, 3) << nameOf(mode);
-        scene.window = open.window;
-        EXPECT_EQ(
-            differing(drawn(scene, EngineKind::native, storePath("torso"), Verify::quick).image, open.image),
-            0u);
-        EXPECT_FALSE(isBlank(open.image));
-        scene.window = GreyWindow{open.window.centre / 2, open.window.width / 2};
-        EXPECT_GT(compare(drawn(scene, EngineKind::native, storePath("torso")).image, open.image).rms, 0.05);
-    }
+    for (const Mode mode : {Mode::emission, Mode::radiograph})
+        for (const bool automatic : {true, false}) {
+            Scene scene = torsoSums(mode, {48, 40}, 0);
+            scene.quality.automaticStep = automatic;
+            scene.quality.pixels.samples = automatic ? PixelSampling::kAutomatic : 1;
+            scene.window = std::string("auto");
+            const RenderResult open = drawn(scene, EngineKind::native, storePath("torso"), Verify::quick);
+            ASSERT_TRUE(open.measured);
+            EXPECT_LT(open.measured->all.luvMean.value_or(Estimate{99}).value, 3) << nameOf(mode);
+            scene.window = open.window;
+            EXPECT_EQ(differing(drawn(scene, EngineKind::native, storePath("torso"), Verify::quick).image,
+                                open.image),
+                      0u);
+            EXPECT_FALSE(isBlank(open.image));
+            scene.window = GreyWindow{open.window.centre / 2, open.window.width / 2};
+            EXPECT_GT(compare(drawn(scene, EngineKind::native, storePath("torso")).image, open.image).rms,
+                      0.05);
+        }
 }
 
 TEST(Sums, InWindowsAreThoseOfAStill) {
@@ -284,6 +287,16 @@ TEST(Sums, RefuseWhatTheyHaveNot) {
     scene.window = std::string("auto");
     scene.valueColour = ValueColour::transferFunction;
     EXPECT_THAT(refusalOf(draw), HasSubstr("valueColour: expected window or inverse in mode radiograph"));
+    MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20),
+        gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+    const StoreReader reader(storePath("torso"), ram);
+    scene.valueColour = ValueColour::window;
+    scene.imageSize = {8, 1};
+    const UnfoldedRow row{middleOf(reader.info()), {0, 0, 1}, {0, 1, 0}};
+    EXPECT_THAT(refusalOf([&] { renderUnfolded(scene, std::span(&row, 1), reader, ram, gpu, {}); }),
+                HasSubstr("window: expected CENTRE,WIDTH of mode radiograph in an unfolded picture"));
+    scene.window = GreyWindow{100, 200};
+    EXPECT_EQ(renderUnfolded(scene, std::span(&row, 1), reader, ram, gpu, {}).image.size, glm::ivec2(8, 1));
     const Stored small([](const glm::dvec3& p) { return 0.01 * p.x; }, {20, 20, 20}, true);
     Scene other = small.scene({}, 0, 8);
     other.mode = Mode::radiograph;
@@ -332,6 +345,27 @@ TEST(Sums, OfSeveralVolumesLieOverOneAnother) {
         const Image picture = renderScene(scene, std::array{&reader, &reader}, ram, gpu, options).image;
         EXPECT_NEAR(picture.pixels[27].a, 1 - std::pow(0.99, 64), 1e-4);
     }
+}
+
+// Noise of air shows in a radiograph; a camera is fitted to the body all the same.
+TEST(Sums, OfARadiographAreFittedToTheBody) {
+    const Stored stored(
+        [](const glm::dvec3& p) {
+            return glm::length(p - glm::dvec3(40, 40, 30)) < 12 ? 40.0
+                                                                : -960 - 10 * std::sin(30 * p.x + 7 * p.y);
+        },
+        {80, 80, 60}, true);
+    Scene scene = stored.scene({}, 0, 64);
+    scene.camera = FittedView{.view = View::anterior, .named = true};
+    scene.volumes[0].unit = "HU";
+    scene.mode = Mode::radiograph;
+    const Camera fitted = drawn(scene, EngineKind::native, stored.folder / "v.zarr").camera;
+    scene.mode = Mode::composite;
+    scene.volumes[0].transferFunction = bodyFunction();
+    EXPECT_EQ(fitted, drawn(scene, EngineKind::native, stored.folder / "v.zarr").camera);
+    EXPECT_NEAR(glm::length(fitted.focalPoint - glm::dvec3(40, 40, 30)), 0, 1.5);
+    EXPECT_LT(glm::length(fitted.position - fitted.focalPoint) * std::tan(glm::radians(fitted.viewAngle / 2)),
+              16);
 }
 
 // Extinctions from 1e-6 to those of metal; the sums of floats stay true.

@@ -159,12 +159,17 @@ TEST(HistogramLight, FollowsAnEdit) {
     EXPECT_EQ(differing(edited.renderer.picture(), fresh.renderer.picture()), 0u);
 }
 
+/// Of what TESSERA_TELL=1 tells: the torso, or the store that TESSERA_HISTOGRAM_STORE names.
+std::filesystem::path storeToTell() {
+    const char* const other = std::getenv("TESSERA_HISTOGRAM_STORE");
+    return other ? other : storePath("torso").string();
+}
+
 /// TESSERA_TELL=1 tells of the processor's seconds from an edit to whole light, of another store too.
 TEST(HistogramLight, TellsWhatAnEditTakes) {
     if (!std::getenv("TESSERA_TELL"))
         GTEST_SKIP() << "TESSERA_TELL is not set";
-    const char* const other = std::getenv("TESSERA_HISTOGRAM_STORE");
-    const std::filesystem::path store = other ? other : storePath("torso").string();
+    const std::filesystem::path store = storeToTell();
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     const VolumeInfo info = StoreReader(store, ram).info();
     Lighting local;
@@ -253,8 +258,7 @@ TEST(HistogramLight, AFunctionThatIsShiftedOrGradedIsFollowed) {
 TEST(HistogramLight, TellsOfADrag) {
     if (!std::getenv("TESSERA_TELL"))
         GTEST_SKIP() << "TESSERA_TELL is not set";
-    const char* const other = std::getenv("TESSERA_HISTOGRAM_STORE");
-    const std::filesystem::path store = other ? other : storePath("torso").string();
+    const std::filesystem::path store = storeToTell();
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     const VolumeInfo info = StoreReader(store, ram).info();
     using RendererClock = InteractiveRenderer::Clock;
@@ -306,8 +310,7 @@ TEST(HistogramLight, TellsOfADrag) {
 TEST(HistogramLight, TellsHowPicturesFollowAnEdit) {
     if (!std::getenv("TESSERA_TELL"))
         GTEST_SKIP() << "TESSERA_TELL is not set";
-    const char* const other = std::getenv("TESSERA_HISTOGRAM_STORE");
-    const std::filesystem::path store = other ? other : storePath("torso").string();
+    const std::filesystem::path store = storeToTell();
     MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20);
     const VolumeInfo info = StoreReader(store, ram).info();
     Lighting local;

@@ -143,6 +143,8 @@ TEST_F(Picks, AreTheValueThatARayKeeps) {
         expectFound(extreme(false), 2 * kHalfStep);
         scene_.mode = Mode::average;
         expectFound(middle, 2 * kHalfStep);
+        scene_.mode = Mode::absorption; // no place of a sum tells more
+        expectFound(middle, 2 * kHalfStep);
     }
 }
 

@@ -1,0 +1,37 @@
+// tests/support/occluded_surfaces.h: isosurfaces of the torso that darken one another, alone and in a volume
+// that shows.
+#pragma once
+
+#include "render/light/surface_light.h"
+#include "tests/support/surface_fixture.h"
+
+#include <vector>
+
+namespace tessera::test {
+
+inline Scene occludedScene(int camera, const glm::ivec2& size = {24, 24},
+                           const SurfaceOcclusion& occlusion = {}) {
+    Scene scene = torsoScene(camera, false, Integrator::midpoint, size);
+    scene.surfaces = {{180, {0.9, 0.6, 0.5}, 0.7}, {250, {0.95, 0.9, 0.8}, 1}}; // the ribs' edge, and deeper
+    scene.shading.ambient = 0.8, scene.shading.diffuse = 0.2, scene.shading.specular = 0;
+    scene.lighting.surfaceOcclusion = occlusion;
+    return scene;
+}
+
+/// The same in a volume that shows: soft tissue and, graded, its edges.
+inline Scene inVolume(Scene scene, bool graded = false) {
+    TransferFunction tissue = TransferFunction::fromOpacity(
+        {{-150, 0}, {-50, 0.02}, {100, 0.05}}, {{-50, {0.9, 0.7, 0.5}}, {100, {0.8, 0.3, 0.3}}}, 3);
+    if (graded)
+        tissue.setGradientOpacity(GradientOpacity::fromPoints({{0, 0.1}, {30, 1}}));
+    scene.volumes[0].transferFunction = tissue;
+    return scene;
+}
+
+inline std::vector<LightTaken> traced(const SurfaceTracer& tracer, const std::vector<LightWay>& ways) {
+    std::vector<LightTaken> taken(ways.size());
+    tracer.trace(ways, taken);
+    return taken;
+}
+
+} // namespace tessera::test
