@@ -37,7 +37,10 @@ struct Rays {
     /// row of an array whose neighbours are drawn together, so they should be near one another. The array may
     /// have any size; the caller keeps it until the rays are drawn.
     std::span<const glm::vec2> places = {};
-    glm::ivec2 arraySize{0}; // of places; columns, rows
+    glm::ivec2 arraySize{0}; // of places or ways; columns, rows
+    /// Rays that are no picture's, in place of those through places; in an array of arraySize, likewise. The
+    /// frame's cuts do not hold for them.
+    std::span<const LightWay> ways = {};
     /// Of samples of pixels, one a place: twice the number in its set, and which of the two sets. None: no
     /// place is one of several.
     std::span<const std::uint32_t> numbers = {};
@@ -57,7 +60,9 @@ struct Rays {
         return numbers.empty() ? std::nullopt : std::optional(numbers[ray]);
     }
     /// Size of the drawn array; columns, rows.
-    glm::ivec2 size() const { return places.empty() ? glm::ivec2(frame.imageSize) : arraySize; }
+    glm::ivec2 size() const {
+        return places.empty() && ways.empty() ? glm::ivec2(frame.imageSize) : arraySize;
+    }
 };
 
 /// What paths of light go through in a plan that has a transport.
@@ -80,6 +85,8 @@ inline PathScene pathSceneOf(const FramePlan& plan, const Occupancy* occupancy) 
 /// Throws if an engine cannot cast such rays.
 inline void check(const Rays& rays) {
     TESSERA_CHECK(rays.places.empty() || rays.places.size() == rayCount(rays.arraySize));
+    TESSERA_CHECK(rays.ways.empty() || (rays.ways.size() == rayCount(rays.arraySize) && rays.places.empty() &&
+                                        !rays.frame.cuts && rays.frame.ends.empty() && !rays.paths));
     TESSERA_CHECK(!rays.frame.phased || !(rays.frame.cuts || rays.frame.flat));
 }
 

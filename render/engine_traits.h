@@ -37,7 +37,7 @@ struct EngineTraits {
     bool exact = false;         ///< the true integral at the finest level, without steps
     bool countsAlways = false;  ///< work is always counted
     bool fuses = false;         ///< composites several volumes
-    bool followsPaths = false;  ///< draws scenes with a transport of light
+    bool followsPaths = false;  ///< draws scenes with a transport of light, and reflections of isosurfaces
     bool singleRays = false;    ///< one ray through each pixel's centre, unless samples are requested
     /// Why the device cannot draw a scene's volumes, as part of a sentence; empty: it can. Null: any device
     /// can. Where onContext, the context is current.

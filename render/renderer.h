@@ -14,6 +14,7 @@
 #include "render/contract/ray_state.h"
 #include "render/engine.h"
 #include "render/engine_traits.h"
+#include "render/light/reflections.h"
 #include "render/light/scene_light.h"
 #include "render/light/surface_light.h"
 #include "render/pixels/area_picture.h"
@@ -83,6 +84,7 @@ struct RenderResult {
     std::size_t unseenBricks = 0; // bricks without any ray near them; neither resident nor counted as empty
     std::optional<LightReport> light;                 // light per voxel, if the scene has any
     std::optional<SurfaceLight::Report> surfaceLight; // occlusion of surfaces, if it has any
+    std::optional<Reflections::Report> reflections;   // of surfaces, if they reflect
     std::size_t selectionPages = 0, atlasPages = 0;   // of 32^3 texels: wanted, and resident at once
     int passes = 0;                                   // over the rays; gpu and native
     bool levelsOnPurpose = false;                     // one level for all was requested

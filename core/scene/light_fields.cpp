@@ -38,6 +38,12 @@ template <> const NameTable<ShadowMapKind>& namesOf() {
     return names;
 }
 
+template <> const NameTable<ReflectionKind>& namesOf() {
+    static const NameTable<ReflectionKind> names{{{ReflectionKind::constant, "constant"},
+                                                  {ReflectionKind::fresnel, "fresnel"},
+                                                  {ReflectionKind::gradient, "gradient"}}};
+    return names;
+}
 template <> const NameTable<PhaseKind>& namesOf() {
     static const NameTable<PhaseKind> names{{{PhaseKind::henyeyGreenstein, "henyey-greenstein"},
                                              {PhaseKind::schlick, "schlick"},
@@ -428,6 +434,30 @@ const Fields<Shading>& shadingFields() {
     return fields;
 }
 
+const Fields<Reflection>& reflectionFields() {
+    static const Fields<Reflection> fields = [] {
+        Fields<Reflection> f("reflection",
+                             "The isosurface mirrors what is around it, in stills. What rays see beyond the "
+                             "volume is lighting.environment, or the background.");
+        f.add("kind", &Reflection::kind, named<ReflectionKind>(),
+              "The share of light that is mirrored. constant: the same everywhere. fresnel: by the angle, as "
+              "glass or water. gradient: by the length of the field's gradient.");
+        f.add("strength", &Reflection::strength, numberIn(0, 1), "Factor on that share.");
+        f.add("gradient", &Reflection::gradient, gradientWeightKind(),
+              "[low, high], physical units per mm, of kind gradient: nothing is mirrored up to low, all from "
+              "high on.")
+            .unlessDefault();
+        f.add("ior", &Reflection::ior, numberIn(1, Reflection::kMostIor),
+              "Index of refraction behind the surface; before it that of the next lower isosurface, 1 below "
+              "all.");
+        f.add("transmits", &Reflection::transmits, trueOrFalse(),
+              "Light that is not mirrored goes through the surface, refracted; by 1 less its opacity.")
+            .unlessDefault();
+        return f;
+    }();
+    return fields;
+}
+
 const Fields<Lighting>& lightingFields() {
     static const Fields<Lighting> fields = [] {
         Fields<Lighting> f("lighting", "Lights, shadows and occlusion.");
@@ -441,6 +471,9 @@ const Fields<Lighting>& lightingFields() {
         f.add("surfaceOcclusion", &Lighting::surfaceOcclusion, objectOf(surfaceOcclusionFields()));
         f.add("transport", &Lighting::transport, objectOf(transportFields()));
         f.add("environment", &Lighting::environment, objectOf(environmentFields()));
+        f.add("reflectionOrder", &Lighting::reflectionOrder, wholeIn(0, Lighting::kMostReflections),
+              "How many isosurfaces with a reflection light may meet one after another; 0: they have none.")
+            .unlessDefault();
         f.add("shadowMap", &Lighting::shadowMap, objectOf(shadowMappingFields())).unlessDefault();
         f.add("scatterRadius", &Lighting::scatterRadiusMm, numberIn(kAboveZero, 1e4),
               "How far from a place tissue scatters light to it (lights[].scatter), mm.")
@@ -450,9 +483,8 @@ const Fields<Lighting>& lightingFields() {
               "and so on.")
             .unlessDefault();
         f.rule([](const JsonValue& whole, const Lighting& lighting) {
-            if (lighting.environment && !lighting.transport)
-                whole.refuse("\"transport\" beside \"environment\", which lights paths alone");
-            if (lighting.environment && lighting.transport->response != TransportResponse::physical)
+            if (lighting.environment && lighting.transport &&
+                lighting.transport->response != TransportResponse::physical)
                 whole.refuse("\"transport\" of response \"physical\" beside \"environment\"");
             const int ambient = ambientChannels(lighting);
             if (lightChannels(lighting) > kMostLightChannels)

@@ -81,11 +81,13 @@ struct ShadowMapping {
 
 struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
+    static constexpr int kMostReflections = 8;
     std::vector<Light> lights = {}; // none: one head light
     std::optional<Occlusion> occlusion = {};
     std::optional<SurfaceOcclusion> surfaceOcclusion = {}; // replaces occlusion
     std::optional<Transport> transport = {};               // paths of light in place of the above
-    std::optional<Environment> environment = {};           // what they see beyond the volume
+    std::optional<Environment> environment = {};           // what they and reflections see beyond the volume
+    int reflectionOrder = 3;                               // of isosurfaces with a reflection
     ShadowMapping shadowMap = {};
     double scatterRadiusMm = 2; // how far away the tissue may be that scatters lights to a place
     int finestLevel = 0;        // of light per voxel; 1: one sample for 2^3 voxels, and so on

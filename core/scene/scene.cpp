@@ -59,13 +59,13 @@ Scene asDrawn(const Scene& scene) {
     Scene drawn = scene;
     if (scene.mode == Mode::isosurface) {
         if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
-                         [](const Isosurface& s) { return s.opacity > 0; }))
+                         [](const Isosurface& s) { return s.drawnOpacity() > 0; }))
             throw InputError("mode isosurface: expected an isosurface that is not wholly transparent "
                              "(--isosurface VALUE), found none");
-        return drawn;
+        return reflects(scene) ? drawn : withoutReflections(std::move(drawn));
     }
     if (reductionOf(scene) == Reduction::composite)
-        return drawn;
+        return reflects(scene) ? drawn : withoutReflections(std::move(drawn));
     drawn.shading.on = false;
     drawn.lighting = {};
     drawn.quality.pixels.denoise = false;
@@ -75,6 +75,18 @@ Scene asDrawn(const Scene& scene) {
     if (reductionOf(scene) == Reduction::sum)
         drawn.quality.terminationTransmittance = 0; // every part of a ray counts alike
     return drawn;
+}
+
+bool reflects(const Scene& scene) {
+    return scene.lighting.reflectionOrder > 0 && reductionOf(scene) == Reduction::composite &&
+           std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [](const Isosurface& surface) {
+               return surface.reflection && surface.drawnOpacity() > 0;
+           });
+}
+Scene withoutReflections(Scene scene) {
+    for (Isosurface& surface : scene.surfaces)
+        surface.reflection.reset();
+    return scene;
 }
 
 std::vector<SceneMesh> drawnMeshes(const Scene& scene) {

@@ -10,6 +10,7 @@
 #include "core/scene/measurement.h"
 #include "core/scene/mesh.h"
 #include "core/scene/mode.h"
+#include "core/scene/reflection.h"
 #include "core/scene/transfer_function.h"
 
 #include <filesystem>
@@ -76,6 +77,11 @@ struct Isosurface {
     double opacity = 1;     // [0,1], of the surface itself, at any angle and step
     /// To light along paths; none: as lighting.transport.surface has it.
     std::optional<SurfaceFinish> finish = {};
+    std::optional<Reflection> reflection = {};
+    /// What rays of the eye meet: nothing shines straight through a surface that refracts.
+    bool transmits() const { return reflection && reflection->transmits; }
+    double drawnOpacity() const { return transmits() ? 1 : opacity; }
+    glm::dvec3 drawnColour() const { return transmits() ? opacity * colour : colour; }
     bool operator==(const Isosurface&) const = default;
 };
 
@@ -209,6 +215,11 @@ Reduction reductionOf(const Scene& scene);
 /// The scene without what its mode does not draw, as engines get it: single values and sums have no light,
 /// isosurfaces, meshes or integrator. Throws InputError for a mode that has nothing to draw.
 Scene asDrawn(const Scene& scene);
+
+/// True if an isosurface mirrors or refracts rays.
+bool reflects(const Scene& scene);
+/// The scene with isosurfaces as if they had no reflection.
+Scene withoutReflections(Scene scene);
 
 /// The meshes that are drawn.
 std::vector<SceneMesh> drawnMeshes(const Scene& scene);

@@ -133,6 +133,7 @@ const Fields<Isosurface>& surfaceFields() {
         f.add("opacity", &Isosurface::opacity, numberIn(0, 1), "Opacity of the surface.");
         f.add("rgb", &Isosurface::colour, colourKind(), "Colour, linear light.");
         f.add("finish", &Isosurface::finish, objectOf(finishFields()));
+        f.add("reflection", &Isosurface::reflection, objectOf(reflectionFields()));
         return f;
     }();
     return fields;
@@ -388,6 +389,11 @@ const Fields<Scene>& sceneFields() {
             .unlessDefault();
         f.add("quality", &Scene::quality, objectOf(qualityFields()));
         f.part("image", imageFields());
+        f.rule([](const JsonValue& whole, const Scene& scene) {
+            if (scene.lighting.environment && !scene.lighting.transport && !reflects(scene))
+                whole.refuse("\"transport\", or an isosurface with a \"reflection\", beside \"environment\", "
+                             "which lights paths and is mirrored alone");
+        });
         return f;
     }();
     return fields;

@@ -64,6 +64,7 @@ nlohmann::json transferJson(const TransferFunction& function);
 Kind<TransferChoice> transferKind();
 const Fields<MaterialResponse>& responseFields();
 const Fields<SurfaceFinish>& finishFields();
+const Fields<Reflection>& reflectionFields();
 const Fields<Phase>& phaseFields();
 
 } // namespace tessera

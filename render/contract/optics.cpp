@@ -148,11 +148,13 @@ std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, c
     std::vector<SurfaceLook> looks;
     const double voxelMm = std::cbrt(std::abs(glm::determinant(glm::dmat3(info.patientFromVoxel))));
     for (const Isosurface& s : surfaces)
-        if (s.opacity > 0)
+        if (s.drawnOpacity() > 0) {
             looks.push_back({static_cast<float>((s.value - info.rescaleIntercept) / info.rescaleSlope),
-                             glm::vec3(s.colour), static_cast<float>(s.opacity),
+                             glm::vec3(s.drawnColour()),
+                             static_cast<float>(s.drawnOpacity()),
                              static_cast<float>(-std::log1p(-std::min(s.opacity, 1 - 0x1p-24)) / voxelMm),
-                             s.finish});
+                             s.finish, s.reflection, static_cast<float>(s.opacity), true});
+        }
     std::stable_sort(looks.begin(), looks.end(),
                      [](const SurfaceLook& a, const SurfaceLook& b) { return a.isovalue < b.isovalue; });
     return looks;

@@ -28,6 +28,9 @@ struct SurfaceLook {
     float opacity = 1;
     float occlusion = 0; // extinction per mm of the medium behind it, for occlusion and shadows
     std::optional<SurfaceFinish> finish = {}; // its own
+    std::optional<Reflection> reflection = {};
+    float own = 1;       // its opacity as the scene has it; where it transmits rays of the eye meet another
+    bool reports = true; // rays keep their first hit among such surfaces
 };
 
 /// The transfer table addressed by stored values: entry = stored * scale + offset. Float, as the

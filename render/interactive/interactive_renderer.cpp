@@ -60,8 +60,8 @@ DrawnVolumes volumesOf(const Scene& scene, Stores stores, bool firstAlone,
 
 Scene withoutPaths(Scene scene) {
     scene.lighting.transport.reset();
-    scene.lighting.environment.reset(); // of paths alone
-    return scene;
+    scene.lighting.environment.reset(); // of stills alone, as are reflections
+    return withoutReflections(std::move(scene));
 }
 
 InteractiveRenderer::InteractiveRenderer(const Scene& scene, Stores stores, Engine& engine, MemoryBudget& ram,

@@ -5,7 +5,6 @@
 #include "core/base/progress.h"
 #include "core/base/threads.h"
 #include "render/contract/optics.h"
-#include "render/contract/ray_cuts.h"
 
 #include <algorithm>
 #include <atomic>
@@ -85,44 +84,17 @@ std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
     return sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles;
 }
 
-/// Distance of samples, in voxels, in the brick of a point.
-double SurfaceLight::pitchAt(const glm::dvec3& voxel) const {
-    if (finestSamples_)
-        return 1;
-    const Selection& selection = plan_.layer().selection;
-    const glm::ivec3 brick =
-        glm::clamp(glm::ivec3(glm::floor(voxel)) / kBrickExtent, glm::ivec3(0), selection.bricks - 1);
-    const std::uint8_t level = selection.levels[linearIndex(brick, selection.bricks)];
-    return 1 << (level == Selection::kEmpty ? selection.finest() : level);
-}
-
 /// The rays of a point, clipped to the picture's cuts.
 void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const {
-    const RayFrame<double>& frame = plan_.view.frame;
-    const glm::dvec3 normal(hit.normal), above = toVoxels_ * normal, place(hit.position);
-    const double most = std::max({std::abs(above.x), std::abs(above.y), std::abs(above.z)});
-    const glm::dvec3 from = place + above * (pitchAt(place) / most);
-    std::vector<RayCuts::Part> parts;
+    const glm::dvec3 normal(hit.normal), place(hit.position);
+    const glm::dvec3 from = place + pitchAlong(plan_, place, toVoxels_ * normal, finestSamples_);
+    std::vector<WayPart> parts;
     int number = 0;
     for (const glm::dvec3& direction : hemisphereDirections(normal, occlusion_.rays, key)) {
-        const glm::dvec3 voxelsPerMm = toVoxels_ * direction;
-        const double voxels = glm::length(voxelsPerMm);
-        RayLine<double> line{from, voxelsPerMm / voxels, 0, 1 / voxels};
-        double t0 = 0, t1 = 0;
-        if (drawnPartOf(frame, line, t0, t1)) {
-            t1 = std::min(t1, occlusion_.radiusMm * voxels);
-            parts.assign(1, {t0, t1});
-            if (frame.cuts && t0 < t1) {
-                parts.clear();
-                frame.cuts->parts(from, line.direction, t0, t1, parts);
-            }
-            for (const RayCuts::Part& part : parts)
-                if (part.from < part.to)
-                    ways.push_back({{from + part.from * line.direction, line.direction, part.to - part.from,
-                                     line.mmPerVoxel},
-                                    part.from * line.mmPerVoxel,
-                                    number});
-        }
+        parts.clear();
+        addWayParts(plan_.view.frame, from, toVoxels_ * direction, occlusion_.radiusMm, parts);
+        for (const WayPart& part : parts)
+            ways.push_back({part, number});
         ++number;
     }
 }
@@ -137,7 +109,7 @@ void SurfaceLight::openAround(std::span<const SurfaceHit> hits, std::span<const 
         first.push_back(ways.size());
     }
     std::vector<LightWay> of(ways.size());
-    std::transform(ways.begin(), ways.end(), of.begin(), [](const Way& w) { return w.way; });
+    std::transform(ways.begin(), ways.end(), of.begin(), [](const Way& w) { return w.part.way; });
     std::vector<LightTaken> taken(ways.size());
     tracer.trace(of, taken);
     for (std::size_t n = 0; n < hits.size(); ++n) {
@@ -146,7 +118,7 @@ void SurfaceLight::openAround(std::span<const SurfaceHit> hits, std::span<const 
             if (w == first[n] || ways[w].direction != ways[w - 1].direction)
                 left = 1;
             const double mm = static_cast<double>(taken[w].mm), all = static_cast<double>(taken[w].taken);
-            lost += left * (all - (mm + ways[w].beginMm * all) / occlusion_.radiusMm);
+            lost += left * (all - (mm + ways[w].part.beginMm * all) / occlusion_.radiusMm);
             left *= 1 - all;
         }
         open[n] = static_cast<float>(std::clamp(1 - lost / occlusion_.rays, 0.0, 1.0));

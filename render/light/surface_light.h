@@ -6,8 +6,8 @@
 
 #include "core/base/progress.h" // ShareDone
 #include "core/image/image.h"
-#include "render/contract/ray.h"
 #include "render/contract/ray_state.h"
+#include "render/light/light_ways.h"
 #include "render/plan/frame_plan.h"
 
 #include <algorithm>
@@ -24,13 +24,6 @@ namespace tessera {
 // SurfaceTracer: rays of light among isosurfaces, in the volume where that shows, and the light that these
 // take. An engine traces them (RayCaster::surfaceTracer()), or the mirror does. All find the same points.
 
-/// A part of a ray, voxel space.
-struct LightWay {
-    glm::dvec3 from{0}, direction{0}; // direction: unit
-    double voxels = 0;                // its length
-    double mmPerVoxel = 1;            // along it
-};
-
 /// The light that isosurfaces and the volume take along a ray.
 struct LightTaken {
     float taken = 0; // total, of 1
@@ -44,21 +37,6 @@ class SurfaceTracer {
     /// @param taken  as many as rays
     virtual void trace(std::span<const LightWay> ways, std::span<LightTaken> taken) const = 0;
 };
-
-/// A light ray as a ray of segments of a length in voxels.
-template <typename Real> SegmentedRay<Real> segmentedWay(const LightWay& way, double segmentVoxels) {
-    SegmentedRay<Real> ray;
-    const Real segments = static_cast<Real>(way.voxels / segmentVoxels);
-    if (!(segments > Real(0) && segments < Real(1 << 24)))
-        return ray;
-    ray.entry = typename SegmentedRay<Real>::Vec(way.from);
-    ray.direction = typename SegmentedRay<Real>::Vec(way.direction);
-    ray.step = static_cast<Real>(segmentVoxels) * ray.direction;
-    ray.segmentMm = static_cast<Real>(segmentVoxels * way.mmPerVoxel);
-    ray.count = static_cast<int>(std::ceil(segments));
-    ray.tail = segments - static_cast<Real>(ray.count - 1);
-    return ray;
-}
 
 /// Cosine-weighted stratified directions in the hemisphere of a normal. Sets differ only by a rotation that
 /// depends on a key.
@@ -109,14 +87,12 @@ class SurfaceLight {
 
   private:
     struct Way {
-        LightWay way;
-        double beginMm = 0; // start of the layers' directions
+        WayPart part;
         int direction = 0;
     };
     void addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const;
     void openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
                     const SurfaceTracer& tracer, std::span<float> open) const;
-    double pitchAt(const glm::dvec3& voxel) const;
     float shared(const SurfaceHit& hit, const glm::ivec2& pixel) const;
     glm::vec2 placeOf(std::size_t pixel) const;
 

@@ -47,9 +47,12 @@ double secondsAfterFirst(const RenderResult& first, const Scene& scene) {
 std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderOptions& options) {
     const int samples = scene.quality.pixels.samples;
     std::size_t bytes = pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene);
-    if (scene.lighting.surfaceOcclusion) // sums of many samples have two floats each
-        bytes += SurfaceLight::bytesPerPixel(samples != 1) + PixelSums::bytesPerPixel(samples) -
-                 PixelSums::bytesPerPixel(1);
+    if (scene.lighting.surfaceOcclusion)
+        bytes += SurfaceLight::bytesPerPixel(samples != 1);
+    if (scene.lighting.surfaceOcclusion || reflects(scene)) // sums of many samples have two floats each
+        bytes += PixelSums::bytesPerPixel(samples) - PixelSums::bytesPerPixel(1);
+    if (reflects(scene))
+        bytes += Reflections::bytes(scene.imageSize, samples != 1) / rayCount(scene.imageSize) + 1;
     if (scene.lighting.transport)
         bytes += sizeof(std::uint32_t); // numbers of samples
     if (scene.lighting.transport && options.layers.paths)

@@ -132,6 +132,20 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              static_cast<unsigned long long>(r.work.segments),
              static_cast<unsigned long long>(r.work.samples), static_cast<unsigned long long>(r.work.fetches),
              static_cast<unsigned long long>(r.work.dispatches), r.work.longestDispatchMs);
+    if (const auto& reflections = r.reflections) {
+        std::string ways;
+        std::size_t all = 0;
+        for (const std::size_t n : reflections->ways)
+            if (n > 0) {
+                ways += (ways.empty() ? "" : " + ") + std::to_string(n);
+                all += n;
+            }
+        line("reflections: %s rays from isosurfaces, by order, %.1f s; not in the measured errors",
+             all > 0 ? ways.c_str() : "no", reflections->seconds);
+        line("reflections: %.1f %% of those that met another isosurface did so within two samples, where "
+             "they may have missed one",
+             percent(reflections->near, reflections->met));
+    }
     if (const auto& surfaces = r.surfaceLight)
         line("occlusion of surfaces: %d directions of %g mm from %zu places%s, %s, %.1f s; light of "
              "voxels has none",

@@ -3,7 +3,6 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
-#include "render/backends/mirror/mirror_surfaces.h"
 #include "render/exposure/exposed_caster.h"
 #include "render/picture/picture.h"
 #include "render/pixels/kept_samples.h"
@@ -31,11 +30,6 @@ using Clock = std::chrono::steady_clock;
 /// The smallest difference that eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
 
-std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan& p) {
-    auto tracer = caster.surfaceTracer(SurfaceLight::kSegmentVoxels);
-    return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
-}
-
 /// Those of the picture itself, and not of what is tried or estimated.
 Rays picturesRays(const FramePlan& p, bool layers) {
     Rays rays = raysOf(p);
@@ -53,13 +47,6 @@ PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& i
     if (p.chosen.predicted)
         errors.levelsLuvP99 = predictedOf(p).p99;
     return errors;
-}
-
-/// Traces occlusion from the first hits of the caster's rays, which go through the middles of pixels.
-void lookAround(SurfaceLight& light, const RayCaster& caster, const FramePlan& p, Progress& progress) {
-    progress.stage("looking around from surfaces");
-    light.look(caster.hits(), *tracerOf(caster, p), progress.shares());
-    progress.stage("drawing");
 }
 
 /// Of the rays that a caster has drawn.
@@ -105,7 +92,7 @@ struct RayRenderer::RaysDrawn {
 struct RayRenderer::Samples {
     RaysDrawn rays;
     AreaPicture picture;
-    std::unique_ptr<SurfaceLight> light; // occlusion of surfaces, where there is any
+    std::unique_ptr<DeferredLight> light; // of isosurfaces, where there is any
 };
 
 RayRenderer::RayRenderer(std::unique_ptr<Engine> engine, bool exact)
@@ -188,8 +175,8 @@ void RayRenderer::takeKept(const FrameTask& task, const RaysDrawn& these, AreaPi
 }
 
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
-/// @param light  none: there is no occlusion of surfaces; else its addition is another picture
-bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
+/// @param light  none: there is none; else its addition is another picture
+bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<DeferredLight> light, RenderResult& result,
                             Image& added) {
     const FramePlan& p = task.plan;
     Progress& progress = task.context.progress;
@@ -211,22 +198,22 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
                                    std::move(light)});
     AreaPicture& picture = samples_->picture;
     takeKept(task, samples_->rays, picture, result);
-    SurfaceLight* const looks = samples_->light.get();
+    DeferredLight* const deferred = samples_->light.get();
     Slicing slicing = task.options.slicing;
     const ShareDone whole = progress.shares();
     if (whole)
         slicing.progress = [&](double done) { whole(picture.share(done)); };
     while (const std::optional<Rays> next = picture.next()) {
         tellNoise(picture, progress);
-        if (looks && !looks->hasLooked() && !next->places.empty()) { // it takes the hits of middles
+        if (deferred && deferred->needsMiddles() && !next->places.empty()) {
             caster_->begin(raysOf(p));
             result.passes = std::max(result.passes,
                                      drawToTheEnd(*caster_, *engine_, p, task.options.slicing, result.work));
-            lookAround(*looks, *caster_, p, progress);
+            deferred->lookAround(*caster_, progress);
         }
         caster_->begin(*next);
         result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
-        if (!looks) {
+        if (!deferred) {
             const Image colours = caster_->image();
             if (rays.beginnings)
                 picture.add(colours, layersOf(*caster_, colours, p));
@@ -240,10 +227,11 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
                                      samples > 1 ? std::optional(rmsError(picture.sums())) : std::nullopt);
             continue;
         }
-        if (!looks->hasLooked())
-            lookAround(*looks, *caster_, p, progress);
-        const Image more = looks->added(caster_->hits(), next->places, next->size(), *tracerOf(*caster_, p));
-        picture.add(caster_->image(), std::span(&more, 1));
+        if (deferred->needsMiddles())
+            deferred->lookAround(*caster_, progress);
+        const Image colours = caster_->image(), more = deferred->added(*caster_, *engine_, next->places,
+                                                                       next->size(), slicing, result.work);
+        picture.add(colours, std::span(&more, 1));
     }
     if (p.view.quality.pixels.denoise) {
         progress.stage("taking out noise");
@@ -251,9 +239,9 @@ bool RayRenderer::drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight>
     } else {
         result.image = picture.image();
     }
-    if (looks) {
+    if (deferred) {
         added = picture.other(0);
-        result.surfaceLight = looks->report();
+        deferred->report(result);
     }
     if (rays.beginnings)
         result.layers.emplace(PictureLayers::OfRays{picture.other(0), picture.other(1)});
@@ -280,9 +268,9 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
         loadBricks(*engine_, p, task.context.gpu, result.work, task.reuse.kept, task.reuse.pages);
     if (task.reuse.opened)
         task.reuse.opened();
-    std::unique_ptr<SurfaceLight> light;
-    if (p.view.lighting.surfaceOcclusion && !task.reuse.first)
-        light = std::make_unique<SurfaceLight>(p, options.threads, exact_);
+    std::unique_ptr<DeferredLight> light;
+    if (DeferredLight::isOf(p) && !task.reuse.first)
+        light = std::make_unique<DeferredLight>(p, options.threads, exact_);
     caster_ = casterOf(*engine_, p, {options.counting, light != nullptr, passes}, task.context.gpu,
                        options.threads);
     result.secondsLoading = secondsSince(loading);
@@ -318,9 +306,10 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
         if (rays.beginnings)
             result.layers.emplace(layersOf(*caster_, result.image, p));
         if (light) {
-            lookAround(*light, *caster_, p, progress);
-            added = light->added(light->middles(), {}, p.view.imageSize, *tracerOf(*caster_, p));
-            result.surfaceLight = light->report();
+            if (light->needsMiddles())
+                light->lookAround(*caster_, progress);
+            added = light->added(*caster_, *engine_, {}, p.view.imageSize, options.slicing, result.work);
+            light->report(result);
         }
     }
     if (!engine_->bricks())

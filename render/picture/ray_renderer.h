@@ -2,6 +2,7 @@
 // are drawn, and samples of pixels added, on an engine that takes rays.
 #pragma once
 
+#include "render/picture/deferred_light.h"
 #include "render/renderer.h"
 
 #include <memory>
@@ -32,7 +33,7 @@ class RayRenderer : public Renderer {
     struct Samples;
     void settleExposure(const FrameTask& task);
     void chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result);
-    bool drawAreas(const FrameTask& task, std::unique_ptr<SurfaceLight> light, RenderResult& result,
+    bool drawAreas(const FrameTask& task, std::unique_ptr<DeferredLight> light, RenderResult& result,
                    Image& added);
     /// Samples of an earlier run, where they are kept.
     void takeKept(const FrameTask& task, const RaysDrawn& these, AreaPicture& picture, RenderResult& result);

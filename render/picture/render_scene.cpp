@@ -24,6 +24,10 @@ std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels)
     return pictureBytesPerPixel(engine) + (pixels.samples == 1 ? 0 : AreaPicture::bytesPerPixel(pixels));
 }
 
+bool followsWays(const Scene& scene) {
+    return scene.lighting.transport || reflects(scene);
+}
+
 namespace {
 
 /// Why an engine cannot draw a scene; empty: it can.
@@ -31,6 +35,8 @@ std::string refusalOf(const Scene& scene, EngineKind kind) {
     const EngineTraits& traits = traitsOf(kind);
     if (scene.lighting.transport && !traits.followsPaths)
         return "it follows no paths of light";
+    if (reflects(scene) && !traits.followsPaths)
+        return "it follows no rays that isosurfaces mirror or refract";
     if (const auto& occlusion = scene.lighting.occlusion;
         traits.exact && occlusion && occlusion->method == OcclusionMethod::histogram)
         return "its occlusion is along rays, not by histograms";
@@ -53,7 +59,7 @@ bool needsAnother(const Scene& scene, EngineKind made, RenderOptions& asked, std
         return false;
     std::vector<std::string> names;
     for (const EngineTraits& traits : engineTraits())
-        if ((scene.lighting.transport ? traits.followsPaths : traits.fuses) && traits.kind != made)
+        if ((followsWays(scene) ? traits.followsPaths : traits.fuses) && traits.kind != made)
             names.push_back(traits.name);
     if (asked.engine != EngineKind::automatic)
         throw badFile("--engine", joinNames(names) + " for this scene", name(made) + ": " + why);

@@ -33,6 +33,10 @@ std::size_t pictureBytesPerPixel(EngineKind engine);
 /// The same of pictures whose pixels have so many samples.
 std::size_t pictureBytesPerPixel(EngineKind engine, const PixelSampling& pixels);
 
+/// True if a scene has rays that leave places in the volume and show what they meet: paths of light, or
+/// reflections of isosurfaces.
+bool followsWays(const Scene& scene);
+
 /// Renders one converged picture. Everything large is charged to ram and gpu. Throws InputError for budgets
 /// below the scene's floor, Error for failures outside.
 /// @param stores  of the scene's volumes, in order

@@ -101,9 +101,10 @@ std::optional<Selection> oneForMix(const Selection& mix, int level, const ViewWe
 
 } // namespace
 
-Unseen unseenBy(const Lighting& lighting, const Shading& shading) {
-    return lighting.surfaceOcclusion || lighting.transport || reachOf(shading.gradient) > 1 ? Unseen::kept
-                                                                                            : Unseen::leftOut;
+Unseen unseenBy(const Lighting& lighting, const Shading& shading, bool reflects) {
+    return lighting.surfaceOcclusion || lighting.transport || reflects || reachOf(shading.gradient) > 1
+               ? Unseen::kept
+               : Unseen::leftOut;
 }
 
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
@@ -253,8 +254,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         s = chooser->within(statistics.brickMean, kShareOfLevels * *scene.quality.maxError);
         // More accurate, and faster. The number of pages does not matter for this picture.
         Selection mix = s;
-        const bool leavesOut =
-            unseenBy(scene.lighting, scene.shading) == Unseen::leftOut && s.finest() <= kCoarsestWithinReach;
+        const bool leavesOut = unseenBy(scene.lighting, scene.shading, reflects(scene)) == Unseen::leftOut &&
+                               s.finest() <= kCoarsestWithinReach;
         const std::size_t unseen = leavesOut ? leaveOutUnseen(mix, chooser->weights()) : 0;
         if (std::optional<Selection> one =
                 oneForMix(mix, s.finest(), chooser->weights(), SIZE_MAX, visible)) {
@@ -268,7 +269,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     } else {
         // Hidden bricks must not take memory from visible ones.
         BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible,
-                                     unseenBy(scene.lighting, scene.shading));
+                                     unseenBy(scene.lighting, scene.shading, reflects(scene)));
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
         chosen.unseenBricks =

@@ -58,9 +58,9 @@ struct BestLevels {
 /// Bricks far from all rays of a still need no level of their own: without them, the bricks of a close camera
 /// mostly have one level.
 enum class Unseen { kept, leftOut };
-/// They are kept with occlusion of surfaces and paths of light, which reach beyond the picture, and with wide
-/// gradients.
-Unseen unseenBy(const Lighting& lighting, const Shading& shading);
+/// They are kept with occlusion of surfaces, reflections and paths of light, which reach beyond the picture,
+/// and with wide gradients.
+Unseen unseenBy(const Lighting& lighting, const Shading& shading, bool reflects);
 BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means, std::size_t pages,
                       Visibility visible, Unseen unseen = Unseen::kept);
 

@@ -58,6 +58,8 @@ struct ViewState {
     std::vector<Isosurface> surfaces;
     std::vector<SceneMesh> meshes;    // those that are drawn
     std::optional<Exposure> exposure; // where rays show sums; else none
+    bool reflects = false;            // isosurfaces mirror or refract rays: a still's
+    glm::vec3 background{0};          // what reflections see beyond the volume
     bool meshesShade = true;          // the volume's shadow maps hold them
     bool amongOthers = false;         // of one of several volumes
     ShadowQuality shadowQuality;

@@ -94,8 +94,8 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
     }
     std::vector<SurfaceValue> surfaces;
     for (const Isosurface& surface : scene.surfaces)
-        if (surface.opacity > 0)
-            surfaces.push_back({surface.value, glm::vec3(surface.colour), surface.opacity});
+        if (surface.drawnOpacity() > 0)
+            surfaces.push_back({surface.value, glm::vec3(surface.drawnColour()), surface.drawnOpacity()});
     layer().table = makeTable(layer().function, std::move(surfaces));
     const Integrator integrator =
         scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
@@ -105,6 +105,9 @@ void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
         makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
     layer().optics.seen = std::move(seen);
     layer().optics.surfaces = surfaceLooks(scene.surfaces, info());
+    if (reflects(scene) && !scene.lighting.surfaceOcclusion)
+        for (SurfaceLook& look : layer().optics.surfaces)
+            look.reports = look.reflection.has_value();
     if (sums) {
         for (glm::vec4& entry : layer().optics.table)
             entry.a *= Exposure::kThin;
@@ -273,7 +276,7 @@ void Planner::mapFunction() {
 void Planner::chooseByVisibility(std::span<const SeenBrick> seen) {
     const std::vector<float> visible = visibilityFactors(seen, layer().selection);
     BestLevels better = bestLevels(*chosen.chooser, layer().statistics.brickMean, chosen.atlasPages, visible,
-                                   unseenBy(view.lighting, view.shading));
+                                   unseenBy(view.lighting, view.shading, view.reflects));
     chosen.error = better.error;
     chosen.unseenBricks = better.unseenBricks;
     chosen.chooser.reset();
@@ -337,6 +340,8 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
     p.view.lighting.transport.reset(); // of stills alone
     p.view.shading = scene.shading;
     p.view.surfaces = scene.surfaces;
+    p.view.reflects = reflects(scene);
+    p.view.background = scene.background.value_or(glm::vec3(0));
     p.view.meshes = drawnMeshes(scene);
     p.layer().store = &store;
     const VolumeInfo& info = store.info();
@@ -433,7 +438,7 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     for (const auto& volume : this->further) // one list of all
         floors.need("further volumes' bricks that rays wait for", 0,
                     wantedBytes(brickGrid(volume->plan.info().extentVoxels)));
-    if (view.lighting.surfaceOcclusion)
+    if (view.lighting.surfaceOcclusion || view.reflects)
         floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
     if (view.part.cuts) // one and a half intervals each, and their starts
         floors.need("intervals of rays", 0,

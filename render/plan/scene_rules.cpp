@@ -46,6 +46,19 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
         throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
 }
 
+/// Ways that leave isosurfaces go through the volume alone.
+void checkReflections(const FramePlan& plan, const Scene& scene) {
+    if (!reflects(scene))
+        return;
+    const auto refuse = [](const std::string& expected, const std::string& found) {
+        return InputError("isosurfaces: expected " + expected + " beside \"reflection\", found " + found);
+    };
+    if (!plan.view.meshes.empty())
+        throw refuse("no meshes, which it would lack,", std::to_string(plan.view.meshes.size()));
+    if (scene.lighting.transport)
+        throw refuse("no paths of light (lighting.transport), which have \"finish\" in its place,", "them");
+}
+
 /// What paths of light do not go with.
 void checkTransport(const Scene& scene, const FramePlan& plan) {
     if (!scene.lighting.transport) {
@@ -116,6 +129,7 @@ void checkScene(const Scene& scene) {
 
 void checkPlan(const Scene& scene, const FramePlan& plan) {
     checkSurfaceOcclusion(plan);
+    checkReflections(plan, scene);
     checkTransport(scene, plan);
 }
 

@@ -128,6 +128,7 @@ inline std::vector<json> everySceneKey(const json& schema) {
         "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]}]})";
     const char* const free =
         R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr","labels":{"path":"/a/l.nrrd","names":"/a/l.csv"}}],
+        "lighting":{"transport":{"response":"physical"},"environment":{"file":"/a/sky.exr"}},
         "meshes":[{"tube":{"points":[[1,2,3.5]],"radius":2}}],
         "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1]}})";
     return {KeyFiller(json::parse(fitted), schema, false).filled(),

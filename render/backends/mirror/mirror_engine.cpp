@@ -36,16 +36,16 @@ class MirrorCaster : public RayCaster {
         const bool whole = deadline == Clock::time_point::max();
         MirrorInput input = this->input();
         input.progress = whole ? slicing.progress : ShareDone{};
-        const auto all = frameRays(cast<float>(rays_.frame), rays_.places, rays_.arraySize.x);
+        const auto all = source();
         do {
             const std::size_t left = picture_.pixels.size() - done_;
             const std::size_t count = whole ? left : std::min(left, kRaysAtATime);
             input.firstRay = done_;
-            const auto source = [&](std::size_t i) { return all(done_ + i); };
-            auto colours = mirrorRays<float>(input, count, source, threads_, work);
+            const auto from = [&](std::size_t i) { return all(done_ + i); };
+            auto colours = mirrorRays<float>(input, count, from, threads_, work);
             if (rays_.paths)
                 mirrorPaths(
-                    input, pathSceneOf(scene_, input.occupancy), source,
+                    input, pathSceneOf(scene_, input.occupancy), from,
                     [&](std::size_t i) {
                         return PathStart{rays_.placeOf(done_ + i), rays_.numberOf(done_ + i)};
                     },
@@ -62,9 +62,7 @@ class MirrorCaster : public RayCaster {
     std::vector<SurfaceHit> hits() const override {
         if (!hits_)
             return {};
-        return mirrorHits<float>(input(), picture_.pixels.size(),
-                                 frameRays(cast<float>(rays_.frame), rays_.places, rays_.arraySize.x),
-                                 threads_);
+        return mirrorHits<float>(input(), picture_.pixels.size(), source(), threads_);
     }
 
   private:
@@ -112,6 +110,13 @@ class MirrorCaster : public RayCaster {
             lit_[n].camera = plans[n]->view.camera;
             lit_[n].function = plans[n]->revisions.function;
         }
+    }
+    RaySource<float> source() const {
+        if (rays_.ways.empty())
+            return frameRays(cast<float>(rays_.frame), rays_.places, rays_.arraySize.x);
+        return [ways = rays_.ways, voxels = rays_.frame.segmentVoxels](std::size_t i) {
+            return segmentedWay<float>(ways[i], voxels);
+        };
     }
     MirrorInput input() const {
         MirrorInput input = mirrorInput(scene_, scene_.view.quality.skipping);

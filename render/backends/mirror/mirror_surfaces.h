@@ -140,7 +140,7 @@ void surfaceRay(const SegmentedRay<Real>& ray, Field& field, const MirrorInput& 
                 gradient = normalGradient(optics, field, p);
                 work.samples += static_cast<std::uint64_t>(gradientValues(optics.normals));
             }
-            if (hit && hit->surface == 0) {
+            if (hit && hit->surface == 0 && surface.reports) {
                 hit->position = glm::vec3(p);
                 hit->weight = static_cast<float>(Real(1) - sum.a);
                 hit->normal = glm::vec3(unitNormal(optics, gradient, ray.direction));

@@ -32,6 +32,17 @@ SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
     return ray;
 }
 
+void setRay(native::PacketJob& job, int lane, const SegmentedRay<float>& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+        job.entry[axis][lane] = ray.entry[axis];
+        job.step[axis][lane] = ray.step[axis];
+        job.direction[axis][lane] = ray.direction[axis];
+    }
+    job.segmentMm[lane] = ray.segmentMm;
+    job.tail[lane] = ray.tail;
+    job.count[lane] = ray.count;
+}
+
 SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
     const auto three = [lane](const float(&v)[3][native::kMostLanes]) {
         return glm::vec3(v[0][lane], v[1][lane], v[2][lane]);
@@ -266,7 +277,12 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, 
         places.x[lane] = place.x, places.y[lane] = place.y;
         places.phase[lane] = rays_.frame.phased ? phaseOf<float>(at.x, at.y) : 0;
     }
-    target_.rays(packetFrame_, places, job);
+    if (rays_.ways.empty())
+        target_.rays(packetFrame_, places, job);
+    for (int lane = 0; !rays_.ways.empty() && lane < target_.lanes(); ++lane)
+        setRay(job, lane,
+               within[lane] ? segmentedWay<float>(rays_.ways[slots[lane]], rays_.frame.segmentVoxels)
+                            : SegmentedRay<float>());
     for (int lane = 0; cuts_ && lane < target_.lanes(); ++lane) {
         if (!within[lane])
             continue;

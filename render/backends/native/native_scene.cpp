@@ -212,6 +212,7 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
         surfaces.isovalue[n] = look.isovalue;
         surfaces.red[n] = look.colour.r, surfaces.green[n] = look.colour.g, surfaces.blue[n] = look.colour.b;
         surfaces.opacity[n] = look.opacity;
+        surfaces.reports[n] = look.reports ? 1.0f : 0.0f;
     }
     surfaces.volumeShows = optics.volumeShows;
     return s;

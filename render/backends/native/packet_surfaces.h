@@ -184,7 +184,7 @@ template <SampleKind K, bool Mixed> struct SurfaceStrides {
 
     /// The first hits of rays that had met nothing.
     void note(F3 p, F3 gradient, I surface, M m) {
-        m = m & (met == I(0));
+        m = m & (met == I(0)) & (F(0.0f) < word(surfaces.reports, surface, m));
         if (!any(m))
             return;
         const F3 g = transformed(o.toGradient, gradient);

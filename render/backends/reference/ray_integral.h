@@ -294,11 +294,11 @@ class RayIntegral {
         auto met = met_.begin();
         for (std::size_t i = 0; i < cuts.size(); ++i) {
             for (; met != met_.end() && met->at <= cuts[i]; ++met) {
-                const glm::dvec3& colour = met->surface->colour;
+                const glm::dvec3 colour = met->surface->drawnColour();
                 integral.addSurface(
                     light ? light->lit(colour, met->at, function_.materialAt(met->surface->value, optics_))
                           : colour,
-                    met->surface->opacity);
+                    met->surface->drawnOpacity());
             }
             if (i + 1 == cuts.size())
                 return;

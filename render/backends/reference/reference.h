@@ -63,6 +63,7 @@ struct ReferenceInput {
     std::span<const PathStart> starts = {}; // of these, one a ray
     const RayCuts* ownCuts = nullptr;       // of this volume alone, in its voxels; null: it is alone
     std::vector<ReferenceInput> further = {};
+    bool reflects = false; // rays keep their first hits among isosurfaces with a reflection
 };
 
 /// A ray in voxel space with a parameter in mm: p(t) = base + t * direction, t in [tMin, tMax].

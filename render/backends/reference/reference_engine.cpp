@@ -69,7 +69,7 @@ class ReferenceCaster : public RayCaster {
             if (surfaces) {
                 std::vector<double> at;
                 auto hits = surfaces->firstHits(rays, threads_, at);
-                if (surfaces->showsVolume())
+                if (surfaces->showsVolume() || input.reflects)
                     weigh(rays, at, hits);
                 hits_.insert(hits_.end(), hits.begin(), hits.end());
             }
@@ -127,6 +127,12 @@ class ReferenceCaster : public RayCaster {
                    : glm::dvec2(rays_.places[n]);
     }
     std::vector<ReferenceRay> raysFrom(std::size_t first, std::size_t count) const {
+        if (!rays_.ways.empty()) {
+            std::vector<ReferenceRay> rays;
+            for (const LightWay& way : rays_.ways.subspan(first, count))
+                rays.push_back({way.from, way.direction / way.mmPerVoxel, 0, way.voxels * way.mmPerVoxel});
+            return rays;
+        }
         std::vector<glm::vec2> places(count); // exact: whole pixels and a half, or given ones
         for (std::size_t n = 0; n < count; ++n)
             places[n] = glm::vec2(placeOf(first + n));
@@ -157,6 +163,7 @@ class ReferenceCaster : public RayCaster {
         input.shading = plan.view.shading;
         input.statistics = &volume.statistics;
         input.surfaces = plan.view.surfaces;
+        input.reflects = plan.view.reflects && !plan.view.lighting.surfaceOcclusion;
         input.lighting = plan.view.lighting;
         input.camera = plan.view.camera;
         input.reduction = volume.optics.reduction;

@@ -175,7 +175,7 @@ class SimpsonRay {
             cuts.push_back({meeting(ray, *k, from, to)});
         // Surfaces are crossed in the order of the ray's values.
         const auto add = [&](const Isosurface& surface) {
-            if ((v0 < surface.value) != (v1 < surface.value) && surface.opacity > 0)
+            if ((v0 < surface.value) != (v1 < surface.value) && surface.drawnOpacity() > 0)
                 cuts.push_back({meeting(ray, surface.value, from, to), &surface});
         };
         if (v1 > v0)

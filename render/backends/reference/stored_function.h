@@ -76,7 +76,7 @@ class StoredFunction {
         for (const Material& m : function.materials())
             cutAt(m.from), cutAt(m.to);
         std::sort(kinks_.begin(), kinks_.end());
-        std::erase_if(surfaces_, [](const Isosurface& surface) { return !(surface.opacity > 0); });
+        std::erase_if(surfaces_, [](const Isosurface& surface) { return !(surface.drawnOpacity() > 0); });
         for (Isosurface& surface : surfaces_)
             surface.value =
                 static_cast<float>((surface.value - intercept_) / slope_); // as all engines have it

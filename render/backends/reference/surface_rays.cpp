@@ -63,11 +63,15 @@ SurfaceHit ReferenceSurfaces::firstHit(const ReferenceRay& ray, LatticeReader& s
     std::vector<RayCuts::Part> parts = {{t0, t1}};
     if (input_.cuts)
         input_.cuts->parts(ray.base, ray.direction, t0, t1, parts);
+    bool ends = false; // at what hides all behind it
     for (const RayCuts::Part& part : parts)
-        if (hit.surface == 0)
+        if (hit.surface == 0 && !ends)
             forEachCrossing(
                 ray, part.from, part.to, samples, [](const Cell&, double, double) {},
                 [&](double t, std::size_t number) {
+                    const Isosurface& surface = function_.surfaces()[number];
+                    if (input_.reflects && !surface.reflection)
+                        return ends = surface.drawnOpacity() >= 1;
                     const glm::dvec3 p = ray.base + t * ray.direction;
                     at = t;
                     hit.position = glm::vec3(p);
@@ -113,7 +117,7 @@ void ReferenceSurfaces::trace(std::span<const LightWay> ways, std::span<LightTak
         };
         forEachCrossing({way.from, way.direction, 0}, 0, way.voxels, samples, volume,
                         [&](double t, std::size_t number) {
-                            integral.addSurface(distance(t), function_.surfaces()[number].opacity);
+                            integral.addSurface(distance(t), function_.surfaces()[number].drawnOpacity());
                             return integral.opaque();
                         });
         taken[n] = {static_cast<float>(integral.alpha()), static_cast<float>(integral.colour().x)};

@@ -106,6 +106,16 @@ const std::vector<Feature>& features() {
              s.surfaces = {{300, {1, 1, 1}, 0.5}};
              s.lighting.surfaceOcclusion = SurfaceOcclusion{.rays = 4, .radiusMm = 6};
          }},
+        {"mirror", "surface",
+         [](Scene& s) {
+             s.surfaces = {{300, {1, 1, 1}, 0.5}};
+             s.surfaces[0].reflection = Reflection{.strength = 0.8};
+         }},
+        {"glass", "surface",
+         [](Scene& s) {
+             s.surfaces = {{300, {1, 1, 1}, 0.2}};
+             s.surfaces[0].reflection = Reflection{.kind = ReflectionKind::fresnel, .transmits = true};
+         }},
         {"surfaces alone", "mode",
          [](Scene& s) {
              s.surfaces = {{300, {1, 1, 1}, 1}};
@@ -168,7 +178,9 @@ const Refusal kRefusals[] = {
     {{"positional", "rejecting", "histogram", "bleeding"}, {"emission"}, "emission needs method \"local\""},
     {{"hemisphere"}, {"emission"}, "expected sphere with emission"},
     {{"histogram", "bleeding"}, {"second volume"}, "expected one volume with method \"histogram\""},
-    {{"isosurface", "occluded isosurface", "surfaces alone", "surface occlusion"},
+    {{"mirror", "glass"}, {"paths", "contract", "sky"}, "expected no paths of light (lighting.transport)"},
+    {{"mirror", "glass"}, {"mesh"}, "expected no meshes, which it would lack, beside \"reflection\""},
+    {{"isosurface", "occluded isosurface", "mirror", "glass", "surfaces alone", "surface occlusion"},
      {"second volume"},
      "isosurfaces: expected none in a scene of several volumes"},
     {{"scatter"}, {"surface occlusion", "occluded isosurface"}, "expected no surfaceOcclusion"},

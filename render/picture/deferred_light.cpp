@@ -1,0 +1,76 @@
+// render/picture/deferred_light.cpp: see deferred_light.h.
+#include "render/picture/deferred_light.h"
+
+#include "render/backends/mirror/mirror_surfaces.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr int kColumns = 8; // of an array of ways: those of a packet follow one another
+
+std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan& p) {
+    auto tracer = caster.surfaceTracer(SurfaceLight::kSegmentVoxels);
+    return tracer ? std::move(tracer) : std::make_unique<MirrorTracer>(p, SurfaceLight::kSegmentVoxels);
+}
+
+} // namespace
+
+DeferredLight::DeferredLight(const FramePlan& plan, int threads, bool exact) : plan_(plan) {
+    if (plan.view.lighting.surfaceOcclusion)
+        occlusion_.emplace(plan, threads, exact);
+    if (plan.view.reflects)
+        reflections_.emplace(plan, threads, exact);
+}
+
+void DeferredLight::lookAround(const RayCaster& caster, Progress& progress) {
+    progress.stage("looking around from surfaces");
+    occlusion_->look(caster.hits(), *tracerOf(caster, plan_), progress.shares());
+    progress.stage("drawing");
+}
+
+Image DeferredLight::added(RayCaster& caster, Engine& engine, std::span<const glm::vec2> places,
+                           const glm::ivec2& size, const Slicing& slicing, Work& work) const {
+    const std::vector<SurfaceHit> hits = caster.hits();
+    Image out(size);
+    if (occlusion_)
+        out = occlusion_->added(hits, places, size, *tracerOf(caster, plan_));
+    if (!reflections_)
+        return out;
+    Slicing ofWays = slicing;
+    ofWays.progress = {};
+    Rays rays = raysOf(plan_);
+    rays.frame.cuts = {};
+    rays.frame.ends = {};
+    rays.frame.phased = false;
+    const Image mirrored = reflections_->added(
+        hits, places, size,
+        [&](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit> met) {
+            rays.arraySize = {kColumns, (static_cast<int>(ways.size()) + kColumns - 1) / kColumns};
+            std::vector<LightWay> array(ways.begin(), ways.end());
+            array.resize(rayCount(rays.arraySize)); // the remainder meets nothing
+            rays.ways = array;
+            caster.begin(rays);
+            drawToTheEnd(caster, engine, plan_, ofWays, work);
+            const Image image = caster.image();
+            std::copy_n(image.pixels.begin(), ways.size(), colours.begin());
+            const std::vector<SurfaceHit> first = caster.hits();
+            std::copy_n(first.begin(), ways.size(), met.begin());
+        });
+    std::transform(out.pixels.begin(), out.pixels.end(), mirrored.pixels.begin(), out.pixels.begin(),
+                   std::plus<>());
+    return out;
+}
+
+void DeferredLight::report(RenderResult& result) const {
+    if (occlusion_)
+        result.surfaceLight = occlusion_->report();
+    if (reflections_)
+        result.reflections = reflections_->report();
+}
+
+} // namespace tessera
