@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Draws figures of chapters 7 and 9 of the course notes again, from scans that are there, each joined to one picture
-# (docs/measurements/paths.md): figures.sh [DATA] [OUT]. TESSERA names the program (build/release/tessera); joining takes oiiotool.
+# Draws figures of chapters 4, 7 and 9 of the course notes again, from scans that are there, each joined to one picture
+# (docs/measurements/light.md, paths.md): figures.sh [DATA] [OUT]. TESSERA names the program (build/release/tessera); joining takes oiiotool.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd)
 data=${1:-$root/../shared/data}
@@ -26,6 +26,21 @@ EOF
     "$tessera" render "$work/$1.json" --engine native --size 192x192 --samples "$7" "${@:8}" --verify quick \
         --background '#101418' -o "$work/$1.png" -q
 }
+shadow() { # PICTURE STORE VIEW FUNCTION LIGHT LIGHTING OPTIONS...: one hard light from the left and above
+    cat > "$work/$1.json" << EOF
+{"tesseraScene": 1, "volumes": [{"path": "$2.zarr", "transferFunction": $4}], "camera": {"view": "$3"},
+ "shading": {"ambient": 0.15, "diffuse": 0.85, "specular": 0},
+ "lighting": {$6 "lights": [{"kind": "directional", "direction": [-0.8, 0.7, 0.9], $5}]}}
+EOF
+    "$tessera" render "$work/$1.json" --engine native --size 224x224 "${@:7}" --verify quick --background '#101418' \
+        -o "$work/$1.png" -q
+}
+shadows() { # NAME STORE VIEW FUNCTION: without, by rays, by first hits, by a deep map
+    shadow "$1-none" "$2" "$3" "$4" '"shadow": false' ''
+    shadow "$1-rays" "$2" "$3" "$4" '"shadow": true' '"transport": {"response": "contract"},' --samples 64
+    shadow "$1-first" "$2" "$3" "$4" '"shadow": true' '"shadowMap": {"kind": "first"},'
+    shadow "$1-deep" "$2" "$3" "$4" '"shadow": true' ''
+}
 joined() { # PICTURE COLUMNS PICTURES...
     local name=$1 columns=$2 files=()
     shift 2
@@ -46,6 +61,8 @@ vessels() { # VALUE
 }
 bone='{"value": 250, "rgb": [0.9, 0.8, 0.6], "finish": {"mirrored": 0.04, "roughness": 0.5}}'
 paths='{"bounces": 12}'
+tissue='{"scalarOpacityUnitDistance": 1, "scalarOpacity": [[-200, 0], [0, 0.02], [150, 0.05], [300, 0.9]],
+         "rgbTransferFunction": [[-200, 0.9, 0.6, 0.5], [100, 0.9, 0.5, 0.4], [300, 1, 0.95, 0.85]]}'
 
 if scan head ct-head-tilted-dicom --resample-z; then
     for power in 1000 60 8; do
@@ -66,6 +83,11 @@ if scan head ct-head-tilted-dicom --resample-z; then
     joined previews 4 through composed few squared
 
     if scan avm nifti/CT_AVM.nii.gz; then
+        shadows vessels avm left '"auto"'
+        shadows bone head anterior '"bone"'
+        shadows tissue head anterior "$tissue"
+        joined shadows 4 {vessels,bone,tissue}-{none,rays,first,deep}
+
         draw head-skin head anterior "$(skin 0.04 0 30)" "$air" "$paths" 16 --denoise
         draw vessels-150 avm left "$(vessels 150)" "$air" "$paths" 16 --denoise
         draw vessels-280 avm left "$(vessels 280)" "$air" "$paths" 1
