@@ -41,10 +41,14 @@ void boxOf(const Value* chunk, const glm::ivec3& valid, Boxes<Value, Slots>& box
     using Row = std::array<Value, kChunkExtent>;
     static thread_local std::array<std::array<Row, kSlots>, kChunkExtent> loY,
         hiY; // 48 KiB: not for the stack
-    const auto fold = [](Row& lo, Row& hi, const Value* l, const Value* h) {
+    // Values, not references as of std::min(): only so compilers vectorise them.
+    const auto fold = [](Row& lows, Row& highs, const Value* l, const Value* h) {
+        Value* const __restrict lo = lows.data();
+        Value* const __restrict hi = highs.data();
         for (std::size_t x = 0; x < kChunkExtent; ++x) {
-            lo[x] = std::min(lo[x], l[x]);
-            hi[x] = std::max(hi[x], h[x]);
+            const Value low = lo[x], high = hi[x], less = l[x], more = h[x];
+            lo[x] = less < low ? less : low;
+            hi[x] = high < more ? more : high;
         }
     };
     const auto start = [](Row& lo, Row& hi) {
