@@ -45,8 +45,6 @@ Image DeferredLight::added(RayCaster& caster, Engine& engine, std::span<const gl
     ofWays.progress = {};
     Rays rays = raysOf(plan_);
     rays.frame.cuts = {};
-    rays.frame.ends = {};
-    rays.frame.phased = false;
     const Image mirrored = reflections_->added(
         hits, places, size,
         [&](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit> met) {

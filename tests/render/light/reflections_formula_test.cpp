@@ -178,5 +178,47 @@ TEST(Reflections, AreTheirFormula) {
         }
 }
 
+/// What a cut leaves of a way before a mirror takes light from that mirror, as the volume in its own part
+/// does.
+TEST(Reflections, WhatLiesBeforeAMirrorDimsIt) {
+    const Stored stored([](const glm::dvec3& p) { return 0.1 * p.z - 2; }, glm::ivec3(40), true);
+    Isosurface mirror{0, {0.9, 0.6, 0.5}, 0.6};
+    mirror.reflection = Reflection{.strength = 0.5};
+    Scene scene = stored.scene({mirror});
+    scene.imageSize = {1, 1};
+    Camera above;
+    above.position = {20, 20, 60};
+    above.focalPoint = {20, 20, 10};
+    above.viewUp = {0, 1, 0};
+    scene.camera = above;
+    scene.background = glm::vec3(0.0f);
+    scene.cuts.boxes = {{{0, 0, 20}, {40, 40, 24}, CropBox::Space::voxels, Keep::outside}};
+    const auto prepared = stored.prepare(scene);
+    SurfaceHit hit{{20, 20, 10}, 1, {0, 0, 1}, 1};
+    const glm::vec2 place(0.5f);
+    const auto addedBy = [&](int orders) {
+        prepared->p.view.lighting.reflectionOrder = orders;
+        int calls = 0;
+        const Reflections reflections(prepared->p, 1);
+        const Image image = reflections.added(
+            std::span(&hit, 1), std::span(&place, 1), {1, 1},
+            [&](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit> hits) {
+                if (++calls == 1) {
+                    ASSERT_EQ(ways.size(), 2u);
+                    colours[0] = colours[1] = {1, 1, 1, 0.5f};
+                    hits[1] = {{20, 20, 30}, 0.8f, {0, 0, -1}, 1};
+                } else {
+                    std::fill(colours.begin(), colours.end(), glm::vec4(0, 0, 0, 1));
+                    colours[0] = glm::vec4(1);
+                }
+            });
+        EXPECT_EQ(calls, orders);
+        return static_cast<double>(image.pixels[0].g);
+    };
+    // Half of 0.6 of what the way sees, which meets the mirror again behind half of the light and 0.8.
+    EXPECT_NEAR(addedBy(1), 0.3 * (1 + 0.5), 1e-6);
+    EXPECT_NEAR(addedBy(2), 0.3 * (1 + 0.5 + 0.5 * 0.8 * 0.3), 1e-6);
+}
+
 } // namespace
 } // namespace tessera::test

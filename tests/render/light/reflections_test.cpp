@@ -361,6 +361,21 @@ TEST(Reflections, ComesToTheReference) {
     }
 }
 
+/// Mirrors see what the camera does not.
+TEST(Reflections, BricksBesideThePictureStay) {
+    Scene scene = mirroring(torsoScene(0, false, Integrator::midpoint, {64, 64}), {}, {});
+    std::get<Camera>(scene.camera).viewAngle = 2;
+    const auto unseen = [](const Scene& s) {
+        Budgets budgets;
+        const StoreReader store(storePath("torso"), budgets.ram);
+        RenderOptions options;
+        options.engine = EngineKind::native;
+        return renderScene(s, store, budgets.ram, budgets.gpu, options).unseenBricks;
+    };
+    EXPECT_EQ(unseen(scene), 0u);
+    EXPECT_GT(unseen(withoutReflections(scene)), 0u);
+}
+
 TEST(Reflections, RefusalsHelp) {
     const auto refused = [](const Scene& scene, EngineKind engine = EngineKind::native) -> std::string {
         try {
