@@ -115,7 +115,6 @@ constexpr std::array kEndings = {
     Ending{".mgz", "a FreeSurfer volume", 1},
     Ending{".mgh", "a FreeSurfer volume", 1},
     Ending{".mnc", "a MINC volume", 1},
-    Ending{".vti", "a VTK image", 1},
     Ending{".vtk", "a VTK file", 1},
     Ending{".vdb", "an OpenVDB file", 0},
     Ending{".h5", "an HDF5 file", 1},

@@ -2,6 +2,7 @@
 #include "bricking/import/meshes/mesh_file.h"
 
 #include "bricking/import/meshes/mesh_walk.h"
+#include "bricking/import/vtk/vtk_complaints.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -31,35 +32,6 @@ namespace {
 
 /// What VTK takes besides the file, at most, as measured for each format with the largest (docs/formats.md).
 constexpr std::size_t kBytesOfVtkPoint = 160, kBytesOfVtkTriangle = 160;
-
-/// What a reader complains about is damage: it goes on after that with what it has.
-class Complaints {
-  public:
-    explicit Complaints(vtkAlgorithm& reader) {
-        command_->SetClientData(this);
-        command_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
-            auto& first = static_cast<Complaints*>(self)->first_;
-            if (first.empty())
-                first = text ? static_cast<const char*>(text) : "damage";
-        });
-        for (vtkObject* const source :
-             {static_cast<vtkObject*>(&reader), static_cast<vtkObject*>(reader.GetExecutive())}) {
-            source->AddObserver(vtkCommand::ErrorEvent, command_); // what is observed is not printed
-            source->AddObserver(vtkCommand::WarningEvent, command_);
-        }
-    }
-    /// The first one's last line; empty: there was none.
-    std::string first() const {
-        std::string text = first_;
-        while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
-            text.pop_back();
-        return text.substr(text.rfind('\n') + 1);
-    }
-
-  private:
-    vtkNew<vtkCallbackCommand> command_;
-    std::string first_;
-};
 
 void appendPoints(vtkPolyData& from, const std::string& where, TriangleMesh& to) {
     const std::size_t before = to.points.size(), count = static_cast<std::size_t>(from.GetNumberOfPoints());
@@ -121,7 +93,7 @@ void append(vtkPolyData& from, const std::string& where, TriangleMesh& to) {
 }
 
 template <typename Reader> TriangleMesh readBy(Reader& reader, const std::string& where) {
-    Complaints complaints(reader);
+    VtkComplaints complaints(reader);
     reader.SetFileName(where.c_str());
     reader.Update();
     if (const std::string first = complaints.first(); !first.empty())

@@ -3,6 +3,7 @@
 #include "bricking/import/source/format_endings.h"
 #include "viewer/cli/modules/import_module.h"
 #include "viewer/cli/modules/slice_module.h"
+#include "viewer/cli/modules/vtk_image_module.h"
 
 #include <algorithm>
 #include <cctype>
@@ -84,6 +85,10 @@ StructureSet readStructureSet(const std::filesystem::path& file, MemoryBudget& r
 std::unique_ptr<PictureRows> openPictureRows(const std::filesystem::path& file, const PictureShape& shape) {
     static const auto* const table = static_cast<const SliceModule*>(loadModule("tessera_slices"));
     return table->open(file, shape);
+}
+std::unique_ptr<SlabSource> openVtkImage(const std::filesystem::path& file) {
+    static const auto* const table = static_cast<const VtkImageModule*>(loadModule("tessera_vtk_images"));
+    return table->open(file);
 }
 
 } // namespace tessera
