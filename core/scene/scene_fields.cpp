@@ -389,11 +389,6 @@ const Fields<Scene>& sceneFields() {
             .unlessDefault();
         f.add("quality", &Scene::quality, objectOf(qualityFields()));
         f.part("image", imageFields());
-        f.rule([](const JsonValue& whole, const Scene& scene) {
-            if (scene.lighting.environment && !scene.lighting.transport && !reflects(scene))
-                whole.refuse("\"transport\", or an isosurface with a \"reflection\", beside \"environment\", "
-                             "which lights paths and is mirrored alone");
-        });
         return f;
     }();
     return fields;

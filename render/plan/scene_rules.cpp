@@ -107,6 +107,9 @@ void checkLight(const Scene& scene) {
         throw InputError(
             "lighting: occlusion, shadows and scattered light need shading, and it is off; leave "
             "them out, or shade with ambient 1 and diffuse 0");
+    if (scene.lighting.environment && !scene.lighting.transport && !reflects(scene))
+        throw InputError("lighting.environment: expected paths of light (lighting.transport), or an isosurface "
+                         "with \"reflection\", which alone show it, found neither");
     checkHistograms(scene);
     checkScatter(scene);
     const auto& occlusion = scene.lighting.occlusion;
