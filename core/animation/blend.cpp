@@ -271,6 +271,7 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
     if (a.shadowMap.kind == b.shadowMap.kind && a.shadowMap.filter == b.shadowMap.filter)
         out.shadowMap.threshold = mixed(a.shadowMap.threshold, b.shadowMap.threshold, share);
     out.scatterRadiusMm = mixed(a.scatterRadiusMm, b.scatterRadiusMm, share);
+    out.lightMap.g = mixed(a.lightMap.g, b.lightMap.g, share);
     if (a.occlusion && b.occlusion && a.occlusion->method == b.occlusion->method &&
         a.occlusion->rays == b.occlusion->rays) {
         const Occlusion& to = *b.occlusion;

@@ -44,6 +44,12 @@ template <> const NameTable<ReflectionKind>& namesOf() {
                                                   {ReflectionKind::gradient, "gradient"}}};
     return names;
 }
+
+template <> const NameTable<ScatterSource>& namesOf() {
+    static const NameTable<ScatterSource> names{{ScatterSource::rays, "rays"}, {ScatterSource::map, "map"}};
+    return names;
+}
+
 template <> const NameTable<PhaseKind>& namesOf() {
     static const NameTable<PhaseKind> names{{{PhaseKind::henyeyGreenstein, "henyey-greenstein"},
                                              {PhaseKind::schlick, "schlick"},
@@ -255,6 +261,20 @@ const Fields<ShadowMapping>& shadowMappingFields() {
               "Opacity along a ray of light that counts as something; not of deep.");
         f.add("filter", &ShadowMapping::filter, wholeIn(0, ShadowMapping::kMostFilter),
               "Softens edges: how many of the map's rays to either side count; not of deep.");
+        return f;
+    }();
+    return fields;
+}
+
+const Fields<LightMapping>& lightMappingFields() {
+    static const Fields<LightMapping> fields = [] {
+        Fields<LightMapping> f("lightMap", "Light maps, with scatterBy map.");
+        f.add("size", &LightMapping::size, wholeIn(LightMapping::kLeastSize, LightMapping::kMostSize),
+              "Resolution: a map's rays along a side, half as many of a light with softness; it has as many "
+              "slices at most.");
+        f.add("g", &LightMapping::g, numberIn(0, LightMapping::kMostG),
+              "How much tissue scatters light onwards: the mean cosine of its phase function; 0: evenly to all "
+              "sides.");
         return f;
     }();
     return fields;
@@ -475,9 +495,16 @@ const Fields<Lighting>& lightingFields() {
               "How many isosurfaces with a reflection light may meet one after another; 0: they have none.")
             .unlessDefault();
         f.add("shadowMap", &Lighting::shadowMap, objectOf(shadowMappingFields())).unlessDefault();
-        f.add("scatterRadius", &Lighting::scatterRadiusMm, numberIn(kAboveZero, 1e4),
-              "How far from a place tissue scatters light to it (lights[].scatter), mm.")
+        f.add("scatterBy", &Lighting::scatterBy, named<ScatterSource>(),
+              "What brings scattered light (lights[].scatter) to a place. rays: the tissue within "
+              "scatterRadius, lit by what is left of the light there. map: light maps, in which light is "
+              "scattered on and back any number of times on its way through the volume, for tissue that is "
+              "lit from behind.")
             .unlessDefault();
+        f.add("scatterRadius", &Lighting::scatterRadiusMm, numberIn(kAboveZero, 1e4),
+              "scatterBy rays: how far from a place tissue scatters light to it, mm.")
+            .unlessDefault();
+        f.add("lightMap", &Lighting::lightMap, objectOf(lightMappingFields())).unlessDefault();
         f.add("finestLevel", &Lighting::finestLevel, wholeIn(0, 3),
               "Resolution of light per voxel: 0: every sample; 1: one value per 2^3 voxels, interpolated; "
               "and so on.")
@@ -486,6 +513,11 @@ const Fields<Lighting>& lightingFields() {
             if (lighting.environment && lighting.transport &&
                 lighting.transport->response != TransportResponse::physical)
                 whole.refuse("\"transport\" of response \"physical\" beside \"environment\"");
+            for (const Light& light : shiningLights(lighting.lights))
+                if (lighting.scatterBy == ScatterSource::map && light.scatter > 0 &&
+                    castingLights({light}).empty())
+                    whole.refuse("\"shadow\": true of every light with \"scatter\", directional or a point, "
+                                 "beside \"scatterBy\": \"map\", because light maps see what shadows do");
             const int ambient = ambientChannels(lighting);
             if (lightChannels(lighting) > kMostLightChannels)
                 whole.refuse("at most " + std::to_string(kMostLightChannels - ambient) +

@@ -34,6 +34,10 @@ bool scatters(const Lighting& lighting) {
     return std::any_of(lights.begin(), lights.end(), [](const Light& l) { return l.scatter > 0; });
 }
 
+bool scattersByMaps(const Lighting& lighting) {
+    return lighting.scatterBy == ScatterSource::map && scatters(lighting);
+}
+
 int ambientChannels(const Lighting& lighting) {
     if (scatters(lighting))
         return 3;

@@ -79,6 +79,17 @@ struct ShadowMapping {
     bool operator==(const ShadowMapping&) const = default;
 };
 
+/// What brings scattered light to a place: rays to the tissue around it, or maps that light crosses slice by
+/// slice (course notes 10; docs/sampling.md, "Light maps").
+enum class ScatterSource { rays, map };
+struct LightMapping {
+    static constexpr int kLeastSize = 16, kMostSize = 192;
+    static constexpr double kMostG = 0.95;
+    int size = 96;  // rays along a side of a map, and slices at most
+    double g = 0.8; // mean cosine of the phase function (Henyey and Greenstein)
+    bool operator==(const LightMapping&) const = default;
+};
+
 struct Lighting {
     static constexpr std::size_t kMaxLights = 4;
     static constexpr int kMostReflections = 8;
@@ -89,7 +100,9 @@ struct Lighting {
     std::optional<Environment> environment = {};           // what they and reflections see beyond the volume
     int reflectionOrder = 3;                               // of isosurfaces with a reflection
     ShadowMapping shadowMap = {};
-    double scatterRadiusMm = 2; // how far away the tissue may be that scatters lights to a place
+    ScatterSource scatterBy = ScatterSource::rays;
+    double scatterRadiusMm = 2; // rays: how far away the tissue may be that scatters lights to a place
+    LightMapping lightMap = {}; // map
     int finestLevel = 0;        // of light per voxel; 1: one sample for 2^3 voxels, and so on
     bool operator==(const Lighting&) const = default;
 };
@@ -104,6 +117,8 @@ std::vector<Light> shiningLights(const std::vector<Light>& lights);
 std::vector<Light> castingLights(const std::vector<Light>& lights);
 /// True if tissue scatters the light of one of them to its surroundings.
 bool scatters(const Lighting& lighting);
+/// True if light maps are needed for it.
+bool scattersByMaps(const Lighting& lighting);
 /// Channels of ambient light per voxel: none, one for all colours, or one each.
 int ambientChannels(const Lighting& lighting);
 /// Channels of light per voxel: ambient light, and the share of every light that casts a shadow.

@@ -35,7 +35,9 @@ MeshLight::MeshLight(const FramePlan& plan, int threads) : plan_(plan) {
             if (casts(light)) {
                 LightPath field = lightPathOf(*volume, nullptr);
                 field.meshes = {}; // rays find these
-                source.maps.emplace_back(source.light, field, shadowQualityOf(*volume));
+                ShadowQuality quality = shadowQualityOf(*volume);
+                quality.lightMap.reset(); // meshes take no scattered light
+                source.maps.emplace_back(source.light, field, quality);
                 source.maps.back().build(field, threads);
             }
         sources_.push_back(std::move(source));

@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// As fine as a share of the free budget allows: the sides of maps are halved until they fit.
+/// As fine as a share of the free budget allows: the sides of maps are halved until they fit, those of light
+/// maps too.
 ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamBytes);
 
 /// Shadow maps, and all other memory for computing light. 0: no light per voxel is needed.

@@ -11,6 +11,7 @@ namespace {
 
 /// Rays along a side of a coarse map, relative to a full one.
 constexpr int kCoarseMapPart = 4;
+constexpr int kCoarseLightPart = 2; // of light maps
 
 bool sameShadows(const std::vector<Light>& a, const std::vector<Light>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Light& x, const Light& y) {
@@ -23,11 +24,22 @@ bool sameMaps(const ShadowMapping& a, const ShadowMapping& b) {
     return a.kind == b.kind && (a.kind == ShadowMapKind::deep || a == b);
 }
 
+/// True if light maps of both are of the same lights, and alike.
+bool sameLightMaps(const Lighting& a, const Lighting& b) {
+    if (!scattersByMaps(a) && !scattersByMaps(b))
+        return true;
+    const std::vector<Light> mine = castingLights(a.lights), other = castingLights(b.lights);
+    return a.scatterBy == b.scatterBy && a.lightMap == b.lightMap &&
+           std::equal(mine.begin(), mine.end(), other.begin(), other.end(),
+                      [](const Light& x, const Light& y) { return (x.scatter > 0) == (y.scatter > 0); });
+}
+
 /// True if tissue scatters the lights of both alike.
 bool scatterTheSame(const Lighting& a, const Lighting& b) {
     if (!scatters(a) && !scatters(b))
         return true;
-    return a.scatterRadiusMm == b.scatterRadiusMm && shiningLights(a.lights) == shiningLights(b.lights);
+    return a.scatterBy == b.scatterBy && a.scatterRadiusMm == b.scatterRadiusMm &&
+           shiningLights(a.lights) == shiningLights(b.lights);
 }
 
 bool sendTheSame(const std::vector<leaf::MaterialNumbers>& a, const std::vector<leaf::MaterialNumbers>& b) {
@@ -96,7 +108,7 @@ LightParts SceneLight::lightingChanged() {
         changed = light_->finestLevel() == before ? kAmbientLight : kAllLight;
     }
     if (!sameShadows(casting, castingLights(lighting_.lights)) ||
-        !sameMaps(now.shadowMap, lighting_.shadowMap)) {
+        !sameMaps(now.shadowMap, lighting_.shadowMap) || !sameLightMaps(now, lighting_)) {
         changed |= light_->partsByMaps();
         takeMaps({}, Maps::none);
     }
@@ -143,9 +155,7 @@ LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays) {
 }
 
 ShadowQuality shadowQualityOf(const FramePlan& scene) {
-    ShadowQuality quality = scene.view.shadowQuality;
-    quality.mapping = scene.view.lighting.shadowMap;
-    return quality;
+    return qualityOf(scene.view.shadowQuality, scene.view.lighting);
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {
@@ -237,6 +247,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     ShadowQuality quality = shadowQualityOf(scene_);
     quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
     quality.stepVoxels *= 1 << kCoarseLevel;
+    quality.lightMapPart *= kCoarseLightPart;
     std::vector<ShadowMaps> maps;
     for (const PlacedLight& light : placedLights()) {
         maps.emplace_back(light, field, quality);
@@ -265,6 +276,12 @@ LightReport SceneLight::report(std::size_t planeBytes) const {
             ++report.maps;
             report.mapSize = map->size();
             report.mapBytes += map->bytes();
+        }
+    for (const ShadowMaps& shadow : shadows_)
+        for (const std::shared_ptr<LightMap>& map : shadow.lightMaps()) {
+            ++report.lightMaps;
+            report.lightMapSize = map->grid().size;
+            report.lightMapBytes += map->bytes();
         }
     report.mapKind = lighting_.shadowMap.kind;
     for (const ShadowMaps& shadow : shadows_) {

@@ -25,6 +25,8 @@ struct LightReport {
     std::size_t maps = 0;
     ShadowMapKind mapKind = ShadowMapKind::deep;
     int mapSize = 0;        // rays along a side of one
+    std::size_t lightMaps = 0, lightMapBytes = 0;
+    int lightMapSize = 0;   // likewise
     float mapError = 0;     // largest error of light in deep maps; else 0
     double shareOfMore = 0; // share of rays with a larger error than requested
     double seconds = 0;     // total computing time so far

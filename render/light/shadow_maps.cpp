@@ -9,12 +9,14 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/trigonometric.hpp>
+#include <limits>
 #include <mutex>
 
 namespace tessera {
 namespace {
 
 constexpr double kFarMm = 1e7;      // beyond every mesh
+constexpr float kDarkest = 1e-30f;  // rays of light maps end below it: what is dark has depth, too
 constexpr double kWidestView = 110; // degrees: above this six maps waste fewer rays
 constexpr double kGoldenAngle = 2.399963229728653;
 
@@ -67,6 +69,10 @@ int mapsOf(double softness) {
 }
 int sizeOf(double softness, const ShadowQuality& quality) {
     return std::max(1, softness > 0 ? quality.mapSize / 2 : quality.mapSize);
+}
+int lightMapSizeOf(bool isSoft, const ShadowQuality& quality) {
+    constexpr int kLeast = 8;
+    return std::max(kLeast, quality.lightMap->size / quality.lightMapPart / (isSoft ? 2 : 1));
 }
 
 Camera parallelCamera(const glm::dvec3& towards, const std::vector<glm::dvec3>& corners) {
@@ -130,6 +136,7 @@ PlacedLight placedLight(const Light& light, const Camera& camera) {
     PlacedLight placed;
     placed.isPoint = light.kind == LightKind::point;
     placed.softness = light.softness;
+    placed.scatters = light.scatter > 0;
     const double length = glm::length(light.direction);
     if (length > 0)
         placed.towards = axes * (light.direction / length);
@@ -176,13 +183,24 @@ std::shared_ptr<ShadowMap> mapOf(const ShadowQuality& quality, int size, double 
 
 } // namespace
 
-std::size_t ShadowMaps::bytes(const Light& light, const ShadowQuality& quality) {
-    const int sides = light.kind == LightKind::point ? 6 : 1;
-    return static_cast<std::size_t>(mapsOf(light.softness) * sides) *
-           bytesOfMap(quality.mapping.kind, sizeOf(light.softness, quality));
+ShadowQuality qualityOf(ShadowQuality quality, const Lighting& lighting) {
+    quality.mapping = lighting.shadowMap;
+    quality.lightMap.reset();
+    if (scattersByMaps(lighting))
+        quality.lightMap = lighting.lightMap;
+    return quality;
 }
 
-void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info) {
+std::size_t ShadowMaps::bytes(const Light& light, const ShadowQuality& quality) {
+    const int sides = light.kind == LightKind::point ? 6 : 1;
+    std::size_t bytes = bytesOfMap(quality.mapping.kind, sizeOf(light.softness, quality));
+    if (quality.lightMap && light.scatter > 0)
+        bytes += LightMap::bytes(lightMapSizeOf(light.softness > 0, quality));
+    return static_cast<std::size_t>(mapsOf(light.softness) * sides) * bytes;
+}
+
+void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, const std::vector<glm::dvec3>& corners,
+                         bool scatters) {
     View view;
     view.camera = camera;
     view.plane = rayPlane(camera, info, {size_, size_});
@@ -195,6 +213,23 @@ void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info) {
     views_.push_back(view);
     maps_.push_back(mapOf(quality_, size_, voxelMm, 2 * glm::length(view.plane.right) / size_,
                           view.plane.perspective ? view.far : 0, perLight_ > 1));
+    if (!quality_.lightMap || !scatters)
+        return;
+    const RayPlane& plane = view.plane;
+    double nearMm = std::numeric_limits<double>::max(), farMm = std::numeric_limits<double>::lowest();
+    for (const glm::dvec3& corner : corners) {
+        const glm::dvec3 from = corner - (plane.perspective ? camera.position : plane.centre);
+        const double along = glm::dot(from, plane.forward);
+        nearMm = std::min(nearMm, along);
+        farMm = std::max(farMm, plane.perspective ? glm::length(from) : along);
+    }
+    if (plane.perspective)
+        nearMm = perLight_ > 1 ? 0 : std::max(0.0, nearMm);
+    const int size = lightMapSizeOf(isSoft_, quality_);
+    const double rayMm = 2 * glm::length(plane.right) / size / (plane.perspective ? view.far : 1);
+    LightGrid grid = LightGrid::between(nearMm, farMm, rayMm, size, plane.perspective);
+    grid.oneOfSides = perLight_ > 1;
+    lightMaps_.push_back(std::make_shared<LightMap>(grid));
 }
 
 ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality)
@@ -203,6 +238,7 @@ ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const S
                 std::cbrt(std::abs(glm::determinant(glm::dmat3(field.info->patientFromVoxel))))) {
     const std::vector<glm::dvec3> corners = shownCorners(field);
     size_ = sizeOf(light.softness, quality);
+    isSoft_ = light.softness > 0;
     const int maps = mapsOf(light.softness);
     const double half = std::tan(glm::radians(light.softness / 2));
     const bool toAllSides = light.isPoint && angleFor(light.position, corners) > kWidestView;
@@ -212,7 +248,7 @@ ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const S
         if (!light.isPoint) {
             const glm::dvec3 up = upFor(light.towards), right = glm::cross(up, light.towards);
             addView(parallelCamera(glm::normalize(light.towards + side.x * right + side.y * up), corners),
-                    *field.info);
+                    *field.info, corners, light.scatters);
             continue;
         }
         const glm::dvec3 middle = middleOf(corners) - light.position;
@@ -224,13 +260,14 @@ ShadowMaps::ShadowMaps(const PlacedLight& light, const LightPath& field, const S
         }
         if (!toAllSides) {
             const double angle = std::clamp(angleFor(position, corners), 1.0, 150.0);
-            addView(eyeAt(position, glm::normalize(middleOf(corners) - position), angle), *field.info);
+            addView(eyeAt(position, glm::normalize(middleOf(corners) - position), angle), *field.info,
+                    corners, light.scatters);
         } else {
             for (int axis = 0; axis < 3; ++axis)
                 for (const double sign : {1.0, -1.0}) {
                     glm::dvec3 forward(0);
                     forward[axis] = sign;
-                    addView(eyeAt(position, forward, 90), *field.info);
+                    addView(eyeAt(position, forward, 90), *field.info, corners, light.scatters);
                 }
         }
     }
@@ -257,47 +294,37 @@ bool ShadowMaps::placeOn(const View& view, const glm::dvec3& place, glm::vec2& a
     return true;
 }
 
-/// @param more, largest  number of rays with a larger error bound than requested; the largest bound
-void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest) {
-    const int size = size_;
-    const std::size_t n = row / static_cast<std::size_t>(size);
-    const View& view = views_[n];
-    const int y = static_cast<int>(row) % size;
-    const RayFrame<float> frame =
-        cast<float>(rayFrame(view.camera, *field.info, {size, size}, quality_.stepVoxels));
-    Strides strides;
-    strides.map = field.levels;
-    strides.uniformSegments = 1;
-    strides.segmentVoxels = quality_.stepVoxels;
-    std::vector<SegmentedRay<float>> rays;
-    std::vector<float> entries;
+ShadowMaps::Row ShadowMaps::rowOf(const VolumeInfo& info, const View& view, int size, int y) const {
+    const RayFrame<float> frame = cast<float>(rayFrame(view.camera, info, {size, size}, quality_.stepVoxels));
+    Row row;
     for (int x = 0; x < size; ++x) {
-        rays.push_back(
+        row.rays.push_back(
             segmentedRay(frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f)));
-        const glm::dvec3 entry(field.info->patientFromVoxel * glm::dvec4(glm::dvec3(rays.back().entry), 1));
-        entries.push_back(static_cast<float>(view.plane.perspective
-                                                 ? glm::length(entry - view.camera.position)
-                                                 : glm::dot(entry - view.plane.centre, view.plane.forward)));
+        const glm::dvec3 entry(info.patientFromVoxel * glm::dvec4(glm::dvec3(row.rays.back().entry), 1));
+        row.entries.push_back(
+            static_cast<float>(view.plane.perspective ? glm::length(entry - view.camera.position)
+                                                      : glm::dot(entry - view.plane.centre, view.plane.forward)));
     }
+    return row;
+}
+
+/// Surfaces of meshes along a ray of a map, in its distances.
+std::vector<ShadeStep> ShadowMaps::shadesOf(const LightPath& field, const View& view, const glm::dvec2& pixel,
+                                            int size) const {
     std::vector<ShadeStep> steps;
-    std::vector<LightLeft> shaded;
-    const auto fit = [&](std::size_t x, std::span<const LightLeft> samples) {
-        if (!field.meshes.empty()) {
-            const PatientRay ray =
-                pixelRay(view.plane, {static_cast<double>(x) + 0.5, y + 0.5}, glm::ivec2(size));
-            const double eye =
-                view.plane.perspective ? ray.minT : 0; // mm count from there, or from the plane
-            steps.clear();
-            shadeSteps(field.meshes, {ray.base, ray.direction}, std::max(ray.minT, -kFarMm), kFarMm, steps);
-            for (ShadeStep& step : steps)
-                step.t -= eye;
-            shadeSamples(samples, steps, shaded);
-            samples = shaded;
-        }
-        const float error = maps_[n]->fit({static_cast<int>(x), y}, samples, quality_.error);
-        largest = std::max(largest, error);
-        more += error > quality_.error ? 1 : 0;
-    };
+    const PatientRay ray = pixelRay(view.plane, pixel, glm::ivec2(size));
+    const double eye = view.plane.perspective ? ray.minT : 0; // mm count from there, or from the plane
+    shadeSteps(field.meshes, {ray.base, ray.direction}, std::max(ray.minT, -kFarMm), kFarMm, steps);
+    for (ShadeStep& step : steps)
+        step.t -= eye;
+    return steps;
+}
+
+/// Finds the light left along a row's rays.
+/// @param visit  gets the number of a ray, and its samples
+template <typename Visit>
+void ShadowMaps::castRow(const LightPath& field, const Row& row, float dark, const Visit& visit) const {
+    const auto& [rays, entries] = row;
     std::size_t done = 0;
     if (field.rays) {
         std::vector<LightLeft> room;
@@ -305,16 +332,20 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
         while (done < rays.size()) {
             const std::size_t count = std::min(samples.size(), rays.size() - done);
             if (!field.rays->along(std::span(rays).subspan(done, count),
-                                   std::span(entries).subspan(done, count), room,
+                                   std::span(entries).subspan(done, count), dark, room,
                                    std::span(samples).first(count)))
                 break;
             for (std::size_t r = 0; r < count; ++r)
-                fit(done + r, samples[r]);
+                visit(done + r, samples[r]);
             done += count;
         }
     }
     if (done == rays.size())
         return;
+    Strides strides;
+    strides.map = field.levels;
+    strides.uniformSegments = 1;
+    strides.segmentVoxels = quality_.stepVoxels;
     std::vector<LightLeft> samples;
     withCacheField<float>(*field.cache, *field.info, *field.selection, field.levels, field.optics->gradient,
                           [&](auto& values) {
@@ -323,27 +354,118 @@ void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& 
                                   shadowed.shares.emplace(*field.labels, *field.selection, field.levels,
                                                           field.info->extentVoxels);
                               for (; done < rays.size(); ++done) {
-                                  lightAlong(rays[done], shadowed, field, strides, entries[done], samples);
-                                  fit(done, samples);
+                                  lightAlong(rays[done], shadowed, field, strides, entries[done], samples, dark);
+                                  visit(done, std::span<const LightLeft>(samples));
                               }
                           });
 }
 
+/// @param more, largest  number of rays with a larger error bound than requested; the largest bound
+void ShadowMaps::buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest) {
+    const int size = size_;
+    const std::size_t n = row / static_cast<std::size_t>(size);
+    const View& view = views_[n];
+    const int y = static_cast<int>(row) % size;
+    std::vector<LightLeft> shaded;
+    castRow(field, rowOf(*field.info, view, size, y), DeepShadowMap::kDark,
+            [&](std::size_t x, std::span<const LightLeft> samples) {
+                if (!field.meshes.empty()) {
+                    const glm::dvec2 pixel(static_cast<double>(x) + 0.5, y + 0.5);
+                    shadeSamples(samples, shadesOf(field, view, pixel, size), shaded);
+                    samples = shaded;
+                }
+                const float error = maps_[n]->fit({static_cast<int>(x), y}, samples, quality_.error);
+                largest = std::max(largest, error);
+                more += error > quality_.error ? 1 : 0;
+            });
+}
+
+/// @param row  of those of all light maps
+void ShadowMaps::buildLightRow(const LightPath& field, std::size_t row) {
+    const LightGrid& grid = lightMaps_.front()->grid();
+    const std::size_t n = row / static_cast<std::size_t>(grid.size);
+    const View& view = views_[n];
+    const LightGrid& mine = lightMaps_[n]->grid();
+    const int y = static_cast<int>(row) % grid.size;
+    const Row rays = rowOf(*field.info, view, grid.size, y);
+    std::vector<LightSlice> slices(static_cast<std::size_t>(mine.slices));
+    withCacheField<float>(
+        *field.cache, *field.info, *field.selection, field.levels, field.optics->gradient, [&](auto& values) {
+            castRow(field, rays, kDarkest, [&](std::size_t x, std::span<const LightLeft> samples) {
+                const SegmentedRay<float>& ray = rays.rays[x];
+                std::fill(slices.begin(), slices.end(), LightSlice{});
+                for (std::size_t s = 1; s < samples.size(); ++s) {
+                    const LightLeft &a = samples[s - 1], &b = samples[s];
+                    if (!(b.light < a.light))
+                        continue;
+                    const float depth = b.light > 0 ? std::log(a.light / b.light) : kOpaqueDepth;
+                    const float at = (0.5f * (a.mm + b.mm) - rays.entries[x]) / ray.segmentMm;
+                    addToSlices(mine, a.mm, b.mm, std::min(depth, kOpaqueDepth),
+                                occlusionAlbedo(*field.optics, values.value(ray.entry + at * ray.step)),
+                                slices);
+                }
+                if (!field.meshes.empty()) {
+                    const glm::dvec2 pixel(static_cast<double>(x) + 0.5, y + 0.5);
+                    for (const ShadeStep& step : shadesOf(field, view, pixel, grid.size)) {
+                        const auto mm = static_cast<float>(step.t);
+                        const auto through = static_cast<float>(1 - step.opacity);
+                        addToSlices(mine, mm, mm,
+                                    through > 0 ? std::min(-std::log(through), kOpaqueDepth) : kOpaqueDepth,
+                                    glm::vec3(0), slices);
+                    }
+                }
+                const bool ended = !samples.empty() && samples.back().light < kDarkest;
+                finishSlices(mine, ended ? samples.back().mm : -1, slices);
+                sweep_->setRay({static_cast<int>(x), y}, slices);
+            });
+        });
+}
+
+std::size_t ShadowMaps::rows() const {
+    return mapRows() + (lightMaps_.empty()
+                            ? 0
+                            : lightMaps_.size() * static_cast<std::size_t>(lightMaps_.front()->grid().size));
+}
+
+/// Casts rays of rows of one map: first those of all shadow maps, then those of each light map. Light crosses
+/// it when it has all.
+void ShadowMaps::buildSome(const LightPath& field, int threads, std::size_t most, const ShareDone& progress) {
+    const std::size_t before = rowsBuilt_, first = mapRows();
+    if (before < first) {
+        const std::size_t count = std::min(most, first - before);
+        std::mutex mutex;
+        parallelFor(
+            count, threads,
+            [&](std::size_t n) {
+                std::size_t more = 0;
+                float largest = 0;
+                buildRow(field, before + n, more, largest);
+                const std::lock_guard lock(mutex);
+                largestError_ = std::max(largestError_, largest);
+                more_ += more;
+            },
+            progress);
+        rowsBuilt_ += count;
+        if (rowsBuilt_ == first)
+            finish();
+        return;
+    }
+    const auto size = static_cast<std::size_t>(lightMaps_.front()->grid().size);
+    const std::size_t map = (before - first) / size, end = first + (map + 1) * size;
+    if (!sweep_)
+        sweep_ = std::make_shared<LightSweep>(lightMaps_[map]->grid(), quality_.lightMap->g);
+    const std::size_t count = std::min(most, end - before);
+    parallelFor(count, threads, [&](std::size_t n) { buildLightRow(field, before - first + n); });
+    rowsBuilt_ += count;
+    if (rowsBuilt_ == end) {
+        sweep_->run(threads, *lightMaps_[map]);
+        sweep_.reset();
+    }
+}
+
 void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& progress) {
-    std::mutex mutex;
-    parallelFor(
-        rows(), threads,
-        [&](std::size_t row) {
-            std::size_t more = 0;
-            float largest = 0;
-            buildRow(field, row, more, largest);
-            const std::lock_guard lock(mutex);
-            largestError_ = std::max(largestError_, largest);
-            more_ += more;
-        },
-        progress);
-    rowsBuilt_ = rows();
-    finish();
+    while (rowsBuilt_ < rows())
+        buildSome(field, threads, rows(), progress);
 }
 
 void ShadowMaps::finish() {
@@ -354,20 +476,8 @@ void ShadowMaps::finish() {
 bool ShadowMaps::buildUntil(const LightPath& field, int threads,
                             std::chrono::steady_clock::time_point deadline) {
     constexpr std::size_t kRowsAtATime = 8;
-    std::mutex mutex;
     while (rowsBuilt_ < rows()) {
-        const std::size_t count = std::min(kRowsAtATime, rows() - rowsBuilt_);
-        parallelFor(count, threads, [&](std::size_t n) {
-            std::size_t more = 0;
-            float largest = 0;
-            buildRow(field, rowsBuilt_ + n, more, largest);
-            const std::lock_guard lock(mutex);
-            largestError_ = std::max(largestError_, largest);
-            more_ += more;
-        });
-        rowsBuilt_ += count;
-        if (rowsBuilt_ == rows())
-            finish();
+        buildSome(field, threads, kRowsAtATime, {});
         if (std::chrono::steady_clock::now() >= deadline)
             break;
     }
@@ -385,6 +495,24 @@ std::size_t sideOf(const glm::dvec3& direction) {
 }
 } // namespace
 
+std::size_t ShadowMaps::viewOf(std::size_t first, const glm::dvec3& place) const {
+    return perLight_ > 1 ? first + sideOf(place - views_[first].camera.position) : first;
+}
+
+glm::vec3 ShadowMaps::scattered(const glm::dvec3& place) const {
+    TESSERA_CHECK(!lightMaps_.empty());
+    glm::vec3 sum(0);
+    for (std::size_t first = 0; first < views_.size(); first += static_cast<std::size_t>(perLight_)) {
+        const std::size_t n = viewOf(first, place);
+        glm::vec2 at(0);
+        float mm = 0;
+        if (placeOn(views_[n], place, at, mm)) // else behind the light, or at one inside
+            sum += lightMaps_[n]->at(
+                at * (static_cast<float>(lightMaps_[n]->grid().size) / static_cast<float>(size_)), mm);
+    }
+    return sum / static_cast<float>(maps_.size() / static_cast<std::size_t>(perLight_));
+}
+
 float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const glm::dvec3 towards = isPoint_ ? light_ - place : light_;
     const double far = glm::length(towards);
@@ -394,7 +522,7 @@ float ShadowMaps::light(const glm::dvec3& place, int level) const {
     const std::size_t lights = maps_.size() / static_cast<std::size_t>(perLight_);
     float sum = 0;
     for (std::size_t first = 0; first < views_.size(); first += static_cast<std::size_t>(perLight_)) {
-        const std::size_t n = perLight_ > 1 ? first + sideOf(from - views_[first].camera.position) : first;
+        const std::size_t n = viewOf(first, from);
         glm::vec2 at(0);
         float mm = 0;
         if (!placeOn(views_[n], from, at, mm)) { // behind the light, or at one inside

@@ -13,13 +13,17 @@
 #include "render/contract/optics.h"
 #include "render/contract/strides.h"
 #include "render/empty_space/occupancy.h"
+#include "render/geometry/shape_shade.h" // ShadeStep
 #include "render/labels/label_field.h"
 #include "render/light/deep_shadow_map.h"
 #include "render/light/first_hit_map.h"
+#include "render/light/light_map.h"
+#include "render/light/light_sweep.h"
 
 #include <chrono>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,6 +35,7 @@ struct PlacedLight {
     glm::dvec3 towards{0, 0, 1}; // directional: unit, to the light
     glm::dvec3 position{0};      // point: mm
     double softness = 0;         // degrees
+    bool scatters = false;       // tissue scatters its light
 };
 
 /// Rays of maps through the bricks that an engine holds: the numbers of lightAlong(). For several threads.
@@ -39,9 +44,10 @@ class ShadowRays {
     virtual ~ShadowRays() = default;
     virtual std::size_t mostAtOnce() const = 0;
     /// @param room  of the samples, until the next call
+    /// @param dark  light below which a ray ends
     /// @param samples  output, one a ray
     /// Returns false where a brick is lacking: then the samples mean nothing.
-    virtual bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
+    virtual bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry, float dark,
                        std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const = 0;
 };
 
@@ -70,15 +76,21 @@ struct ShadowQuality {
     /// of a map's rays. So the visible part of a surface is lit, not shadowed by its outermost samples.
     double offset = 2;
     ShadowMapping mapping = {}; // the scene's
+    /// Of lights whose light tissue scatters; none: there are no light maps.
+    std::optional<LightMapping> lightMap = {};
+    int lightMapPart = 1; // light maps have this part of the scene's rays along a side
     static constexpr int kMapsOfSoftLight = 4;
 };
+
+/// The same for a scene's lighting: what its maps keep.
+ShadowQuality qualityOf(ShadowQuality quality, const Lighting& lighting);
 
 class ShadowMaps {
   public:
     /// @param field  its selection gives the box of the maps
     ShadowMaps(const PlacedLight& light, const LightPath& field, const ShadowQuality& quality);
 
-    /// Memory of the maps, by size; half the side takes a quarter.
+    /// Memory of the maps, by size; half the side takes a quarter. With light maps, at most.
     static std::size_t bytes(const Light& light, const ShadowQuality& quality);
 
     /// Casts all rays.
@@ -96,14 +108,20 @@ class ShadowMaps {
     void light(const glm::dvec3& place, const glm::dvec3& step, int level, const native::PacketTarget& target,
                float* out) const;
 
+    /// Scattered light that reaches a point by the light maps, relative to the light with nothing in the way; red,
+    /// green, blue. There must be such maps.
+    glm::vec3 scattered(const glm::dvec3& place) const;
+
     /// The largest error bound of a ray's fit, and the share of rays with a larger bound than requested.
     float largestError() const { return largestError_; }
     double shareOfMore() const {
-        return static_cast<double>(more_) / static_cast<double>(rows() * static_cast<std::size_t>(size_));
+        return static_cast<double>(more_) / static_cast<double>(mapRows() * static_cast<std::size_t>(size_));
     }
     /// Of a point light, patient space, mm.
     const glm::dvec3& position() const { return light_; }
     const std::vector<std::shared_ptr<ShadowMap>>& maps() const { return maps_; }
+    /// One for each view, or none.
+    const std::vector<std::shared_ptr<LightMap>>& lightMaps() const { return lightMaps_; }
     /// The view of a map.
     const Camera& camera(std::size_t map) const { return views_[map].camera; }
 
@@ -114,10 +132,25 @@ class ShadowMaps {
         glm::dvec3 right{0}, up{0}; // over the square of their length
         double far = 0;             // perspective: distance of the plane's centre
     };
+    struct Row { // of a view's rays
+        std::vector<SegmentedRay<float>> rays;
+        std::vector<float> entries; // their distances from where they start, mm
+    };
+    Row rowOf(const VolumeInfo& info, const View& view, int size, int y) const;
+    template <typename Visit>
+    void castRow(const LightPath& field, const Row& row, float dark, const Visit& visit) const;
     void buildRow(const LightPath& field, std::size_t row, std::size_t& more, float& largest);
-    std::size_t rows() const { return maps_.size() * static_cast<std::size_t>(size_); }
-    void addView(const Camera& camera, const VolumeInfo& info);
+    void buildLightRow(const LightPath& field, std::size_t row);
+    void buildSome(const LightPath& field, int threads, std::size_t most, const ShareDone& progress);
+    std::vector<ShadeStep> shadesOf(const LightPath& field, const View& view, const glm::dvec2& pixel,
+                                    int size) const;
+    std::size_t mapRows() const { return maps_.size() * static_cast<std::size_t>(size_); }
+    std::size_t rows() const;
+    void addView(const Camera& camera, const VolumeInfo& info, const std::vector<glm::dvec3>& corners,
+                 bool scatters);
     void finish();
+    /// The view, among those of the n-th place of the light, in which a point lies.
+    std::size_t viewOf(std::size_t first, const glm::dvec3& place) const;
     /// The position of a point on a map, and its distance from the start of rays. False: behind a point
     /// light.
     bool placeOn(const View& view, const glm::dvec3& place, glm::vec2& at, float& mm) const;
@@ -128,9 +161,12 @@ class ShadowMaps {
     double offsetMm_ = 0; // of level 0
     double rayMm_ = 0;    // directional: largest distance of a map's rays, for the offset
     int perLight_ = 1;    // number of views to different sides
+    bool isSoft_ = false; // several places
     std::vector<View> views_;
     int size_ = 1;                                 // rays along a side of a map
     std::vector<std::shared_ptr<ShadowMap>> maps_; // of copies, too, which are not built again
+    std::vector<std::shared_ptr<LightMap>> lightMaps_; // likewise
+    std::shared_ptr<LightSweep> sweep_;            // of the one that is built
     std::size_t rowsBuilt_ = 0, more_ = 0;         // rays with a larger bound
     float largestError_ = 0;
 };
@@ -138,9 +174,10 @@ class ShadowMaps {
 /// The light left along a ray: at the start and end of segments that take some.
 /// @param field  value(p) and gradient(p); labels(p), where there are labels
 /// @param samples  output, replaced
+/// @param dark  light below which it ends
 template <typename Field>
 void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& lit, const Strides& strides,
-                float mmAtEntry, std::vector<LightLeft>& samples) {
+                float mmAtEntry, std::vector<LightLeft>& samples, float dark = DeepShadowMap::kDark) {
     samples.clear();
     float left = 1;
     int last = -1; // end of the last recorded segment
@@ -167,7 +204,7 @@ void lightAlong(const SegmentedRay<float>& ray, Field& field, const LightPath& l
             left = left * (1 - opacityOf(extinction * (length * ray.segmentMm)));
             samples.push_back({mmAtEntry + (static_cast<float>(i) + length) * ray.segmentMm, left});
             last = i + n;
-            if (left < DeepShadowMap::kDark)
+            if (left < dark)
                 break;
         }
         i += n;

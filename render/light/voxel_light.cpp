@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/light/histogram_light.h"
+#include "render/light/map_light.h"
 #include "render/light/scatter_light.h"
 
 #include <algorithm>
@@ -56,7 +57,10 @@ VoxelLight::VoxelLight(const VolumeInfo& info, const Statistics& statistics, con
         ambient_ = std::make_unique<OcclusionLight>(occluder_, *lighting.occlusion);
     }
     if (scatters(lighting)) {
-        ambient_ = std::make_unique<ScatterLight>(info, statistics, lighting, std::move(ambient_));
+        if (scattersByMaps(lighting))
+            ambient_ = std::make_unique<MapLight>(info, lighting, std::move(ambient_));
+        else
+            ambient_ = std::make_unique<ScatterLight>(info, statistics, lighting, std::move(ambient_));
         ambientByMaps_ = shadows_.channels() > 0;
     }
     sources_ = {ambient_.get(), shadows_.channels() > 0 ? &shadows_ : nullptr};
@@ -91,7 +95,7 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
                OcclusionRoom::bytes(reach, rays && rays->emission > 0,
                                     rays && rays->directions == OcclusionDirections::hemisphere) +
            (rays ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
-           (scatters(lighting) ? ScatterLight::bytes(info, lighting, used) : 0) +
+           (scatters(lighting) && !scattersByMaps(lighting) ? ScatterLight::bytes(info, lighting, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
                static_cast<std::size_t>(lightChannels(lighting));
 }

@@ -164,7 +164,10 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
              occlusion->weights ? ", more from one side" : "",
              r.light && r.light->emission ? ", and the light that tissue sends to it, red, green and blue"
                                           : "");
-    if (scatters(scene.lighting) && r.light)
+    if (r.light && r.light->lightMaps > 0)
+        line("scattered light: %zu light maps of %d x %d rays, red, green and blue, %s", r.light->lightMaps,
+             r.light->lightMapSize, r.light->lightMapSize, formatBytes(r.light->lightMapBytes).c_str());
+    else if (scatters(scene.lighting) && r.light)
         line("scattered light: %d rays of %g mm from each sample, red, green and blue", ScatterLight::kRays,
              scene.lighting.scatterRadiusMm);
     if (r.light)

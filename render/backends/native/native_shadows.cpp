@@ -30,14 +30,14 @@ NativeShadows::NativeShadows(const FramePlan& plan, const HostPlane& plane,
     march_ = target.shadows(scene_);
 }
 
-bool NativeShadows::along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
+bool NativeShadows::along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry, float dark,
                           std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const {
     const auto lanes = static_cast<std::size_t>(lanes_);
     TESSERA_CHECK(!rays.empty() && rays.size() <= lanes && mmAtEntry.size() == rays.size() &&
                   samples.size() == rays.size());
     native::PacketJob job;
     native::PacketShadows out;
-    out.dark = DeepShadowMap::kDark;
+    out.dark = dark;
     static_assert(sizeof(LightLeft) == 2 * sizeof(float));
     std::size_t needed = 0;
     for (const SegmentedRay<float>& ray : rays)

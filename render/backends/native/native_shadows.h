@@ -17,7 +17,7 @@ class NativeShadows : public ShadowRays {
     NativeShadows(const FramePlan& plan, const HostPlane& plane,
                   const std::vector<std::unique_ptr<HostPlane>>& labels, const native::PacketTarget& target);
     std::size_t mostAtOnce() const override { return static_cast<std::size_t>(lanes_); }
-    bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
+    bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry, float dark,
                std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const override;
 
   private:

@@ -10,6 +10,7 @@
 #include "tests/support/lit_picture.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
+#include "tests/support/paths_and_kept.h"
 #include "tests/support/reference_light.h"
 #include "tests/support/refusals.h"
 #include "tests/support/surface_fixture.h"
@@ -321,87 +322,6 @@ TEST(Scatter, IsLinearInItsLight) {
     EXPECT_NEAR(one.g, 0.5 * one.r, 2e-4);
 }
 
-/// Pictures by paths, and of kept light, in which media answer to the same light: of intensity 4 to paths, of
-/// 1 to the contract's volume (docs/sampling.md, "Paths": units). There is no other light: what ambient light
-/// occlusion leaves is nearly none.
-class PathsAndKept {
-  public:
-    PathsAndKept(const std::string& store, const std::string& preset, const Light& light, int edge,
-                 int samples)
-        : ram_("RAM", "--ram", std::size_t{3} << 30),
-          gpu_("GPU memory", "--gpu-memory", std::size_t{3} << 30), reader_(store, ram_),
-          scene_(sceneOn(reader_.info(), preset, 0, {edge, edge})) {
-        TransferFunction function = presetFunction(preset, {-1000, 2000, true, 1, {}});
-        function.setMaterials({});
-        scene_.volumes[0].path = store;
-        scene_.volumes[0].transferFunction = function;
-        scene_.quality.integrator = Integrator::midpoint;
-        scene_.quality.pixels.samples = samples;
-        scene_.shading.ambient = scene_.shading.diffuse = 1;
-        scene_.shading.specular = 0;
-        scene_.shading.gradientWeight = GradientWeight{1e6, 2e6}; // no place is a surface
-        scene_.lighting.lights = {light};
-        Scene paths = scene_;
-        paths.lighting.lights[0].intensity = 4;
-        paths.lighting.transport.emplace();
-        paths.lighting.transport->bounces = 64;
-        scene_.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 8, .bias = 0, .gamma = 8};
-        truth_ = draw(paths);
-        paths.lighting.transport->bounces = 1;
-        once_ = draw(paths);
-        without_ = draw(scene_);
-    }
-    /// Sets the radius of scattered light.
-    void scatterWithin(double radiusMm) {
-        Scene kept = scene_;
-        kept.lighting.lights[0].scatter = 1;
-        kept.lighting.scatterRadiusMm = radiusMm;
-        with_ = draw(kept);
-    }
-    /// The noise of two pictures by paths is independent: its mean product is none. Scattered light is linear
-    /// in its factor.
-    /// @param ofAll  all light; else what further scatterings add, beside what scattered light adds
-    double rms(double scatter, bool ofAll = false) const {
-        double sum = 0;
-        std::size_t shown = 0;
-        for (std::size_t n = 0; n < truth_[0].pixels.size(); ++n) {
-            if (!(without_[0].pixels[n].a > 0))
-                continue;
-            ++shown;
-            for (int c = 0; c < 3; ++c) {
-                double difference[2];
-                for (const int seed : {0, 1}) {
-                    const auto of = [&](const Two& pictures) {
-                        return static_cast<double>(pictures[static_cast<std::size_t>(seed)].pixels[n][c]);
-                    };
-                    const double added = scatter > 0 ? scatter * (of(with_) - of(without_)) : 0;
-                    difference[seed] =
-                        ofAll ? of(without_) + added - of(truth_) : added - (of(truth_) - of(once_));
-                }
-                sum += difference[0] * difference[1] / 3;
-            }
-        }
-        return std::sqrt(std::max(0.0, sum / static_cast<double>(shown)));
-    }
-
-  private:
-    using Two = std::array<Image, 2>; // of two seeds
-    Two draw(Scene scene) {
-        Two pictures;
-        RenderOptions options;
-        options.engine = EngineKind::native;
-        for (const unsigned seed : {0u, 1u}) {
-            scene.quality.pixels.seed = seed;
-            pictures[seed] = renderScene(scene, reader_, ram_, gpu_, options).image;
-        }
-        return pictures;
-    }
-    MemoryBudget ram_, gpu_;
-    StoreReader reader_;
-    Scene scene_;
-    Two truth_, once_, without_, with_;
-};
-
 /// Lit from one side, pictures with scattered light are nearer to those by paths of up to 64 scatterings.
 /// TESSERA_TELL=1 tells of factors and radii; TESSERA_SCATTER_STORE=a.zarr of another store.
 TEST(Scatter, IsNearerToPaths) {
@@ -415,7 +335,7 @@ TEST(Scatter, IsNearerToPaths) {
         tell("%s: rms of what further scatterings add %.4f; of all light %.4f\n", preset, without,
              pictures.rms(0, true));
         for (const double radius : tells ? std::vector<double>{2, 4, 8, 16} : std::vector<double>{4}) {
-            pictures.scatterWithin(radius);
+            pictures.scatter([&](Lighting& lighting) { lighting.scatterRadiusMm = radius; });
             double least = without, best = 0;
             for (double scatter = 0.05; scatter <= 4; scatter += 0.05)
                 if (const double with = pictures.rms(scatter); with < least)
