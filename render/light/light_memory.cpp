@@ -1,6 +1,7 @@
 // render/light/light_memory.cpp: see light_memory.h.
 #include "render/light/light_memory.h"
 
+#include "render/light/light_sweep.h"
 #include "render/light/voxel_light.h"
 
 #include <algorithm>
@@ -16,7 +17,10 @@ std::size_t mapBytesOf(const Lighting& lighting, ShadowQuality quality, bool lig
     quality = qualityOf(quality, lighting);
     if (!lightMaps)
         quality.lightMap.reset();
-    std::size_t bytes = quality.lightMap ? LightSweep::bytes(quality.lightMap->size / quality.lightMapPart) : 0;
+    std::size_t bytes = 0;
+    if (quality.lightMap) // one is made at a time
+        bytes += LightSweep::bytes(
+            std::max(LightMapping::kLeastSize / 2, quality.lightMap->size / quality.lightMapPart));
     for (const Light& light : castingLights(lighting.lights))
         bytes += ShadowMaps::bytes(light, quality);
     return bytes;
@@ -26,7 +30,8 @@ std::size_t mapBytesOf(const Lighting& lighting, ShadowQuality quality, bool lig
 
 ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamBytes) {
     ShadowQuality quality;
-    while (quality.mapSize > kLeastMap && mapBytesOf(lighting, quality, true) > freeRamBytes / kPartsForMaps) {
+    while (quality.mapSize > kLeastMap &&
+           mapBytesOf(lighting, quality, true) > freeRamBytes / kPartsForMaps) {
         quality.mapSize /= 2;
         quality.lightMapPart *= 2;
     }
@@ -35,10 +40,10 @@ ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamByte
 
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
                           int threads, bool meshes, bool amongOthers) {
-    return lightChannels(lighting) == 0 ? 0
-                                        : mapBytesOf(lighting, quality, true) +
-                                              (meshes ? mapBytesOf(lighting, quality, false) : 0) +
-                                              VoxelLight::bytes(info, lighting, threads, amongOthers);
+    return lightChannels(lighting) == 0
+               ? 0
+               : mapBytesOf(lighting, quality, true) + (meshes ? mapBytesOf(lighting, quality, false) : 0) +
+                     VoxelLight::bytes(info, lighting, threads, amongOthers);
 }
 
 } // namespace tessera

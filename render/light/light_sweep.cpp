@@ -12,10 +12,10 @@
 namespace tessera {
 namespace {
 
-constexpr float kMostAngle = 1;    // mean square of scattered light's angle within a half space
-constexpr float kMostReach = 8;    // rays to either side that a slice's spread gets to
+constexpr float kMostAngle = 1;     // mean square of scattered light's angle within a half space
+constexpr float kMostReach = 8;     // rays to either side that light of one gets to in a slice
 constexpr std::size_t kAtATime = 8; // rows, columns
-constexpr float kUnit16 = 65535;   // of shares up to 1
+constexpr float kUnit16 = 65535;    // of shares up to 1
 
 std::uint16_t texelOf(float light) {
     return static_cast<std::uint16_t>(std::min(light * leaf::kLightOne + 0.5f, 65535.0f));
@@ -24,8 +24,8 @@ float lightOf(std::uint16_t texel) {
     return static_cast<float>(texel) * (1 / leaf::kLightOne);
 }
 
-/// A ray's light goes on in five parts: here, and at two neighbouring rays to either side, so that its variance
-/// grows by the given one exactly.
+/// A ray's light goes on in five parts: here, and at two neighbouring rays to either side, so that its
+/// variance grows by the given one exactly.
 struct Spread {
     int reach = 1;
     float here = 1, nearer = 0, farther = 0; // of either side at reach and at reach + 1
@@ -46,16 +46,15 @@ struct Spread {
 
 SweptScattering::SweptScattering(double g) {
     TESSERA_CHECK(g >= 0 && g < 1);
-    const double ahead =
-        g < 1e-6 ? 0.5 : (1 - g * g) / (2 * g) * (1 / (1 - g) - 1 / std::sqrt(1 + g * g));
+    const double ahead = g < 1e-6 ? 0.5 : (1 - g * g) / (2 * g) * (1 / (1 - g) - 1 / std::sqrt(1 + g * g));
     onwards = static_cast<float>(ahead);
     back = static_cast<float>(1 - ahead);
     turned = static_cast<float>((1 - g) / 2);
     angle = static_cast<float>(std::min(2 * (1 - g), static_cast<double>(kMostAngle)));
 }
 
-/// Of dS/dx = -a S + b B + c on D, -dB/dx = -a B + b S + c back D, D = e^-x: the general solution by e^(+-k x),
-/// k^2 = a^2 - b^2, and a particular one that falls as D.
+/// Of dS/dx = -a S + b B + c on D, -dB/dx = -a B + b S + c back D, D = e^-x: the general solution by e^(+-k
+/// x), k^2 = a^2 - b^2, and a particular one that falls as D.
 SweptLayer sweptLayer(float depth, float albedo, const SweptScattering& s) {
     constexpr float kThin = 1e-3f, kLeast = 1e-3f, kNear = 0.01f;
     SweptLayer layer;
@@ -117,64 +116,71 @@ float LightSweep::beam(std::size_t node) const {
     return lightOf(beam_[node]);
 }
 
-/// Spreads the light of a plane along rows, then along columns, and lets it cross a slice.
-/// @param cross  of every node, when there_ has the light that comes to it
-template <typename Cross>
-void LightSweep::crossSlice(int slice, int toPlane, int threads, const Cross& cross) {
-    const auto size = static_cast<std::size_t>(grid_.size);
-    const double mm = 0.5 * (grid_.rayMmAt(slice) + grid_.rayMmAt(slice + 1));
-    const double rays = grid_.sliceMm / std::max(1e-9, mm); // in a slice's thickness
-    const auto scale = static_cast<float>(std::min(rays * rays, 1e6));
-    (void)toPlane;
-    const bool mirrors = grid_.oneOfSides;
-    const auto last = static_cast<int>(size) - 1;
-    // From a ray of a line to others of it; pitch: from one to the next.
-    const auto spread = [&](const Ray* from, Ray* to, int at, std::size_t pitch) {
-        const Ray ray = from[static_cast<std::size_t>(at) * pitch];
-        const float light = ray.light[0] + ray.light[1] + ray.light[2];
-        if (!(light > 0))
-            return;
-        const auto give = [&](int n, float share) {
-            if (n < 0 || n > last) {
-                if (!mirrors)
-                    return;
-                n = std::clamp(n < 0 ? -1 - n : 2 * last + 1 - n, 0, last);
-            }
-            Ray& other = to[static_cast<std::size_t>(n) * pitch];
-            for (std::size_t c = 0; c < 3; ++c)
-                other.light[c] += share * ray.light[c];
-            other.angle += share * ray.angle;
-            other.drift += share * ray.drift;
-        };
-        // Along one axis half of the variance: 2 A1 + A0, thickness 1.
-        const Spread kernel(scale * (ray.drift + 0.5f * ray.angle) / light);
-        give(at, kernel.here);
-        for (const int side : {-1, 1}) {
-            give(at + side * kernel.reach, kernel.nearer);
-            if (kernel.farther > 0)
-                give(at + side * (kernel.reach + 1), kernel.farther);
+/// From a ray of a line to others of it.
+/// @param pitch   from one to the next
+/// @param square  of the slice's thickness, in distances of rays
+void LightSweep::spread(const Ray* from, Ray* to, int at, std::size_t pitch, float square) const {
+    const Ray ray = from[static_cast<std::size_t>(at) * pitch];
+    const float light = ray.light[0] + ray.light[1] + ray.light[2];
+    if (!(light > 0))
+        return;
+    const int last = grid_.size - 1;
+    const auto give = [&](int n, float share) {
+        if (n < 0 || n > last) {
+            if (!grid_.oneOfSides)
+                return;
+            n = std::clamp(n < 0 ? -1 - n : 2 * last + 1 - n, 0, last);
         }
+        Ray& other = to[static_cast<std::size_t>(n) * pitch];
+        for (std::size_t c = 0; c < 3; ++c)
+            other.light[c] += share * ray.light[c];
+        other.angle += share * ray.angle;
+        other.drift += share * ray.drift;
     };
+    // Of the variance 2 A1 + A0, for a thickness of 1, each axis has a half.
+    const Spread kernel(square * (ray.drift + 0.5f * ray.angle) / light);
+    give(at, kernel.here);
+    for (const int side : {-1, 1}) {
+        give(at + side * kernel.reach, kernel.nearer);
+        if (kernel.farther > 0)
+            give(at + side * (kernel.reach + 1), kernel.farther);
+    }
+}
+
+/// Spreads the light of a plane along rows, then along columns, and lets it cross a slice.
+/// @param cross  of every node, when here_ has the light that comes to it
+template <typename Cross> void LightSweep::crossSlice(int slice, int threads, const Cross& cross) {
+    const auto size = static_cast<std::size_t>(grid_.size);
+    const double rayMm = 0.5 * (grid_.rayMmAt(slice) + grid_.rayMmAt(slice + 1));
+    const double thickness = grid_.sliceMm / std::max(1e-9, rayMm);
+    const auto square = static_cast<float>(std::min(thickness * thickness, 1e6));
     const std::size_t parts = (size + kAtATime - 1) / kAtATime;
+    const auto clear = [](Plane& plane, std::size_t first, std::size_t end) {
+        std::fill(plane.begin() + static_cast<std::ptrdiff_t>(first),
+                  plane.begin() + static_cast<std::ptrdiff_t>(end), Ray{});
+    };
     parallelFor(parts, threads, [&](std::size_t part) { // rows
         for (std::size_t y = part * kAtATime; y < std::min(size, (part + 1) * kAtATime); ++y) {
-            std::fill_n(there_.begin() + static_cast<std::ptrdiff_t>(y * size), size, Ray{});
-            for (int x = 0; x <= last; ++x)
-                spread(here_.data() + y * size, there_.data() + y * size, x, 1);
+            clear(there_, y * size, (y + 1) * size);
+            for (int x = 0; x < grid_.size; ++x)
+                spread(here_.data() + y * size, there_.data() + y * size, x, 1, square);
         }
     });
     parallelFor(parts, threads, [&](std::size_t part) { // columns
         const std::size_t first = part * kAtATime, end = std::min(size, first + kAtATime);
         for (std::size_t y = 0; y < size; ++y)
-            std::fill(here_.begin() + static_cast<std::ptrdiff_t>(y * size + first),
-                      here_.begin() + static_cast<std::ptrdiff_t>(y * size + end), Ray{});
-        for (int y = 0; y <= last; ++y)
+            clear(here_, y * size + first, y * size + end);
+        for (int y = 0; y < grid_.size; ++y)
             for (std::size_t x = first; x < end; ++x)
-                spread(there_.data() + x, here_.data() + x, y, size);
+                spread(there_.data() + x, here_.data() + x, y, size, square);
         for (std::size_t y = 0; y < size; ++y)
             for (std::size_t x = first; x < end; ++x)
                 cross(y * size + x);
     });
+}
+
+SweptLayer LightSweep::layerOf(std::size_t node, std::size_t colour) const {
+    return sweptLayer(depth_[node], static_cast<float>(albedo_[node][colour]) * (1.0f / 255), scattering_);
 }
 
 /// From a plane to the next: here_ is the scattered light that comes to the slice, and then behind it.
@@ -197,8 +203,7 @@ void LightSweep::goOn(int slice, std::size_t at, LightMap& map) {
     const float gone = opacityOf(depth);
     float before = 0, through = 0, sent = 0, again = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        const SweptLayer layer =
-            sweptLayer(depth, static_cast<float>(albedo_[node][c]) * (1.0f / 255), scattering_);
+        const SweptLayer layer = layerOf(node, c);
         float& seen = mirror[static_cast<int>(c)];
         const float often = 1 / (1 - layer.returned * seen), light = ray.light[c];
         const float born = layer.sent * beam, on = layer.through * light;
@@ -223,11 +228,10 @@ void LightSweep::goBack(int slice, std::size_t at, LightMap& map) {
     const std::size_t node = static_cast<std::size_t>(slice) * grid_.nodesOfPlane() + at;
     Ray& ray = here_[at];
     std::uint16_t* const kept = map.node(node);
-    const float depth = depth_[node], beam = lightOf(beam_[node]);
+    const float beam = lightOf(beam_[node]);
     float before = 0, through = 0, born = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        const SweptLayer layer =
-            sweptLayer(depth, static_cast<float>(albedo_[node][c]) * (1.0f / 255), scattering_);
+        const SweptLayer layer = layerOf(node, c);
         const float seen = static_cast<float>(mirror_[node][c]) * (1 / kUnit16), on = lightOf(kept[c]);
         const float often = 1 / (1 - layer.returned * seen);
         const float mine = often * layer.through * ray.light[c],
@@ -248,7 +252,7 @@ void LightSweep::run(int threads, LightMap& map) {
     std::fill(beamHere_.begin(), beamHere_.end(), 1.0f);
     std::fill(mirrorHere_.begin(), mirrorHere_.end(), glm::vec3(0));
     for (int slice = 0; slice < grid_.slices; ++slice)
-        crossSlice(slice, slice + 1, threads, [&](std::size_t at) { goOn(slice, at, map); });
+        crossSlice(slice, threads, [&](std::size_t at) { goOn(slice, at, map); });
     ahead_ = back_ = glm::dvec3(0);
     for (std::size_t at = 0; at < plane; ++at) { // nothing comes back to the last plane
         beam_[last + at] = texelOf(beamHere_[at]);
@@ -260,7 +264,7 @@ void LightSweep::run(int threads, LightMap& map) {
         here_[at] = Ray{};
     }
     for (int slice = grid_.slices - 1; slice >= 0; --slice)
-        crossSlice(slice, slice, threads, [&](std::size_t at) { goBack(slice, at, map); });
+        crossSlice(slice, threads, [&](std::size_t at) { goBack(slice, at, map); });
     for (const Ray& ray : here_)
         for (std::size_t c = 0; c < 3; ++c)
             back_[static_cast<int>(c)] += static_cast<double>(ray.light[c]);

@@ -1,6 +1,6 @@
-// render/light/light_sweep.h: LightSweep: fills a light map (light_map.h): light crosses the grid slice by slice,
-// forwards and back (docs/sampling.md, "Light maps"). In every slice it is a two-stream solution of the
-// transfer of light; between slices it spreads sideways by small-angle moments (Fermi and Eyges).
+// render/light/light_sweep.h: LightSweep: fills a light map (light_map.h): light crosses the grid slice by
+// slice, forwards and back (docs/sampling.md, "Light maps"). In every slice it is a two-stream solution of
+// the transfer of light; between slices it spreads sideways by small-angle moments (Fermi and Eyges).
 // Sources: Meador, Weaver 1980 (two streams); adding of layers: Grant, Hunt 1969; Eyges 1948.
 #pragma once
 
@@ -19,10 +19,10 @@ namespace tessera {
 struct SweptScattering {
     /// Slices are crossed at an angle: scattered light's way is this times as long as theirs (Eddington).
     static constexpr float kObliquity = 1.5f;
-    float onwards = 0.5f;   // share of a beam's scattered light that goes to the half space before it
-    float back = 0.5f;      // the rest
-    float turned = 0.5f;    // share of what scatters scattered light that changes its side: (1 - g)/2
-    float angle = 1;        // mean square of a scattering's angle, 2 (1 - g), at most 1
+    float onwards = 0.5f; // share of a beam's scattered light that goes to the half space before it
+    float back = 0.5f;    // the rest
+    float turned = 0.5f;  // share of what scatters scattered light that changes its side: (1 - g)/2
+    float angle = 1;      // mean square of a scattering's angle, 2 (1 - g), at most 1
     explicit SweptScattering(double g);
 };
 
@@ -62,13 +62,9 @@ class LightSweep {
         std::array<float, 3> none{};
     };
     using Plane = std::vector<Ray>;
-    struct Node {
-        float depth = 0;
-        std::array<std::uint8_t, 3> albedo{};
-    };
-    template <typename Cross> void crossSlice(int slice, int toPlane, int threads, const Cross& cross);
-    void forward(int threads, LightMap& map);
-    void backward(int threads, LightMap& map);
+    void spread(const Ray* from, Ray* to, int at, std::size_t pitch, float square) const;
+    template <typename Cross> void crossSlice(int slice, int threads, const Cross& cross);
+    SweptLayer layerOf(std::size_t node, std::size_t colour) const;
     void goOn(int slice, std::size_t at, LightMap& map);
     void goBack(int slice, std::size_t at, LightMap& map);
 
@@ -77,8 +73,9 @@ class LightSweep {
     std::vector<float> depth_;                        // of slices
     std::vector<std::array<std::uint8_t, 3>> albedo_; // likewise
     std::vector<std::uint16_t> beam_;                 // of planes
-    std::vector<std::array<std::uint16_t, 3>> mirror_; // of planes: share of light from behind that comes back
-    Plane here_, there_;                              // of the plane that light has come to; room
+    std::vector<std::array<std::uint16_t, 3>>
+        mirror_;         // of planes: share of light from behind that comes back
+    Plane here_, there_; // of the plane that light has come to; room
     std::vector<float> beamHere_;
     std::vector<glm::vec3> mirrorHere_;
     glm::dvec3 ahead_{0}, back_{0};

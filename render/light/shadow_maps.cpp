@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
+#include "render/light/light_sweep.h"
 #include "render/light/mesh_shade.h"
 
 #include <algorithm>
@@ -71,8 +72,8 @@ int sizeOf(double softness, const ShadowQuality& quality) {
     return std::max(1, softness > 0 ? quality.mapSize / 2 : quality.mapSize);
 }
 int lightMapSizeOf(bool isSoft, const ShadowQuality& quality) {
-    constexpr int kLeast = 8;
-    return std::max(kLeast, quality.lightMap->size / quality.lightMapPart / (isSoft ? 2 : 1));
+    return std::max(LightMapping::kLeastSize / 2,
+                    quality.lightMap->size / quality.lightMapPart / (isSoft ? 2 : 1));
 }
 
 Camera parallelCamera(const glm::dvec3& towards, const std::vector<glm::dvec3>& corners) {
@@ -301,9 +302,9 @@ ShadowMaps::Row ShadowMaps::rowOf(const VolumeInfo& info, const View& view, int 
         row.rays.push_back(
             segmentedRay(frame, glm::vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f)));
         const glm::dvec3 entry(info.patientFromVoxel * glm::dvec4(glm::dvec3(row.rays.back().entry), 1));
-        row.entries.push_back(
-            static_cast<float>(view.plane.perspective ? glm::length(entry - view.camera.position)
-                                                      : glm::dot(entry - view.plane.centre, view.plane.forward)));
+        row.entries.push_back(static_cast<float>(
+            view.plane.perspective ? glm::length(entry - view.camera.position)
+                                   : glm::dot(entry - view.plane.centre, view.plane.forward)));
     }
     return row;
 }
@@ -347,17 +348,17 @@ void ShadowMaps::castRow(const LightPath& field, const Row& row, float dark, con
     strides.uniformSegments = 1;
     strides.segmentVoxels = quality_.stepVoxels;
     std::vector<LightLeft> samples;
-    withCacheField<float>(*field.cache, *field.info, *field.selection, field.levels, field.optics->gradient,
-                          [&](auto& values) {
-                              ShadowedField<std::decay_t<decltype(values)>> shadowed{values, {}};
-                              if (field.labels)
-                                  shadowed.shares.emplace(*field.labels, *field.selection, field.levels,
-                                                          field.info->extentVoxels);
-                              for (; done < rays.size(); ++done) {
-                                  lightAlong(rays[done], shadowed, field, strides, entries[done], samples, dark);
-                                  visit(done, std::span<const LightLeft>(samples));
-                              }
-                          });
+    withCacheField<float>(
+        *field.cache, *field.info, *field.selection, field.levels, field.optics->gradient, [&](auto& values) {
+            ShadowedField<std::decay_t<decltype(values)>> shadowed{values, {}};
+            if (field.labels)
+                shadowed.shares.emplace(*field.labels, *field.selection, field.levels,
+                                        field.info->extentVoxels);
+            for (; done < rays.size(); ++done) {
+                lightAlong(rays[done], shadowed, field, strides, entries[done], samples, dark);
+                visit(done, std::span<const LightLeft>(samples));
+            }
+        });
 }
 
 /// @param more, largest  number of rays with a larger error bound than requested; the largest bound

@@ -18,7 +18,6 @@
 #include "render/light/deep_shadow_map.h"
 #include "render/light/first_hit_map.h"
 #include "render/light/light_map.h"
-#include "render/light/light_sweep.h"
 
 #include <chrono>
 #include <cstddef>
@@ -28,6 +27,8 @@
 #include <vector>
 
 namespace tessera {
+
+class LightSweep;
 
 /// A light in patient space.
 struct PlacedLight {
@@ -47,8 +48,9 @@ class ShadowRays {
     /// @param dark  light below which a ray ends
     /// @param samples  output, one a ray
     /// Returns false where a brick is lacking: then the samples mean nothing.
-    virtual bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry, float dark,
-                       std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const = 0;
+    virtual bool along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
+                       float dark, std::vector<LightLeft>& room,
+                       std::span<std::span<const LightLeft>> samples) const = 0;
 };
 
 /// The inputs. All outlive the maps.
@@ -108,8 +110,8 @@ class ShadowMaps {
     void light(const glm::dvec3& place, const glm::dvec3& step, int level, const native::PacketTarget& target,
                float* out) const;
 
-    /// Scattered light that reaches a point by the light maps, relative to the light with nothing in the way; red,
-    /// green, blue. There must be such maps.
+    /// Scattered light that reaches a point by the light maps, relative to the light with nothing in the way;
+    /// red, green, blue. There must be such maps.
     glm::vec3 scattered(const glm::dvec3& place) const;
 
     /// The largest error bound of a ray's fit, and the share of rays with a larger bound than requested.
@@ -163,11 +165,11 @@ class ShadowMaps {
     int perLight_ = 1;    // number of views to different sides
     bool isSoft_ = false; // several places
     std::vector<View> views_;
-    int size_ = 1;                                 // rays along a side of a map
-    std::vector<std::shared_ptr<ShadowMap>> maps_; // of copies, too, which are not built again
+    int size_ = 1;                                     // rays along a side of a map
+    std::vector<std::shared_ptr<ShadowMap>> maps_;     // of copies, too, which are not built again
     std::vector<std::shared_ptr<LightMap>> lightMaps_; // likewise
-    std::shared_ptr<LightSweep> sweep_;            // of the one that is built
-    std::size_t rowsBuilt_ = 0, more_ = 0;         // rays with a larger bound
+    std::shared_ptr<LightSweep> sweep_;                // of the one that is built
+    std::size_t rowsBuilt_ = 0, more_ = 0;             // rays with a larger bound
     float largestError_ = 0;
 };
 

@@ -1,6 +1,6 @@
-// tests/support/paths_and_kept.h: pictures by paths, and of kept light, in which media answer to the same light: of
-// intensity 4 to paths, of 1 to the contract's volume (docs/sampling.md, "Paths": units). There is no other light:
-// what ambient light occlusion leaves is nearly none.
+// tests/support/paths_and_kept.h: pictures by paths, and of kept light, in which media answer to the same
+// light: of intensity 4 to paths, of 1 to the contract's volume (docs/sampling.md, "Paths": units). There is
+// no other light: what ambient light occlusion leaves is nearly none.
 #pragma once
 
 #include "core/scene/preset.h"
@@ -20,8 +20,8 @@ class PathsAndKept {
     /// @param light    alone; kept light has it as it is
     /// @param g        of paths' phase function, Henyey and Greenstein's
     /// @param camera   of sceneOn()
-    PathsAndKept(const std::string& store, const std::string& preset, const Light& light, int edge, int samples,
-                 double g = 0, int camera = 0)
+    PathsAndKept(const std::string& store, const std::string& preset, const Light& light, int edge,
+                 int samples, double g = 0, int camera = 0)
         : ram_("RAM", "--ram", std::size_t{3} << 30),
           gpu_("GPU memory", "--gpu-memory", std::size_t{3} << 30), reader_(store, ram_),
           scene_(sceneOn(reader_.info(), preset, camera, {edge, edge})) {
@@ -53,8 +53,8 @@ class PathsAndKept {
         change(kept.lighting);
         with_ = draw(kept);
     }
-    /// The factor by which kept light comes nearest to paths of one scattering: what the phase function makes of
-    /// the angle between light and viewer.
+    /// The factor by which kept light comes nearest to paths of one scattering: what the phase function makes
+    /// of the angle between light and viewer.
     double ofPhase() const {
         double product = 0, square = 0;
         each([&](const auto& of) {
@@ -82,10 +82,10 @@ class PathsAndKept {
         });
         return std::sqrt(std::max(0.0, sum / static_cast<double>(std::max<std::size_t>(1, shown))));
     }
-    /// Of factors in steps of 0.05 up to 4 the one with the least rms.
+    /// Of factors in steps of 0.05 up to 8 the one with the least rms.
     double bestFactor(bool ofAll, double phase) const {
         double least = rms(0, ofAll, phase), best = 0;
-        for (double factor = 0.05; factor <= 4; factor += 0.05)
+        for (double factor = 0.05; factor <= 8; factor += 0.05)
             if (const double error = rms(factor, ofAll, phase); error < least)
                 least = error, best = factor;
         return best;

@@ -36,6 +36,7 @@ Lighting lit(double n) {
     lighting.occlusion->weights = DirectionWeights{{n, 2, 1 - n}, 3 * n};
     lighting.shadowMap = {ShadowMapKind::first, 0.25 + 0.125 * n, 2};
     lighting.scatterRadiusMm = 8 + n;
+    lighting.lightMap = {64, 0.125 * n};
     lighting.surfaceOcclusion = SurfaceOcclusion{16, 12 + n, true};
     lighting.transport =
         Transport{TransportResponse::physical,

@@ -47,7 +47,8 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
       "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5,"translucent":0.375,"translucentPower":20},"colours":"reflectance","preview":"squared"},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
-    "shadowMap":{"kind":"variance","threshold":0.25,"filter":3},"scatterRadius":6.5,"finestLevel":2},
+    "shadowMap":{"kind":"variance","threshold":0.25,"filter":3},"scatterBy":"map","scatterRadius":6.5,
+    "lightMap":{"size":64,"g":0.25},"finestLevel":2},
   "isosurfaces":[{"value":-300,"rgb":[0.9,0.5,0.25],"opacity":0.5},{"value":200,"rgb":[1,1,1],"opacity":1,
     "finish":{"mirrored":0.125,"roughness":0.25,"translucent":0.75,"translucentPower":3}}],
   "mode":"slice","window":[40.5,400],"valueColour":"transferFunction",
@@ -148,7 +149,9 @@ TEST(Scene, EveryKeyIsRead) {
                                                        {"/folder/skies/studio.exr", nullptr},
                                                        -30,
                                                        LightFrame::camera}));
+    EXPECT_EQ(scene.lighting.scatterBy, ScatterSource::map);
     EXPECT_EQ(scene.lighting.scatterRadiusMm, 6.5);
+    EXPECT_EQ(scene.lighting.lightMap, (LightMapping{64, 0.25}));
     EXPECT_EQ(scene.lighting.finestLevel, 2);
     EXPECT_EQ(scene.mode, Mode::slice);
     EXPECT_EQ(std::get<GreyWindow>(scene.window), (GreyWindow{40.5, 400}));
@@ -284,6 +287,11 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/lights/1/scatter", 4.5},
              {"/lighting/lights/2/scatter", 1}, // of the camera, without a shadow
              {"/lighting/scatterRadius", 0},
+             {"/lighting/scatterBy", "paths"},
+             {"/lighting/lightMap/size", 15},
+             {"/lighting/lightMap/size", 193},
+             {"/lighting/lightMap/g", -0.1},
+             {"/lighting/lightMap/g", 0.96},
              {"/lighting/finestLevel", -1},
              {"/lighting/occlusion/method", "remote"},
              {"/lighting/occlusion/weights/towards", {0, 0, 0}},
@@ -490,17 +498,44 @@ TEST(Scene, KeepsHowLightIsFound) {
                           "s");
     };
     const Scene scene = parsed(R"({"occlusion":{"directions":"hemisphere","weights":{"towards":[0,0,2]}},
-                                   "shadowMap":{"kind":"first"}})");
+                                   "shadowMap":{"kind":"first"},"scatterBy":"map","lightMap":{"g":0.5}})");
     EXPECT_EQ(scene.lighting.occlusion->directions, OcclusionDirections::hemisphere);
     EXPECT_EQ(scene.lighting.occlusion->weights, (DirectionWeights{{0, 0, 2}, 1}));
     EXPECT_EQ(scene.lighting.shadowMap, (ShadowMapping{ShadowMapKind::first, 0.5, 1}));
+    EXPECT_EQ(scene.lighting.lightMap.g, 0.5);
     const std::string written = sceneJson(scene);
     EXPECT_EQ(parseScene(written, "/", "s").lighting, scene.lighting);
     const std::string plain = sceneJson(parsed(R"({"occlusion":{}})"));
-    for (const char* key : {"directions", "weights", "shadowMap"}) {
+    for (const char* key : {"directions", "weights", "shadowMap", "scatterBy", "lightMap"}) {
         EXPECT_NE(written.find(key), std::string::npos) << key;
         EXPECT_EQ(plain.find(key), std::string::npos) << key;
     }
+}
+
+// Light maps see what shadows do: of a light that casts none there is no map.
+TEST(Scene, LightMapsNeedShadows) {
+    const auto refusal = [](const std::string& light, const std::string& by) -> std::string {
+        try {
+            parseScene(R"({"tesseraScene":1,"volumes":[{"path":"/x"}],"lighting":{"scatterBy":")" + by +
+                           R"(","lights":[)" + light + "]}}",
+                       "/", "s");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const std::string open = R"({"kind":"directional","scatter":1})",
+                      shaded = R"({"kind":"directional","scatter":1,"shadow":true})",
+                      head = R"({"kind":"head","scatter":1,"shadow":true})",
+                      off = R"({"kind":"directional","scatter":1,"intensity":0})";
+    for (const std::string& light : {open, head, shaded + "," + open}) {
+        EXPECT_NE(refusal(light, "map").find("\"shadow\": true of every light with \"scatter\""),
+                  std::string::npos)
+            << light;
+        EXPECT_EQ(refusal(light, "rays"), "") << light;
+    }
+    EXPECT_EQ(refusal(shaded, "map"), "");
+    EXPECT_EQ(refusal(shaded + "," + off, "map"), "");
 }
 
 // A volume may be made smaller and larger, mirrored and turned, but not flat: voxels of a millionth to a

@@ -243,6 +243,43 @@ TEST(InteractiveLight, ScatteredLightComesToTheSameWhateverWasSetBefore) {
     expectTheSameAfter(scene, changes, true);
 }
 
+// So do light maps: after an edit of anything that they keep there is no light of the one before.
+TEST(InteractiveLight, LightMapsComeToTheSameWhateverWasSetBefore) {
+    Scene scene = quickScene();
+    scene.lighting.lights[0].scatter = 2;
+    scene.lighting.scatterBy = ScatterSource::map;
+    scene.lighting.lightMap = {48, 0.8};
+    std::vector<LitChange> changes = litChanges();
+    std::erase_if(changes,
+                  [](const LitChange& change) { return change.name == std::string("how fine light is"); });
+    changes.push_back({"colours alone", [](InteractiveRenderer& r, Scene& s) {
+                           const TransferFunction before = presetOf("bone-1");
+                           std::vector<ColourPoint> colours = before.colourPoints();
+                           for (ColourPoint& point : colours)
+                               std::swap(point.colour.r, point.colour.b);
+                           const TransferFunction other = TransferFunction::fromOpacity(
+                               before.opacityPoints(), colours, before.referenceLengthMm());
+                           s.volumes[0].transferFunction = other;
+                           r.setFunction(other);
+                       }});
+    const auto relight = [&](const char* name, const std::function<void(Lighting&)>& edit) {
+        changes.push_back({name, [edit](InteractiveRenderer& r, Scene& s) {
+                               edit(s.lighting);
+                               EXPECT_TRUE(r.setLight(s.lighting, s.shading));
+                           }});
+    };
+    relight("how much is scattered", [](Lighting& l) { l.lights[0].scatter = 0.5; });
+    relight("how far onwards", [](Lighting& l) { l.lightMap.g = 0.3; });
+    relight("how fine maps are", [](Lighting& l) { l.lightMap.size = 24; });
+    relight("how fine", [](Lighting& l) { l.finestLevel = 3; });
+    relight("where the light is", [](Lighting& l) { l.lights[0].direction = {1, 1, 0.3}; });
+    expectTheSameAfter(scene, changes, true);
+    // Larger ones take more memory: another renderer.
+    Session session(scene, kAmpleForLight, {}, storePath("torso"), true);
+    scene.lighting.lightMap.size = 96;
+    EXPECT_FALSE(session.renderer.setLight(scene.lighting, scene.shading));
+}
+
 // Bytes of light that are put beside the bricks tell what was computed. The GPU ray caster's texels hold all
 // channels of a sample, which are put together.
 TEST_P(InteractiveLight, AnEditOfLightsComputesWhatDependsOnIt) {

@@ -96,6 +96,12 @@ const std::vector<Feature>& features() {
          }},
         {"soft light", "softness", [](Scene& s) { casterOf(s).softness = 8; }},
         {"scatter", "scatter", [](Scene& s) { casterOf(s).scatter = 2; }},
+        {"light map", "scatter",
+         [](Scene& s) {
+             casterOf(s).scatter = 2;
+             s.lighting.scatterBy = ScatterSource::map;
+             s.lighting.lightMap = {24, 0.7};
+         }},
         {"coarse light", "level", [](Scene& s) { s.lighting.finestLevel = 1; }},
         {"isosurface", "surface",
          [](Scene& s) {
@@ -183,9 +189,13 @@ const Refusal kRefusals[] = {
     {{"isosurface", "occluded isosurface", "mirror", "glass", "surfaces alone", "surface occlusion"},
      {"second volume"},
      "isosurfaces: expected none in a scene of several volumes"},
-    {{"scatter"}, {"surface occlusion", "occluded isosurface"}, "expected no surfaceOcclusion"},
-    {{"scatter"}, {"second volume"}, "expected none with \"scatter\" in a scene of several volumes"},
-    {{"scatter"}, {"contract"}, "expected no light with \"scatter\" beside response \"contract\""},
+    {{"scatter", "light map"}, {"surface occlusion", "occluded isosurface"}, "expected no surfaceOcclusion"},
+    {{"scatter", "light map"},
+     {"second volume"},
+     "expected none with \"scatter\" in a scene of several volumes"},
+    {{"scatter", "light map"},
+     {"contract"},
+     "expected no light with \"scatter\" beside response \"contract\""},
     {{"paths", "contract", "sky"},
      {"second volume"},
      "lighting.transport: expected none in a scene of several"},

@@ -270,7 +270,10 @@ TEST(LightPicture, CostsNothingWhereItIsNotAskedFor) {
     Light off = castingLight();
     off.intensity = 0;
     Lighting dark;
+    off.scatter = 1;
     dark.lights = {Light{}, off};
+    dark.scatterBy = ScatterSource::map;
+    dark.lightMap.size = 192;
     Prepared plain("torso", litScene("torso", "bone-1", 0, none)),
         unlit("torso", litScene("torso", "bone-1", 0, dark));
     EXPECT_EQ(lightChannels(dark), 0);

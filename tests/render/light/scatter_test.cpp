@@ -357,6 +357,8 @@ TEST(Scatter, CostsNothingWhereItIsNotAskedFor) {
     without.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 6};
     Scene with = without;
     with.lighting.scatterRadiusMm = 30;
+    with.lighting.scatterBy = ScatterSource::map;
+    with.lighting.lightMap.size = 192;
     with.lighting.lights.push_back(scattered());
     with.lighting.lights.back().intensity = 0;
     Prepared a("torso", without), b("torso", with);
@@ -368,6 +370,7 @@ TEST(Scatter, CostsNothingWhereItIsNotAskedFor) {
     EXPECT_EQ(a.budgets.ram.peakBytes(), b.budgets.ram.peakBytes());
     with.lighting.lights.pop_back();
     with.lighting.lights[0].scatter = 1;
+    with.lighting.scatterBy = ScatterSource::rays;
     const Prepared scatters("torso", with);
     EXPECT_EQ(lightChannels(scatters.p.view.lighting), 4);
     const auto bytes = [](const Prepared& p) {

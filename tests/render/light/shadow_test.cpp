@@ -495,8 +495,8 @@ TEST(ShadowMaps, PacketsThatLackABrickLeaveTheRest) {
     const FramePlan& p = prepared.p;
     struct Lacking : ShadowRays {
         std::size_t mostAtOnce() const override { return 7; }
-        bool along(std::span<const SegmentedRay<float>> rays, std::span<const float>, std::vector<LightLeft>&,
-                   std::span<std::span<const LightLeft>>) const override {
+        bool along(std::span<const SegmentedRay<float>> rays, std::span<const float>, float,
+                   std::vector<LightLeft>&, std::span<std::span<const LightLeft>>) const override {
             EXPECT_LE(rays.size(), 7u);
             return false;
         }

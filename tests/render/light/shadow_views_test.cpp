@@ -422,14 +422,16 @@ TEST(SceneLight, TellsWhatAnEditChanges) {
     sun.frame = plain.frame = LightFrame::patient;
     sun.direction = {0.2, 0.3, 1};
     sun.shadow = true;
-    const auto changed = [&](const std::function<void(Lighting&)>& edit, double scatter,
-                             bool occludes = true) {
+    const auto changed = [&](const std::function<void(Lighting&)>& edit, double scatter, bool occludes = true,
+                             const std::function<void(Lighting&)>& before = {}) {
         Scene scene = stored.scene({});
         scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{5, 0}, {30, 0.1}}, {});
         scene.lighting.lights = {sun, plain};
         scene.lighting.lights[0].scatter = scatter;
         if (occludes)
             scene.lighting.occlusion = Occlusion{.rays = 8, .radiusMm = 6};
+        if (before)
+            before(scene.lighting);
         const auto prepared = stored.prepare(scene);
         Planner& p = prepared->p;
         p.view.shadowQuality.mapSize = 8;
@@ -461,6 +463,18 @@ TEST(SceneLight, TellsWhatAnEditChanges) {
         EXPECT_EQ(changed([](Lighting& l) { l.finestLevel = 1; }, scatter), kAllLight);
     }
     EXPECT_EQ(changed([](Lighting& l) { l.lights[0].intensity = 0.4; }, 0, false), 0u);
+    // Light maps, and with them all light: other ones, of other lights, or none.
+    const auto ofMaps = [&](const std::function<void(Lighting&)>& edit) {
+        return changed([&](Lighting& l) { edit(l); }, 0.7, true,
+                       [](Lighting& l) { l.scatterBy = ScatterSource::map; });
+    };
+    EXPECT_EQ(ofMaps([](Lighting& l) { l.lights[0].scatter = 1; }), kAmbientLight);
+    EXPECT_EQ(ofMaps([](Lighting& l) { l.lights[0].intensity = 0.4; }), kAmbientLight);
+    EXPECT_EQ(ofMaps([](Lighting& l) { l.lightMap.g = 0.5; }), kAllLight);
+    EXPECT_EQ(ofMaps([](Lighting& l) { l.lightMap.size = 48; }), kAllLight);
+    EXPECT_EQ(ofMaps([](Lighting& l) { l.scatterBy = ScatterSource::rays; }), kAllLight);
+    EXPECT_EQ(changed([](Lighting& l) { l.scatterBy = ScatterSource::map; }, 0.7), kAllLight);
+    EXPECT_EQ(changed([](Lighting& l) { l.lightMap.g = 0.5; }, 0.7), 0u) << "of rays";
     // The camera moves a light that is fixed to it, and no other.
     for (const LightFrame frame : {LightFrame::patient, LightFrame::camera}) {
         Scene scene = stored.scene({});
