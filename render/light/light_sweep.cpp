@@ -55,7 +55,7 @@ SweptScattering::SweptScattering(double g) {
 
 /// Of dS/dx = -a S + b B + c on D, -dB/dx = -a B + b S + c back D, D = e^-x: the general solution by e^(+-k
 /// x), k^2 = a^2 - b^2, and a particular one that falls as D.
-SweptLayer sweptLayer(float depth, float albedo, const SweptScattering& s) {
+SweptLayer sweptLayer(float depth, float gone, float albedo, const SweptScattering& s) {
     constexpr float kThin = 1e-3f, kLeast = 1e-3f, kNear = 0.01f;
     SweptLayer layer;
     if (!(depth > 0))
@@ -74,14 +74,14 @@ SweptLayer sweptLayer(float depth, float albedo, const SweptScattering& s) {
     if (std::abs(square - 1) < kNear)
         square = square < 1 ? 1 - kNear : 1 + kNear;
     a = std::sqrt(b * b + square);
-    const float k = std::sqrt(square), gone = opacityOf(k * depth), left = 1 - gone;
-    const float both = gone * (1 + left); // 1 - left^2
-    const float under = k * (1 + left * left) + a * both;
-    layer.through = 2 * k * left / under;
-    layer.returned = b * both / under;
-    const float beam = 1 - opacityOf(depth), on = albedo * s.onwards, back = albedo * s.back;
-    const float ahead = (on * (1 + a) + b * back) / (square - 1),
-                behind = ((a - 1) * back + b * on) / (square - 1);
+    const float k = std::sqrt(square), taken = opacityOf(k * depth), left = 1 - taken;
+    const float both = taken * (1 + left); // 1 - left^2
+    const float over = 1 / (k * (1 + left * left) + a * both);
+    layer.through = 2 * k * left * over;
+    layer.returned = b * both * over;
+    const float beam = 1 - gone, on = albedo * s.onwards, back = albedo * s.back;
+    const float special = 1 / (square - 1);
+    const float ahead = (on * (1 + a) + b * back) * special, behind = ((a - 1) * back + b * on) * special;
     layer.sent = std::max(0.0f, ahead * (beam - layer.through) - behind * beam * layer.returned);
     layer.sentBack = std::max(0.0f, behind * (1 - beam * layer.through) - ahead * layer.returned);
     return layer;
@@ -179,8 +179,9 @@ template <typename Cross> void LightSweep::crossSlice(int slice, int threads, co
     });
 }
 
-SweptLayer LightSweep::layerOf(std::size_t node, std::size_t colour) const {
-    return sweptLayer(depth_[node], static_cast<float>(albedo_[node][colour]) * (1.0f / 255), scattering_);
+SweptLayer LightSweep::layerOf(std::size_t node, float gone, std::size_t colour) const {
+    return sweptLayer(depth_[node], gone, static_cast<float>(albedo_[node][colour]) * (1.0f / 255),
+                      scattering_);
 }
 
 /// From a plane to the next: here_ is the scattered light that comes to the slice, and then behind it.
@@ -203,7 +204,7 @@ void LightSweep::goOn(int slice, std::size_t at, LightMap& map) {
     const float gone = opacityOf(depth);
     float before = 0, through = 0, sent = 0, again = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        const SweptLayer layer = layerOf(node, c);
+        const SweptLayer layer = layerOf(node, gone, c);
         float& seen = mirror[static_cast<int>(c)];
         const float often = 1 / (1 - layer.returned * seen), light = ray.light[c];
         const float born = layer.sent * beam, on = layer.through * light;
@@ -228,10 +229,10 @@ void LightSweep::goBack(int slice, std::size_t at, LightMap& map) {
     const std::size_t node = static_cast<std::size_t>(slice) * grid_.nodesOfPlane() + at;
     Ray& ray = here_[at];
     std::uint16_t* const kept = map.node(node);
-    const float beam = lightOf(beam_[node]);
+    const float beam = lightOf(beam_[node]), gone = opacityOf(depth_[node]);
     float before = 0, through = 0, born = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        const SweptLayer layer = layerOf(node, c);
+        const SweptLayer layer = layerOf(node, gone, c);
         const float seen = static_cast<float>(mirror_[node][c]) * (1 / kUnit16), on = lightOf(kept[c]);
         const float often = 1 / (1 - layer.returned * seen);
         const float mine = often * layer.through * ray.light[c],

@@ -32,7 +32,8 @@ struct SweptLayer {
     float sent = 0, sentBack = 0;    // of the beam that enters it: leaves as scattered light, ahead and back
 };
 /// @param depth  optical, from 0 on
-SweptLayer sweptLayer(float depth, float albedo, const SweptScattering& scattering);
+/// @param gone   1 - e^-depth
+SweptLayer sweptLayer(float depth, float gone, float albedo, const SweptScattering& scattering);
 
 class LightSweep {
   public:
@@ -64,7 +65,7 @@ class LightSweep {
     using Plane = std::vector<Ray>;
     void spread(const Ray* from, Ray* to, int at, std::size_t pitch, float square) const;
     template <typename Cross> void crossSlice(int slice, int threads, const Cross& cross);
-    SweptLayer layerOf(std::size_t node, std::size_t colour) const;
+    SweptLayer layerOf(std::size_t node, float gone, std::size_t colour) const;
     void goOn(int slice, std::size_t at, LightMap& map);
     void goBack(int slice, std::size_t at, LightMap& map);
 

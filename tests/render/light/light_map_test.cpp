@@ -134,8 +134,8 @@ TEST(LightMap, LayersAreThoseOfTheirHalves) {
         for (const float albedo : {0.0f, 0.3f, 0.7f, 0.95f, 1.0f})
             for (const float depth : {1e-4f, 1.5e-3f, 0.02f, 0.5f, 3.0f, 12.0f}) {
                 const SweptScattering scattering(g);
-                const SweptLayer half = sweptLayer(depth / 2, albedo, scattering),
-                                 whole = sweptLayer(depth, albedo, scattering);
+                const SweptLayer half = sweptLayer(depth / 2, -std::expm1(-depth / 2), albedo, scattering),
+                                 whole = sweptLayer(depth, -std::expm1(-depth), albedo, scattering);
                 const double t = half.through, r = half.returned, often = 1 / (1 - r * r);
                 const double beam = std::exp(-double{depth} / 2);
                 EXPECT_NEAR(whole.through, t * t * often, 2e-3);
