@@ -272,9 +272,10 @@ const Fields<LightMapping>& lightMappingFields() {
         f.add("size", &LightMapping::size, wholeIn(LightMapping::kLeastSize, LightMapping::kMostSize),
               "Resolution: a map's rays along a side, half as many of a light with softness; it has as many "
               "slices at most.");
-        f.add("g", &LightMapping::g, numberIn(0, LightMapping::kMostG),
-              "How much tissue scatters light onwards: the mean cosine of its phase function; 0: evenly to all "
-              "sides.");
+        f.add(
+            "g", &LightMapping::g, numberIn(0, LightMapping::kMostG),
+            "How much tissue scatters light onwards: the mean cosine of its phase function; 0: evenly to all "
+            "sides.");
         return f;
     }();
     return fields;

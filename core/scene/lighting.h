@@ -85,7 +85,7 @@ enum class ScatterSource { rays, map };
 struct LightMapping {
     static constexpr int kLeastSize = 16, kMostSize = 192;
     static constexpr double kMostG = 0.95;
-    int size = 96;  // rays along a side of a map, and slices at most
+    int size = 128; // rays along a side of a map, and slices at most
     double g = 0.8; // mean cosine of the phase function (Henyey and Greenstein)
     bool operator==(const LightMapping&) const = default;
 };

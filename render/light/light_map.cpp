@@ -61,8 +61,7 @@ glm::vec3 LightMap::at(const glm::vec2& at, float mm) const {
     const auto edge = static_cast<float>(grid_.size);
     if (!grid_.oneOfSides && !(at.x >= 0 && at.y >= 0 && at.x <= edge && at.y <= edge))
         return glm::vec3(0);
-    const auto plane =
-        static_cast<float>((static_cast<double>(mm) - grid_.nearMm) / grid_.sliceMm);
+    const auto plane = static_cast<float>((static_cast<double>(mm) - grid_.nearMm) / grid_.sliceMm);
     const glm::vec3 most(edge - 1, edge - 1, static_cast<float>(grid_.slices));
     const glm::vec3 place = glm::clamp(glm::vec3(at - 0.5f, plane), glm::vec3(0), most);
     const glm::ivec3 low = glm::min(glm::ivec3(place), glm::max(glm::ivec3(most) - 1, glm::ivec3(0)));

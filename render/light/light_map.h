@@ -1,6 +1,6 @@
-// render/light/light_map.h: LightMap: a grid in the view of a light that keeps the light which tissue scatters,
-// on its way through the volume (course notes 10; docs/sampling.md, "Light maps"). How it is filled:
-// light_sweep.h. Knows no volume.
+// render/light/light_map.h: LightMap: a grid in the view of a light that keeps the light which tissue
+// scatters, on its way through the volume (course notes 10; docs/sampling.md, "Light maps"). How it is
+// filled: light_sweep.h. Knows no volume.
 #pragma once
 
 #include "render/light/shadow_map.h"
@@ -23,11 +23,14 @@ struct LightGrid {
     double sliceMm = 1;       // thickness of a slice
     double rayMm = 1;         // distance of neighbouring rays; perspective: at 1 mm from the eye
     bool perspective = false; // shells, not planes
-    bool oneOfSides = false;  // of six views from one place: what leaves it sideways comes back, as from the next
+    bool oneOfSides =
+        false; // of six views from one place: what leaves it sideways comes back, as from the next
 
     /// Distance of neighbouring rays at a plane, mm.
     double rayMmAt(int plane) const { return perspective ? rayMm * (nearMm + plane * sliceMm) : rayMm; }
-    std::size_t nodesOfPlane() const { return static_cast<std::size_t>(size) * static_cast<std::size_t>(size); }
+    std::size_t nodesOfPlane() const {
+        return static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
+    }
     std::size_t nodes() const { return nodesOfPlane() * (static_cast<std::size_t>(slices) + 1); }
     /// Of a view of such a size between two distances: a slice is as thick as rays are apart in its middle,
     /// or thicker where there are as many slices as rays along a side.
@@ -59,9 +62,9 @@ class LightMap {
     /// At most, of a map of so many rays along a side.
     static std::size_t bytes(int size);
 
-    /// Scattered light relative to what would arrive with nothing in the way, red, green, blue, [0,4); between
-    /// nodes by trilinear interpolation. Beyond the first and the last plane it is that of those; beyond the
-    /// outermost rays none, or of one of six views theirs.
+    /// Scattered light relative to what would arrive with nothing in the way, red, green, blue, [0,4);
+    /// between nodes by trilinear interpolation. Beyond the first and the last plane it is that of those;
+    /// beyond the outermost rays none, or of one of six views theirs.
     /// @param at  rays from the map's corner, the first one's centre at (0.5,0.5)
     /// @param mm  along the ray
     glm::vec3 at(const glm::vec2& at, float mm) const;

@@ -246,31 +246,50 @@ void LightSweep::goBack(int slice, std::size_t at, LightMap& map) {
     ray.angle = kMostAngle * (through + born);
 }
 
-void LightSweep::run(int threads, LightMap& map) {
-    TESSERA_CHECK(map.grid().size == grid_.size && map.grid().slices == grid_.slices);
-    const std::size_t plane = grid_.nodesOfPlane(), last = grid_.nodes() - plane;
+void LightSweep::begin() {
     std::fill(here_.begin(), here_.end(), Ray{});
     std::fill(beamHere_.begin(), beamHere_.end(), 1.0f);
     std::fill(mirrorHere_.begin(), mirrorHere_.end(), glm::vec3(0));
-    for (int slice = 0; slice < grid_.slices; ++slice)
-        crossSlice(slice, threads, [&](std::size_t at) { goOn(slice, at, map); });
-    ahead_ = back_ = glm::dvec3(0);
-    for (std::size_t at = 0; at < plane; ++at) { // nothing comes back to the last plane
+}
+
+/// At the last plane, to which nothing comes back.
+void LightSweep::turn(LightMap& map) {
+    const std::size_t plane = grid_.nodesOfPlane(), last = grid_.nodes() - plane;
+    glm::dvec3 sum(0);
+    for (std::size_t at = 0; at < plane; ++at) {
         beam_[last + at] = texelOf(beamHere_[at]);
         for (std::size_t c = 0; c < 3; ++c) {
             const float light = here_[at].light[c];
-            ahead_[static_cast<int>(c)] += static_cast<double>(light + beamHere_[at]);
+            sum[static_cast<int>(c)] += static_cast<double>(light + beamHere_[at]);
             map.node(last + at)[c] = texelOf(SweptScattering::kObliquity * light);
         }
         here_[at] = Ray{};
     }
-    for (int slice = grid_.slices - 1; slice >= 0; --slice)
-        crossSlice(slice, threads, [&](std::size_t at) { goBack(slice, at, map); });
+    ahead_ = sum / static_cast<double>(plane);
+}
+
+bool LightSweep::cross(int slices, int threads, LightMap& map) {
+    TESSERA_CHECK(map.grid().size == grid_.size && map.grid().slices == grid_.slices);
+    for (const int end = std::min(crossed_ + slices, 2 * grid_.slices); crossed_ < end; ++crossed_) {
+        if (crossed_ == 0)
+            begin();
+        if (crossed_ == grid_.slices)
+            turn(map);
+        const bool onwards = crossed_ < grid_.slices;
+        const int slice = onwards ? crossed_ : 2 * grid_.slices - 1 - crossed_;
+        if (onwards)
+            crossSlice(slice, threads, [&](std::size_t at) { goOn(slice, at, map); });
+        else
+            crossSlice(slice, threads, [&](std::size_t at) { goBack(slice, at, map); });
+    }
+    if (crossed_ < 2 * grid_.slices)
+        return false;
+    glm::dvec3 sum(0);
     for (const Ray& ray : here_)
         for (std::size_t c = 0; c < 3; ++c)
-            back_[static_cast<int>(c)] += static_cast<double>(ray.light[c]);
-    ahead_ /= static_cast<double>(plane);
-    back_ /= static_cast<double>(plane);
+            sum[static_cast<int>(c)] += static_cast<double>(ray.light[c]);
+    back_ = sum / static_cast<double>(grid_.nodesOfPlane());
+    return true;
 }
 
 } // namespace tessera

@@ -45,9 +45,15 @@ class LightSweep {
     /// Of each ray once; of different rays by several threads.
     /// @param slices  as many as the grid has
     void setRay(const glm::ivec2& ray, std::span<const LightSlice> slices);
-    /// Fills the map, of the same grid.
+    /// When all rays are set: light crosses so many more slices of the map, of the same grid. Returns true
+    /// when it is filled.
     /// @param threads  0: all processors; any number gives the same bits
-    void run(int threads, LightMap& map);
+    bool cross(int slices, int threads, LightMap& map);
+    /// The same to the end.
+    void run(int threads, LightMap& map) {
+        while (!cross(grid_.slices, threads, map))
+            ;
+    }
     /// After run(): the share of the light that gets to a node unscattered.
     float beam(std::size_t node) const;
     /// After run(): the shares of the light that leave the grid ahead, by the beam and scattered, and that
@@ -66,6 +72,8 @@ class LightSweep {
     void spread(const Ray* from, Ray* to, int at, std::size_t pitch, float square) const;
     template <typename Cross> void crossSlice(int slice, int threads, const Cross& cross);
     SweptLayer layerOf(std::size_t node, float gone, std::size_t colour) const;
+    void begin();
+    void turn(LightMap& map);
     void goOn(int slice, std::size_t at, LightMap& map);
     void goBack(int slice, std::size_t at, LightMap& map);
 
@@ -79,6 +87,7 @@ class LightSweep {
     Plane here_, there_; // of the plane that light has come to; room
     std::vector<float> beamHere_;
     std::vector<glm::vec3> mirrorHere_;
+    int crossed_ = 0; // slices, forwards and back
     glm::dvec3 ahead_{0}, back_{0};
 };
 

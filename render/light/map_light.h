@@ -1,5 +1,5 @@
-// render/light/map_light.h: scattered light by light maps (light_map.h; docs/sampling.md, "Light maps"), which
-// shadow maps of the scattered lights keep.
+// render/light/map_light.h: scattered light by light maps (light_map.h; docs/sampling.md, "Light maps"),
+// which shadow maps of the scattered lights keep.
 #pragma once
 
 #include "render/light/scatter_light.h"

@@ -116,8 +116,7 @@ void ScatterLight::at(int level, const glm::ivec3& first, std::span<glm::vec3> o
                 maps->light(start, step, level, tissue_.target(), left.data());
             const std::size_t count = std::min<std::size_t>(kPlaces, out.size() - from);
             for (std::size_t n = 0; n < count; ++n)
-                out[from + n] +=
-                    left[n] / attenuation(source, start + static_cast<double>(n) * step) * sent;
+                out[from + n] += left[n] / attenuation(source, start + static_cast<double>(n) * step) * sent;
         }
     }
 }

@@ -24,7 +24,7 @@ struct LightReport {
     std::size_t planeBytes = 0, mapBytes = 0; // beside the bricks; shadow maps
     std::size_t maps = 0;
     ShadowMapKind mapKind = ShadowMapKind::deep;
-    int mapSize = 0;        // rays along a side of one
+    int mapSize = 0; // rays along a side of one
     std::size_t lightMaps = 0, lightMapBytes = 0;
     int lightMapSize = 0;   // likewise
     float mapError = 0;     // largest error of light in deep maps; else 0

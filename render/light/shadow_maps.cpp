@@ -428,8 +428,8 @@ std::size_t ShadowMaps::rows() const {
                             : lightMaps_.size() * static_cast<std::size_t>(lightMaps_.front()->grid().size));
 }
 
-/// Casts rays of rows of one map: first those of all shadow maps, then those of each light map. Light crosses
-/// it when it has all.
+/// Casts rays of rows of one map: first those of all shadow maps, then those of each light map; or lets light
+/// cross slices of one that has all.
 void ShadowMaps::buildSome(const LightPath& field, int threads, std::size_t most, const ShareDone& progress) {
     const std::size_t before = rowsBuilt_, first = mapRows();
     if (before < first) {
@@ -452,20 +452,21 @@ void ShadowMaps::buildSome(const LightPath& field, int threads, std::size_t most
         return;
     }
     const auto size = static_cast<std::size_t>(lightMaps_.front()->grid().size);
-    const std::size_t map = (before - first) / size, end = first + (map + 1) * size;
-    if (!sweep_)
-        sweep_ = std::make_shared<LightSweep>(lightMaps_[map]->grid(), quality_.lightMap->g);
-    const std::size_t count = std::min(most, end - before);
-    parallelFor(count, threads, [&](std::size_t n) { buildLightRow(field, before - first + n); });
-    rowsBuilt_ += count;
-    if (rowsBuilt_ == end) {
-        sweep_->run(threads, *lightMaps_[map]);
-        sweep_.reset();
+    const std::size_t done = before - first;
+    if (sweep_ && done % size == 0) { // its rays are cast
+        if (sweep_->cross(static_cast<int>(most), threads, *lightMaps_[done / size - 1]))
+            sweep_.reset();
+        return;
     }
+    if (!sweep_)
+        sweep_ = std::make_shared<LightSweep>(lightMaps_[done / size]->grid(), quality_.lightMap->g);
+    const std::size_t count = std::min(most, size - done % size);
+    parallelFor(count, threads, [&](std::size_t n) { buildLightRow(field, done + n); });
+    rowsBuilt_ += count;
 }
 
 void ShadowMaps::build(const LightPath& field, int threads, const ShareDone& progress) {
-    while (rowsBuilt_ < rows())
+    while (!isBuilt())
         buildSome(field, threads, rows(), progress);
 }
 
@@ -477,12 +478,12 @@ void ShadowMaps::finish() {
 bool ShadowMaps::buildUntil(const LightPath& field, int threads,
                             std::chrono::steady_clock::time_point deadline) {
     constexpr std::size_t kRowsAtATime = 8;
-    while (rowsBuilt_ < rows()) {
+    while (!isBuilt()) {
         buildSome(field, threads, kRowsAtATime, {});
         if (std::chrono::steady_clock::now() >= deadline)
             break;
     }
-    return rowsBuilt_ == rows();
+    return isBuilt();
 }
 
 namespace {

@@ -148,6 +148,7 @@ class ShadowMaps {
                                     int size) const;
     std::size_t mapRows() const { return maps_.size() * static_cast<std::size_t>(size_); }
     std::size_t rows() const;
+    bool isBuilt() const { return rowsBuilt_ == rows() && !sweep_; }
     void addView(const Camera& camera, const VolumeInfo& info, const std::vector<glm::dvec3>& corners,
                  bool scatters);
     void finish();
