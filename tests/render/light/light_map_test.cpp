@@ -88,6 +88,34 @@ TEST(LightMap, LosesNothingInASlabThatTakesNothing) {
         }
 }
 
+/// Nor much in blocks of tissue and air, where light spreads from one to the other.
+TEST(LightMap, LosesLittleInUnevenTissue) {
+    for (const double g : {0.0, 0.8})
+        for (const float most : {0.2f, 1.0f, 3.0f})
+            for (const int edge : {1, 4, 8}) {
+                std::mt19937 random(5);
+                std::uniform_real_distribution<float> any(0, 1);
+                std::vector<float> blocks(32 * 32 * 32);
+                for (float& block : blocks)
+                    block = any(random) < 0.5f ? 0 : most * any(random);
+                const LightGrid grid = closed(gridOf(32, 32));
+                LightSweep sweep(grid, g);
+                LightMap map(grid);
+                std::vector<LightSlice> slices(32);
+                for (int y = 0; y < 32; ++y)
+                    for (int x = 0; x < 32; ++x) {
+                        for (int k = 0; k < 32; ++k)
+                            slices[static_cast<std::size_t>(k)] = {
+                                blocks[static_cast<std::size_t>(k / edge * 1024 + y / edge * 32 + x / edge)],
+                                glm::vec3(1)};
+                        sweep.setRay({x, y}, slices);
+                    }
+                sweep.run(1, map);
+                EXPECT_NEAR(sweep.ahead().r + sweep.back().r, 1, 0.06) << g << ", " << most << ", " << edge;
+                EXPECT_GT(sweep.back().r, 0.1);
+            }
+}
+
 /// The mean of what is scattered to planes of a slab, over the light that falls on it, by paths.
 std::vector<double> fluenceByPaths(double g, double depth, double albedo, int planes, int paths) {
     std::mt19937_64 random(1);
