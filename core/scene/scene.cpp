@@ -84,8 +84,12 @@ bool reflects(const Scene& scene) {
            });
 }
 Scene withoutReflections(Scene scene) {
-    for (Isosurface& surface : scene.surfaces)
+    constexpr double kLeastSeen = 0.1; // of glass
+    for (Isosurface& surface : scene.surfaces) {
+        if (surface.transmits())
+            surface.opacity = std::max(surface.opacity, kLeastSeen);
         surface.reflection.reset();
+    }
     return scene;
 }
 

@@ -72,7 +72,7 @@ std::size_t Reflections::bytes(const glm::ivec2& imageSize, bool sampled) {
     // Rays and ways of every order are there together, a slice of each; colours and hits of one; the picture
     // to add, with several samples its sums besides, and the hits of an array.
     const std::size_t together = std::clamp(rayCount(imageSize), kLeast, kTogether);
-    const std::size_t ofOrders = Lighting::kMostReflections * 3 * together * sizeof(Ray),
+    const std::size_t ofOrders = Lighting::kMostReflections * 5 * together * sizeof(Ray),
                       ofDrawing = 4 * together * (sizeof(LightWay) + sizeof(glm::vec4) + sizeof(SurfaceHit));
     return ofOrders + ofDrawing +
            rayCount(imageSize) * (sizeof(SurfaceHit) + (sampled ? 4 : 1) * sizeof(glm::vec4));
@@ -100,9 +100,18 @@ template <typename Field> Reflections::Leaving Reflections::leave(const Ray& ray
 
     double eta = 1;
     if (reflection.transmits || reflection.kind == ReflectionKind::fresnel) {
-        const bool enters = field.value(glm::vec3(place - pitch)) > field.value(glm::vec3(place + pitch));
-        const std::optional<Reflection> below =
-            number > 0 ? optics.surfaces[number - 1].reflection : std::nullopt;
+        // Stored values fall where a slope is negative, and the surfaces are by stored values.
+        const int rising = plan_.info().rescaleSlope < 0 ? -1 : 1;
+        const float rise = field.value(glm::vec3(place - pitch)) - field.value(glm::vec3(place + pitch));
+        const bool enters = static_cast<float>(rising) * rise > 0;
+        auto lower = static_cast<std::ptrdiff_t>(number) - rising;
+        const auto there = [&](std::ptrdiff_t n) { return n >= 0 && n < std::ssize(optics.surfaces); };
+        while (there(lower) && optics.surfaces[static_cast<std::size_t>(lower)].isovalue == look.isovalue)
+            lower -= rising;
+        const Reflection* const below =
+            there(lower) && optics.surfaces[static_cast<std::size_t>(lower)].reflection
+                ? &*optics.surfaces[static_cast<std::size_t>(lower)].reflection
+                : nullptr;
         eta = (below ? below->ior : 1) / reflection.ior;
         eta = enters ? eta : 1 / eta;
     }
@@ -158,6 +167,7 @@ std::vector<Reflections::Ray> Reflections::waysFrom(std::span<const Ray> rays) c
                               });
     });
     std::vector<Ray> ways;
+    ways.reserve(2 * all.size());
     for (const Leaving& leaving : all)
         for (const std::optional<Ray>* way : {&leaving.mirrored, &leaving.refracted})
             if (*way)
@@ -183,6 +193,7 @@ std::vector<Reflections::Ray> Reflections::follow(std::span<const Ray> ways, con
     if (!parts.empty())
         draw(of, colours, hits);
     std::vector<Ray> met;
+    met.reserve(ways.size());
     for (std::size_t n = 0; n < ways.size(); ++n) {
         const Ray& way = ways[n];
         glm::vec3 colour(0);
@@ -214,9 +225,10 @@ std::vector<Reflections::Ray> Reflections::follow(std::span<const Ray> ways, con
 void Reflections::followAll(std::vector<Ray> rays, int order, const Draw& draw, Image& out) const {
     for (std::size_t from = 0; from < rays.size(); from += together_) {
         const std::size_t count = std::min(together_, rays.size() - from);
-        const std::vector<Ray> ways = waysFrom(std::span(rays).subspan(from, count));
+        std::vector<Ray> ways = waysFrom(std::span(rays).subspan(from, count));
         report_.ways[static_cast<std::size_t>(order) - 1] += ways.size();
         std::vector<Ray> met = follow(ways, draw, out);
+        ways = {};
         if (order < most_)
             followAll(std::move(met), order + 1, draw, out);
     }

@@ -4,6 +4,7 @@
 #include "render/backends/mirror/mirror_surfaces.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -36,32 +37,40 @@ void DeferredLight::lookAround(const RayCaster& caster, Progress& progress) {
 Image DeferredLight::added(RayCaster& caster, Engine& engine, std::span<const glm::vec2> places,
                            const glm::ivec2& size, const Slicing& slicing, Work& work) const {
     const std::vector<SurfaceHit> hits = caster.hits();
-    Image out(size);
+    std::optional<Image> darkened;
     if (occlusion_)
-        out = occlusion_->added(hits, places, size, *tracerOf(caster, plan_));
+        darkened = occlusion_->added(hits, places, size, *tracerOf(caster, plan_));
     if (!reflections_)
-        return out;
+        return std::move(*darkened);
     Slicing ofWays = slicing;
     ofWays.progress = {};
     Rays rays = raysOf(plan_);
     rays.frame.cuts = {};
-    const Image mirrored = reflections_->added(
-        hits, places, size,
-        [&](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit> met) {
-            rays.arraySize = {kColumns, (static_cast<int>(ways.size()) + kColumns - 1) / kColumns};
-            std::vector<LightWay> array(ways.begin(), ways.end());
+    // In arrays of no more rays than are planned for.
+    const std::size_t most = std::max(rayCount(plan_.view.imageSize), kLeastPlacedRays) / kColumns * kColumns;
+    std::vector<LightWay> array;
+    const auto draw = [&](std::span<const LightWay> ways, std::span<glm::vec4> colours,
+                          std::span<SurfaceHit> met) {
+        for (std::size_t from = 0; from < ways.size(); from += most) {
+            const auto now = ways.subspan(from, std::min(most, ways.size() - from));
+            rays.arraySize = {kColumns, (static_cast<int>(now.size()) + kColumns - 1) / kColumns};
+            array.assign(now.begin(), now.end());
             array.resize(rayCount(rays.arraySize)); // the remainder meets nothing
             rays.ways = array;
             caster.begin(rays);
             drawToTheEnd(caster, engine, plan_, ofWays, work);
             const Image image = caster.image();
-            std::copy_n(image.pixels.begin(), ways.size(), colours.begin());
+            std::copy_n(image.pixels.begin(), now.size(),
+                        colours.begin() + static_cast<std::ptrdiff_t>(from));
             const std::vector<SurfaceHit> first = caster.hits();
-            std::copy_n(first.begin(), ways.size(), met.begin());
-        });
-    std::transform(out.pixels.begin(), out.pixels.end(), mirrored.pixels.begin(), out.pixels.begin(),
-                   std::plus<>());
-    return out;
+            std::copy_n(first.begin(), now.size(), met.begin() + static_cast<std::ptrdiff_t>(from));
+        }
+    };
+    Image mirrored = reflections_->added(hits, places, size, draw);
+    if (darkened)
+        std::transform(mirrored.pixels.begin(), mirrored.pixels.end(), darkened->pixels.begin(),
+                       mirrored.pixels.begin(), std::plus<>());
+    return mirrored;
 }
 
 void DeferredLight::report(RenderResult& result) const {

@@ -25,15 +25,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A first picture is drawn with: a sample of the coarse level a step, not two, and nothing tried or
-/// estimated.
+/// A first picture is drawn with: a sample of the coarse level a step, not two, nothing tried or estimated,
+/// and no reflections.
 Scene firstScene(const Scene& scene) {
     Scene first = scene;
     first.quality.stepVoxels = std::min(2 * scene.quality.stepVoxels, 16.0);
     first.quality.automaticStep = false;
     first.quality.maxError.reset();
     first.quality.pixels.samples = 1;
-    return first;
+    return withoutReflections(std::move(first));
 }
 
 /// Seconds for the picture itself, estimated from the time of the first one: it takes as many more samples as

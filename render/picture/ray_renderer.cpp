@@ -151,6 +151,12 @@ void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderRe
         search.chooseStep({Goal::Measure::luvP99, *asked.maxError - predictedOf(task.plan).p99});
     else if (chosen)
         search.chooseStep({Goal::Measure::rms, kDefaultStepError});
+    constexpr double kBehindGlass = 1; // voxels; what is there ends no ray of the trials
+    const std::vector<SurfaceLook>& surfaces = task.plan.layer().optics.surfaces;
+    if (task.plan.view.quality.stepVoxels > kBehindGlass &&
+        std::any_of(surfaces.begin(), surfaces.end(),
+                    [](const SurfaceLook& s) { return s.reflection && s.reflection->transmits; }))
+        task.plan.setStep(kBehindGlass);
     const bool decide = task.plan.view.quality.pixels.samples == PixelSampling::kAutomatic;
     if (chosen && decide && !asked.maxError)
         result.stepOfMeans =

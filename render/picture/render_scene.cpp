@@ -96,7 +96,7 @@ RenderOptions optionsFor(const Scene& scene, Stores stores, const RenderOptions&
     RenderOptions asked = options;
     const DrawnVolumes drawn = withLabelOptics(asDrawn(scene), stores);
     std::string reason;
-    if (drawn.stores.size() > 1 || drawn.scene.lighting.transport) { // the device goes before another is made
+    if (drawn.stores.size() > 1 || followsWays(drawn.scene)) { // the device goes before another is made
         const EngineMaker maker(options.engine, options.device, options.threads);
         needsAnother(drawn.scene, maker.kind(), asked, reason);
     }

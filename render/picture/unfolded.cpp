@@ -79,7 +79,8 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     if (scene.lighting.surfaceOcclusion)
         throw InputError("lighting.surfaceOcclusion: expected none where a line is unfolded, found one");
     if (reflects(scene))
-        throw InputError("isosurfaces: expected none with \"reflection\" where a line is unfolded, found one");
+        throw InputError(
+            "isosurfaces: expected none with \"reflection\" where a line is unfolded, found one");
     if (scene.lighting.transport)
         throw InputError("lighting.transport: expected none where a line is unfolded, found one");
     scene.camera = cameraOf(rows.front(), 0);

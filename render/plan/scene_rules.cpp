@@ -46,6 +46,13 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
         throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
 }
 
+/// What leaves the volume sees it.
+void checkEnvironment(const Scene& scene) {
+    if (const auto& sky = scene.lighting.environment; sky && !sky->file.path.empty() && !sky->file.map)
+        throw badFile(sky->file.path.string(), "a file of the scene's own lighting.environment",
+                      "one of a path's keyframes, which is not read");
+}
+
 /// Ways that leave isosurfaces go through the volume alone.
 void checkReflections(const FramePlan& plan, const Scene& scene) {
     if (!reflects(scene))
@@ -78,9 +85,6 @@ void checkTransport(const Scene& scene, const FramePlan& plan) {
                      std::to_string(plan.layer().optics.surfaces.size()));
     if (!plan.view.meshes.empty())
         throw refuse("no meshes", std::to_string(plan.view.meshes.size()));
-    if (const auto& sky = scene.lighting.environment; sky && !sky->file.path.empty() && !sky->file.map)
-        throw badFile(sky->file.path.string(), "a file of the scene's own lighting.environment",
-                      "one of a path's keyframes, which is not read");
     if (scene.lighting.transport->response == TransportResponse::contract) {
         if (!scene.shading.on)
             throw refuse("shading, which response \"contract\" is about", "none");
@@ -107,9 +111,6 @@ void checkLight(const Scene& scene) {
         throw InputError(
             "lighting: occlusion, shadows and scattered light need shading, and it is off; leave "
             "them out, or shade with ambient 1 and diffuse 0");
-    if (scene.lighting.environment && !scene.lighting.transport && !reflects(scene))
-        throw InputError("lighting.environment: expected paths of light (lighting.transport), or an isosurface "
-                         "with \"reflection\", which alone show it, found neither");
     checkHistograms(scene);
     checkScatter(scene);
     const auto& occlusion = scene.lighting.occlusion;
@@ -133,6 +134,8 @@ void checkScene(const Scene& scene) {
 void checkPlan(const Scene& scene, const FramePlan& plan) {
     checkSurfaceOcclusion(plan);
     checkReflections(plan, scene);
+    if (scene.lighting.transport || reflects(scene))
+        checkEnvironment(scene);
     checkTransport(scene, plan);
 }
 

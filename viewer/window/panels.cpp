@@ -169,7 +169,8 @@ void Panels::light(WindowState& desk) {
             paths_ = light;
         }
         light.transport = paths ? paths_.transport : std::nullopt;
-        light.environment = paths ? paths_.environment : std::nullopt;
+        if (paths || !reflects(other)) // mirrors show it too
+            light.environment = paths ? paths_.environment : std::nullopt;
         desk.beginEdit();
         desk.setScene(other, false);
     }

@@ -4,6 +4,7 @@
 
 #include <cctype>
 #include <initializer_list>
+#include <mutex>
 #include <string>
 #include <vtkAlgorithm.h>
 #include <vtkCallbackCommand.h>
@@ -51,15 +52,22 @@ class VtkComplaints {
 /// While it lives VTK prints nothing: not what objects say that a reader makes, whom nobody observes.
 class VtkSilence {
   public:
-    VtkSilence() : before_(vtkLogger::GetCurrentVerbosityCutoff()) {
-        vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+    VtkSilence() {
+        const std::lock_guard lock(mutex_);
+        if (silences_++ == 0)
+            vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
     }
-    ~VtkSilence() { vtkLogger::SetStderrVerbosity(before_); }
+    ~VtkSilence() {
+        const std::lock_guard lock(mutex_);
+        if (--silences_ == 0)
+            vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_INFO); // as it is at first
+    }
     VtkSilence(const VtkSilence&) = delete;
     VtkSilence& operator=(const VtkSilence&) = delete;
 
   private:
-    vtkLogger::Verbosity before_;
+    inline static std::mutex mutex_;
+    inline static int silences_ = 0;
 };
 
 } // namespace tessera

@@ -4,6 +4,7 @@
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/slice_converter.h"
 #include "bricking/import/source/source_files.h"
+#include "bricking/import/vtk/packed_arrays.h"
 #include "bricking/import/vtk/vtk_complaints.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -29,6 +30,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kGroupBytes = std::size_t{16} << 20; // of slices that VTK holds at once, at least one
+constexpr std::uint64_t kMostOfVoxel = 1024;               // bytes of an array, of many components
 constexpr std::uint64_t kMostPacked = 8192;                // values' bytes a byte of the file: LZMA's zeros
 
 std::optional<FileType> fileTypeOfVtk(int type) {
@@ -62,6 +64,39 @@ std::optional<FileType> fileTypeOfVtk(int type) {
     }
 }
 
+/// VTK asks nobody whether pieces hold all of the image: what none holds would be any memory's values.
+class PieceReader : public vtkXMLImageDataReader {
+  public:
+    static PieceReader* New() {
+        auto* const reader = new PieceReader;
+        reader->InitializeObjectBase();
+        return reader;
+    }
+    /// Voxels of all pieces, as their extents say; they may not overlap. -1: two do, or one lies outside.
+    std::int64_t voxelsOfPieces(const std::array<int, 6>& whole) const {
+        std::int64_t sum = 0;
+        for (int n = 0; n < this->NumberOfPieces; ++n) {
+            const int* const e = this->PieceExtents + 6 * n;
+            std::int64_t voxels = 1;
+            for (int axis = 0; axis < 3; ++axis) {
+                const int low = e[2 * axis], high = e[2 * axis + 1];
+                const auto at = static_cast<std::size_t>(2 * axis);
+                if (low < whole[at] || high > whole[at + 1])
+                    return -1;
+                voxels *= std::max<std::int64_t>(0, std::int64_t{high} - low + 1);
+            }
+            for (int other = 0; other < n; ++other) {
+                const int* const f = this->PieceExtents + 6 * other;
+                if (e[0] <= f[1] && f[0] <= e[1] && e[2] <= f[3] && f[2] <= e[3] && e[4] <= f[5] &&
+                    f[4] <= e[5])
+                    return -1;
+            }
+            sum += voxels;
+        }
+        return sum;
+    }
+};
+
 class VtkImageSource final : public RandomSlabSource {
   public:
     explicit VtkImageSource(const std::filesystem::path& path)
@@ -80,9 +115,13 @@ class VtkImageSource final : public RandomSlabSource {
         readPlace(about);
         readArray(about);
         const std::uint64_t bytes = info_.voxelCount() * bytesPerFileValue(type_);
-        if (bytes / kMostPacked > file.sizeBytes())
+        if (bytes / (isPackedVtk(file) ? kMostPacked : 1) > file.sizeBytes())
             throw badFile(where_, std::to_string(bytes) + " bytes of values, as its extent says",
                           "a file of " + std::to_string(file.sizeBytes()) + " bytes");
+        if (isPackedVtk(file))
+            checkPackedVtk(file, kMostOfVoxel * (info_.voxelCount() + kMostOfVoxel));
+        if (reader_->voxelsOfPieces(extent_) != static_cast<std::int64_t>(info_.voxelCount()))
+            throw badFile(where_, "pieces that hold every voxel of WholeExtent once", "others");
         info_.validate(where_);
         converter_ = SliceConverter(type_, false, [this](const auto& visit) {
             for (int z = 0; z < info_.extentVoxels.z; ++z) {
@@ -98,7 +137,9 @@ class VtkImageSource final : public RandomSlabSource {
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
-        converter_.convert(fileSlice(z), out, info_);
+        const std::span<const std::byte> slice = fileSlice(z); // another pass may read others meanwhile
+        slice_.assign(slice.begin(), slice.end());
+        converter_.convert(slice_, out, info_);
     }
 
   private:
@@ -173,11 +214,13 @@ class VtkImageSource final : public RandomSlabSource {
             throw badFile(where_, "an array of numbers", "another");
         type_ = *type;
         info_.type = storedTypeOf(type_);
-        info_.orientationKnown = array_ == "HU"; // as `tessera export` names it, whose axes are LPS
-        if (info_.orientationKnown)
+        if (array_ == "HU") // as `tessera export` names it
             info_.unit = "HU";
-        else
-            info_.remarks.emplace_back("VTK images do not say which way their axes point; taken as LPS, mm");
+        info_.orientationKnown = false;
+        info_.remarks.emplace_back("VTK images do not say which way their axes point; taken as LPS, mm");
+        if (reader_->GetNumberOfTimeSteps() > 1)
+            throw badFile(where_, "an image of one time",
+                          std::to_string(reader_->GetNumberOfTimeSteps()) + " times");
     }
 
     std::size_t sliceBytes() const {
@@ -194,32 +237,34 @@ class VtkImageSource final : public RandomSlabSource {
 
     void readGroup(int z) {
         const int most = static_cast<int>(std::max<std::size_t>(1, kGroupBytes / sliceBytes()));
-        firstSlice_ = z / most * most;
-        endSlice_ = std::min(firstSlice_ + most, info_.extentVoxels.z);
+        const int first = z / most * most, end = std::min(first + most, info_.extentVoxels.z);
         std::array<int, 6> wanted = extent_;
-        wanted[4] = extent_[4] + firstSlice_, wanted[5] = extent_[4] + endSlice_ - 1;
+        wanted[4] = extent_[4] + first, wanted[5] = extent_[4] + end - 1;
+        firstSlice_ = endSlice_ = 0; // what was here goes
         const VtkSilence silence;
         static_cast<vtkAlgorithm&>(*reader_).UpdateExtent(wanted.data());
         requireNoComplaint();
         vtkImageData* const image = reader_->GetOutput();
         vtkDataArray* const values = image ? image->GetPointData()->GetArray(array_.c_str()) : nullptr;
-        const std::size_t bytes = sliceBytes() * static_cast<std::size_t>(endSlice_ - firstSlice_);
+        const std::size_t bytes = sliceBytes() * static_cast<std::size_t>(end - first);
         int got[6] = {};
         if (image)
             image->GetExtent(got);
         if (!values || !std::equal(wanted.begin(), wanted.end(), got) ||
+            values->GetNumberOfComponents() != 1 ||
+            static_cast<std::size_t>(values->GetDataTypeSize()) != bytesPerFileValue(type_) ||
             static_cast<std::size_t>(values->GetNumberOfTuples()) * bytesPerFileValue(type_) != bytes)
             throw badFile(where_,
-                          "the values of slices " + std::to_string(firstSlice_) + " to " +
-                              std::to_string(endSlice_ - 1),
+                          "the values of slices " + std::to_string(first) + " to " + std::to_string(end - 1),
                           "fewer (is it truncated?)");
         group_.resize(bytes);
         std::memcpy(group_.data(), values->GetVoidPointer(0), bytes);
+        firstSlice_ = first, endSlice_ = end;
         image->Initialize(); // VTK's own memory is not kept
     }
 
     std::string where_, array_;
-    vtkNew<vtkXMLImageDataReader> reader_;
+    vtkNew<PieceReader> reader_;
     VtkComplaints complaints_;
     std::array<int, 6> extent_{};
     VolumeInfo info_;
@@ -227,6 +272,7 @@ class VtkImageSource final : public RandomSlabSource {
     SliceConverter converter_;
     std::vector<std::byte> group_; // slices [firstSlice_, endSlice_), as the file has them
     int firstSlice_ = 0, endSlice_ = 0;
+    std::vector<std::byte> slice_; // one of them, at hand
 };
 
 } // namespace

@@ -10,9 +10,10 @@
 
 namespace tessera {
 
-/// In the file's own order. VTK holds up to 16 MiB of slices, at least one, besides. Throws InputError naming
-/// the file for what VTK complains about, for an extent that the file cannot hold, for one that has no end,
-/// and without one array of one number a voxel, or one that is named as the scalars.
+/// In the file's own order. VTK holds up to 16 MiB of slices, at least one, besides, and values in text
+/// whole. Throws InputError naming the file for what VTK complains about, for an extent that the file cannot
+/// hold, for one that has no end, and without one array of one number a voxel, or one that is named as the
+/// scalars.
 std::unique_ptr<SlabSource> openVtkImage(const std::filesystem::path& file);
 
 } // namespace tessera

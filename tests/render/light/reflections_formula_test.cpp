@@ -23,7 +23,8 @@ glm::dvec3 colourOf(const LightWay& way) {
 /// docs/sampling.md, "Reflections of isosurfaces", written out once more, for hits of the test's own.
 struct Written {
     const FramePlan& p;
-    const std::vector<Isosurface>& surfaces; // by value
+    const std::vector<Isosurface>& surfaces; // as the plan has them: by stored values
+    double slope;                            // of them
     double steepness;                        // length of the field's gradient, physical units per mm
     int level;
     bool cut; // the box [16,20]^3, voxels, is taken away
@@ -64,9 +65,10 @@ struct Written {
         const glm::dvec3 n = glm::normalize(glm::dvec3(hit.normal)),
                          d = glm::normalize(toPatient * pixelLine(p.view.frame, place).direction);
         const double c = -glm::dot(d, n);
-        // Values rise along z: a ray that comes from above leaves.
-        const double own = r.ior, below = number > 0 ? surfaces[number - 1].reflection->ior : 1;
-        const bool enters = (toVoxels * n).z < 0;
+        // Stored values rise along z: a ray that comes from above leaves, where the slope is above 0.
+        const std::size_t lower = slope > 0 ? number - 1 : number + 1; // beyond the list: none
+        const double own = r.ior, below = lower < surfaces.size() ? surfaces[lower].reflection->ior : 1;
+        const bool enters = slope * (toVoxels * n).z < 0;
         const double n1 = enters ? below : own, n2 = enters ? own : below;
         const double k = 1 - (n1 / n2) * (n1 / n2) * (1 - c * c), ct = std::sqrt(std::max(k, 0.0));
         double f = r.strength;
@@ -101,81 +103,85 @@ struct Written {
 };
 
 TEST(Reflections, AreTheirFormula) {
-    constexpr double kSlope = 2;
-    const Stored stored([](const glm::dvec3& p) { return 0.1 * p.z - 2; }, glm::ivec3(44, 40, 48), false,
-                        kSlope);
-    for (const int level : {0, 1})
-        for (const bool cut : {false, true}) {
-            std::vector<Isosurface> surfaces(3);
-            surfaces[0] = {-1, {0.9, 0.6, 0.5}, 0.7};
-            surfaces[0].reflection = Reflection{
-                .kind = ReflectionKind::gradient, .strength = 0.9, .gradient = {0.05, 0.3}, .ior = 1.2};
-            surfaces[1] = {0, {0.9, 0.6, 0.5}, 0.3};
-            surfaces[1].reflection =
-                Reflection{.kind = ReflectionKind::fresnel, .strength = 0.8, .ior = 1.7, .transmits = true};
-            surfaces[2] = {0.5, {0.3, 0.9, 0.4}, 0.6};
-            surfaces[2].reflection = Reflection{.strength = 0.5, .ior = 1.1};
-            Scene scene = stored.scene(surfaces);
-            scene.imageSize = {13, 9};
-            scene.background = glm::vec3(0.2f, 0.5f, 0.9f);
-            scene.lighting.reflectionOrder = 1;
-            if (cut)
-                scene.cuts.boxes = {{{16, 16, 16}, {20, 20, 20}, CropBox::Space::voxels, Keep::outside}};
-            const auto prepared = stored.prepare(scene);
-            Planner& p = prepared->p;
-            Selection levels = p.layer().selection;
-            levels.counts = {};
-            for (std::uint8_t& mine : levels.levels) {
-                mine = mine == Selection::kEmpty ? mine : static_cast<std::uint8_t>(level);
-                ++levels.counts[mine];
-            }
-            p.setSelection(levels);
-            const glm::dmat3 toPatient(p.info().patientFromVoxel);
-            const double steepness =
-                glm::length(glm::transpose(glm::inverse(toPatient)) * glm::dvec3(0, 0, 0.1 * kSlope));
-            EXPECT_GT(steepness, 0.1);
-            EXPECT_LT(steepness, 0.25);
-            const Written written{p, surfaces, steepness, level, cut};
-            std::mt19937 random(3);
-            std::uniform_real_distribution<double> unit(-1, 1);
-            std::vector<SurfaceHit> hits(13 * 9);
-            std::vector<glm::vec2> places;
-            for (std::size_t n = 0; n < hits.size(); ++n) {
-                SurfaceHit& hit = hits[n];
-                places.emplace_back(static_cast<float>(n % 13) + 0.4f, static_cast<float>(n / 13) + 0.7f);
-                const glm::dvec3 d =
-                    glm::normalize(toPatient * pixelLine(p.view.frame, glm::dvec2(places[n])).direction);
-                glm::dvec3 normal(unit(random), unit(random), unit(random));
-                normal = glm::normalize(normal - 1.2 * d);
-                if (glm::dot(normal, d) > 0)
-                    normal = -normal;
-                hit.normal = n % 17 == 5 ? glm::vec3(0) : glm::vec3(normal);
-                hit.surface = static_cast<int>(n % 4);
-                hit.weight = static_cast<float>(0.6 + 0.4 * unit(random));
-                hit.position = glm::vec3(22 + 4 * unit(random), 20 + 4 * unit(random), 21 + 4 * unit(random));
-            }
-            const Reflections reflections(p, 2);
-            const Image added = reflections.added(
-                hits, places, {13, 9},
-                [](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit>) {
-                    for (std::size_t n = 0; n < ways.size(); ++n)
-                        colours[n] = glm::vec4(glm::vec3(colourOf(ways[n])), static_cast<float>(kAlpha));
-                });
-            std::size_t compared = 0;
-            for (std::size_t n = 0; n < hits.size(); ++n) {
-                const glm::vec4& found = added.pixels[n];
-                if (hits[n].surface == 0 || hits[n].normal == glm::vec3(0)) {
-                    EXPECT_EQ(found, glm::vec4(0));
-                    continue;
+    for (const double slope : {2.0, -2.0}) {
+        const Stored stored([](const glm::dvec3& p) { return 0.1 * p.z - 2; }, glm::ivec3(44, 40, 48), false,
+                            slope);
+        for (const int level : {0, 1})
+            for (const bool cut : {false, true}) {
+                std::vector<Isosurface> surfaces(3);
+                surfaces[0] = {-1, {0.9, 0.6, 0.5}, 0.7};
+                surfaces[0].reflection = Reflection{
+                    .kind = ReflectionKind::gradient, .strength = 0.9, .gradient = {0.05, 0.3}, .ior = 1.2};
+                surfaces[1] = {0, {0.9, 0.6, 0.5}, 0.3};
+                surfaces[1].reflection = Reflection{
+                    .kind = ReflectionKind::fresnel, .strength = 0.8, .ior = 1.7, .transmits = true};
+                surfaces[2] = {0.5, {0.3, 0.9, 0.4}, 0.6};
+                surfaces[2].reflection = Reflection{.strength = 0.5, .ior = 1.1};
+                Scene scene = stored.scene(surfaces);
+                scene.imageSize = {13, 9};
+                scene.background = glm::vec3(0.2f, 0.5f, 0.9f);
+                scene.lighting.reflectionOrder = 1;
+                if (cut)
+                    scene.cuts.boxes = {{{16, 16, 16}, {20, 20, 20}, CropBox::Space::voxels, Keep::outside}};
+                const auto prepared = stored.prepare(scene);
+                Planner& p = prepared->p;
+                Selection levels = p.layer().selection;
+                levels.counts = {};
+                for (std::uint8_t& mine : levels.levels) {
+                    mine = mine == Selection::kEmpty ? mine : static_cast<std::uint8_t>(level);
+                    ++levels.counts[mine];
                 }
-                const glm::dvec3 truth = written.added(hits[n], glm::dvec2(places[n]));
-                EXPECT_LT(glm::distance(glm::dvec3(found), truth), 2e-4)
-                    << n << " of surface " << hits[n].surface;
-                EXPECT_EQ(found.a, 0);
-                compared += glm::length(truth) > 0.02;
+                p.setSelection(levels);
+                const glm::dmat3 toPatient(p.info().patientFromVoxel);
+                const double steepness =
+                    glm::length(glm::transpose(glm::inverse(toPatient)) * glm::dvec3(0, 0, 0.1 * slope));
+                EXPECT_GT(steepness, 0.1);
+                EXPECT_LT(steepness, 0.25);
+                if (slope < 0)
+                    std::reverse(surfaces.begin(), surfaces.end());
+                const Written written{p, surfaces, slope, steepness, level, cut};
+                std::mt19937 random(3);
+                std::uniform_real_distribution<double> unit(-1, 1);
+                std::vector<SurfaceHit> hits(13 * 9);
+                std::vector<glm::vec2> places;
+                for (std::size_t n = 0; n < hits.size(); ++n) {
+                    SurfaceHit& hit = hits[n];
+                    places.emplace_back(static_cast<float>(n % 13) + 0.4f, static_cast<float>(n / 13) + 0.7f);
+                    const glm::dvec3 d =
+                        glm::normalize(toPatient * pixelLine(p.view.frame, glm::dvec2(places[n])).direction);
+                    glm::dvec3 normal(unit(random), unit(random), unit(random));
+                    normal = glm::normalize(normal - 1.2 * d);
+                    if (glm::dot(normal, d) > 0)
+                        normal = -normal;
+                    hit.normal = n % 17 == 5 ? glm::vec3(0) : glm::vec3(normal);
+                    hit.surface = static_cast<int>(n % 4);
+                    hit.weight = static_cast<float>(0.6 + 0.4 * unit(random));
+                    hit.position =
+                        glm::vec3(22 + 4 * unit(random), 20 + 4 * unit(random), 21 + 4 * unit(random));
+                }
+                const Reflections reflections(p, 2);
+                const Image added = reflections.added(
+                    hits, places, {13, 9},
+                    [](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit>) {
+                        for (std::size_t n = 0; n < ways.size(); ++n)
+                            colours[n] = glm::vec4(glm::vec3(colourOf(ways[n])), static_cast<float>(kAlpha));
+                    });
+                std::size_t compared = 0;
+                for (std::size_t n = 0; n < hits.size(); ++n) {
+                    const glm::vec4& found = added.pixels[n];
+                    if (hits[n].surface == 0 || hits[n].normal == glm::vec3(0)) {
+                        EXPECT_EQ(found, glm::vec4(0));
+                        continue;
+                    }
+                    const glm::dvec3 truth = written.added(hits[n], glm::dvec2(places[n]));
+                    EXPECT_LT(glm::distance(glm::dvec3(found), truth), 2e-4)
+                        << n << " of surface " << hits[n].surface;
+                    EXPECT_EQ(found.a, 0);
+                    compared += glm::length(truth) > 0.02;
+                }
+                EXPECT_GT(compared, 60u);
             }
-            EXPECT_GT(compared, 60u);
-        }
+    }
 }
 
 /// What a cut leaves of a way before a mirror takes light from that mirror, as the volume in its own part

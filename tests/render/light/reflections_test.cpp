@@ -2,6 +2,7 @@
 // agree, refusals, and no cost where there are none.
 #include "core/base/error.h"
 #include "render/backends/mirror/mirror.h"
+#include "render/interactive/interactive_renderer.h"
 #include "render/light/reflections.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"
@@ -420,6 +421,36 @@ TEST(Reflections, CostNothingWhereThereAreNone) {
     EXPECT_EQ(gpu[1], gpu[2]);
     EXPECT_EQ(gpu[0] - gpu[1], 48u * 48u * sizeof(SurfaceHit));
     EXPECT_GT(ram[0], ram[1]);
+    Scene glass = with; // two rays leave a surface
+    glass.surfaces[0].reflection = Reflection{.kind = ReflectionKind::fresnel, .transmits = true};
+    std::size_t most = 0;
+    EXPECT_GT(drawn(glass, ram[0], most).reflections->ways[0], 48u * 48u / 2);
+    EXPECT_EQ(most, gpu[0]);
+}
+
+/// Windows have no reflections in motion, and show glass all the same.
+TEST(Reflections, GlassIsSeenInMotion) {
+    Scene scene = torsoScene(0, false, Integrator::midpoint, {16, 16});
+    scene.mode = Mode::isosurface;
+    scene.surfaces = {clear(-300, 1.1)};
+    const Scene moving = asDrawn(withoutPaths(asDrawn(scene)));
+    EXPECT_FALSE(reflects(moving));
+    EXPECT_GT(moving.surfaces.at(0).opacity, 0);
+    EXPECT_LT(moving.surfaces.at(0).opacity, 0.5);
+    EXPECT_FALSE(isBlank(renderedBy(moving, EngineKind::native)));
+}
+
+/// Trials of the step see only what lies before glass.
+TEST(Reflections, TheStepIsShortBehindGlass) {
+    Scene scene = torsoScene(0, true, Integrator::midpoint, {32, 32});
+    scene.surfaces = {clear(-300, 1.1)};
+    scene.quality.automaticStep = true;
+    Budgets budgets;
+    const StoreReader store(storePath("torso"), budgets.ram);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.searching = true;
+    EXPECT_LE(renderScene(scene, store, budgets.ram, budgets.gpu, options).stepVoxels, 1);
 }
 
 } // namespace

@@ -175,6 +175,7 @@ void renderOnePicture(const RenderTask& task) {
     finishStandardOutput();
     if (!blank)
         noteMissingSurfaces(task, result);
+    noteUnseenSky(task);
     noteMissedError(task, result);
     noteWritten(task, task.scene, result, "");
     common.detail("most charged: RAM " + formatBytes(task.ram.peakBytes()) + " of " +

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/preset.h"
+#include "render/picture/render_scene.h"
 #include "render/plan/drawn_part.h"
 #include "viewer/cli/options/options.h" // formatNumber
 
@@ -158,6 +159,12 @@ void noteMissingSurfaces(const RenderTask& task, const RenderResult& result) {
                              ": the volume has no such value, so nothing of it is in the picture; its values "
                              "go from " +
                              rangeOf(result, task.store.info()));
+}
+
+void noteUnseenSky(const RenderTask& task) {
+    if (task.scene.lighting.environment && !followsWays(task.scene))
+        task.common.note("lighting.environment: nothing shows it, neither paths of light nor an isosurface "
+                         "with a reflection");
 }
 
 void noteMissedError(const RenderTask& task, const RenderResult& result) {

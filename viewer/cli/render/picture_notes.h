@@ -32,6 +32,8 @@ void noteTable(const RenderTask& task, const RenderResult& result);
 /// Isosurfaces of values that the volume does not have.
 void noteMissingSurfaces(const RenderTask& task, const RenderResult& result);
 
+/// Tells of an environment that nothing shows.
+void noteUnseenSky(const RenderTask& task);
 /// With an error bound: the reason if the picture is not known to be within it.
 void noteMissedError(const RenderTask& task, const RenderResult& result);
 

@@ -3,6 +3,7 @@
 #include "core/base/brick.h"
 #include "tests/support/import_test_tools.h"
 
+#include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
@@ -115,6 +116,55 @@ TEST(ImportVti, PlaceAndSlabs) {
     EXPECT_TRUE(found == expected);
 }
 
+// Another pass over all slices, which VTK holds a part of, is for the lowest value.
+TEST(ImportVti, VoxelsWithoutANumber) {
+    const ScratchFolder folder;
+    const glm::ivec3 size(700, 800, 20);
+    const vtkNew<vtkImageData> image = imageOf<float>(VTK_FLOAT, size);
+    auto* const values = static_cast<float*>(image->GetScalarPointer());
+    const std::size_t count = cellCount(size);
+    for (std::size_t i = 0; i < count; ++i)
+        values[i] = static_cast<float>(i % 1009) - 20;
+    values[5] = values[count / 2] = std::numeric_limits<float>::quiet_NaN();
+    write(image, folder / "a.vti", Coding::raw, vtkXMLWriter::NONE);
+    const auto source = openSource(folder / "a.vti", {});
+    const std::vector<float> found = readAll<float>(*source);
+    EXPECT_EQ(source->info().nonFiniteVoxels, 2u);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < count; ++i)
+        wrong += found[i] != (std::isnan(values[i]) ? -20 : values[i]);
+    EXPECT_EQ(wrong, 0u);
+}
+
+// An image in pieces, as parallel programs write it.
+TEST(ImportVti, Pieces) {
+    const ScratchFolder folder;
+    const auto piece = [](const std::string& extent, const std::string& values) {
+        return "<Piece Extent=\"" + extent +
+               "\"><PointData Scalars=\"v\"><DataArray type=\"Int16\" Name=\"v\" format=\"ascii\">" + values +
+               "</DataArray></PointData></Piece>\n";
+    };
+    const auto written = [&](const std::string& pieces) {
+        writeFile(folder / "a.vti",
+                  "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+                  "header_type=\"UInt64\">\n"
+                  "<ImageData WholeExtent=\"0 1 0 1 0 2\" Origin=\"0 0 0\" Spacing=\"1 1 1\">\n" +
+                      pieces + "</ImageData>\n</VTKFile>\n");
+    };
+    const std::string low = piece("0 1 0 1 0 0", "1 2 3 4"), left = piece("0 0 0 1 1 2", "5 7 9 11"),
+                      right = piece("1 1 0 1 1 2", "6 8 10 12");
+    written(low + left + right);
+    EXPECT_EQ(readAll<std::int16_t>(*openSource(folder / "a.vti", {})),
+              (std::vector<std::int16_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+    for (const std::string& pieces :
+         {low, low + left, low + left + left, low + left + piece("1 1 0 1 1 3", "6 8 10 12 13 14")}) {
+        written(pieces);
+        EXPECT_THAT(refusalOfOpening(folder / "a.vti"),
+                    HasSubstr("pieces that hold every voxel of WholeExtent once"))
+            << pieces;
+    }
+}
+
 TEST(ImportVti, WhichArray) {
     const ScratchFolder folder;
     vtkNew<vtkImageData> image = imageOf<std::int16_t>(VTK_SHORT);
@@ -182,6 +232,8 @@ TEST(ImportVti, LiesAreRefused) {
     EXPECT_THAT(with(extent, "2 6 -3 0 10 9"), HasSubstr("WholeExtent of at least one voxel"));
     EXPECT_THAT(with(extent, "0 9999 0 9999 0 9999"), HasSubstr("bytes of values, as its extent says"));
     EXPECT_NE(with(extent, "2 6 -3 0 10 17"), ""); // a slice more than there is
+    EXPECT_THAT(with("Piece Extent=\"" + extent, "Piece Extent=\"2 6 -3 0 10 15"),
+                HasSubstr("pieces that hold every voxel"));
     EXPECT_THAT(with("Spacing=\"0.5", "Spacing=\"0"), HasSubstr("a Spacing above 0"));
     EXPECT_THAT(with("Spacing=\"0.5", "Spacing=\"1e9"), HasSubstr("Spacing"));
     EXPECT_THAT(with("Direction=\"1", "Direction=\"2"), HasSubstr("columns have length 1"));
@@ -214,6 +266,45 @@ TEST(ImportVti, DamageIsFound) {
     }
     EXPECT_GT(tried, 100u);
     EXPECT_EQ(silent, 0u) << "of " << tried;
+}
+
+// VTK divides by these numbers, and allocates what they say.
+TEST(ImportVti, LyingSizesOfBlocksAreRefused) {
+    const ScratchFolder folder;
+    const vtkNew<vtkImageData> image = imageOf<std::int16_t>(VTK_SHORT);
+    const fs::path path = folder / "a.vti";
+    for (const Coding coding : {Coding::raw, Coding::base64, Coding::appendedBase64}) {
+        write(image, path, coding, vtkXMLWriter::ZLIB);
+        const std::string whole = fileBytes(path);
+        const std::size_t from =
+            coding == Coding::base64
+                ? whole.find_first_not_of(" \n", whole.find('>', whole.find("<DataArray")) + 1)
+                : whole.find('_', whole.find("<AppendedData")) + 1;
+        for (const std::string& lie :
+             {std::string("\377\377\377\377\40\0\0\0\30\0\0\0", 12),
+              std::string("\11\0\0\0\0\0\0\0\30\0\0\0", 12), std::string("\11\0\0\0\40\0\0\0\60\0\0\0", 12),
+              std::string("\11\0\0\0\377\377\377\377\30\0\0\0", 12)}) {
+            std::string text = lie;
+            if (coding != Coding::raw) { // 12 bytes are 16 letters
+                const char* const letters =
+                    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+                text.clear();
+                for (std::size_t i = 0; i < lie.size(); i += 3) {
+                    const std::uint32_t bits =
+                        static_cast<std::uint32_t>(static_cast<unsigned char>(lie[i])) << 16 |
+                        static_cast<std::uint32_t>(static_cast<unsigned char>(lie[i + 1])) << 8 |
+                        static_cast<unsigned char>(lie[i + 2]);
+                    for (const int shift : {18, 12, 6, 0})
+                        text += letters[bits >> shift & 63u];
+                }
+            }
+            std::string damaged = whole;
+            damaged.replace(from, text.size(), text);
+            writeFile(path, damaged);
+            EXPECT_THAT(refusalOfOpening(path), HasSubstr("packed blocks of an array"))
+                << static_cast<int>(coding);
+        }
+    }
 }
 
 } // namespace
