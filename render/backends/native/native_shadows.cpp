@@ -30,8 +30,9 @@ NativeShadows::NativeShadows(const FramePlan& plan, const HostPlane& plane,
     march_ = target.shadows(scene_);
 }
 
-bool NativeShadows::along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry, float dark,
-                          std::vector<LightLeft>& room, std::span<std::span<const LightLeft>> samples) const {
+bool NativeShadows::along(std::span<const SegmentedRay<float>> rays, std::span<const float> mmAtEntry,
+                          float dark, std::vector<LightLeft>& room,
+                          std::span<std::span<const LightLeft>> samples) const {
     const auto lanes = static_cast<std::size_t>(lanes_);
     TESSERA_CHECK(!rays.empty() && rays.size() <= lanes && mmAtEntry.size() == rays.size() &&
                   samples.size() == rays.size());
