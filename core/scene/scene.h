@@ -218,7 +218,7 @@ Scene asDrawn(const Scene& scene);
 
 /// True if an isosurface mirrors or refracts rays.
 bool reflects(const Scene& scene);
-/// The scene with isosurfaces as if they had no reflection; those that transmit have an opacity of 0.1 at least.
+/// The scene with isosurfaces as if they had no reflection; glass has an opacity of 0.1 at least.
 Scene withoutReflections(Scene scene);
 
 /// The meshes that are drawn.

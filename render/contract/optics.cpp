@@ -150,8 +150,7 @@ std::vector<SurfaceLook> surfaceLooks(const std::vector<Isosurface>& surfaces, c
     for (const Isosurface& s : surfaces)
         if (s.drawnOpacity() > 0) {
             looks.push_back({static_cast<float>((s.value - info.rescaleIntercept) / info.rescaleSlope),
-                             glm::vec3(s.drawnColour()),
-                             static_cast<float>(s.drawnOpacity()),
+                             glm::vec3(s.drawnColour()), static_cast<float>(s.drawnOpacity()),
                              static_cast<float>(-std::log1p(-std::min(s.opacity, 1 - 0x1p-24)) / voxelMm),
                              s.finish, s.reflection, static_cast<float>(s.opacity), true});
         }

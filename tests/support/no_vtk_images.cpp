@@ -1,5 +1,5 @@
-// tests/support/no_vtk_images.cpp: bricking/import/vtk/vtk_image.h for tests that read none. Those that do link
-// tessera_vtk_image before this.
+// tests/support/no_vtk_images.cpp: bricking/import/vtk/vtk_image.h for tests that read none. Those that do
+// link tessera_vtk_image before this.
 #include "bricking/import/vtk/vtk_image.h"
 
 namespace tessera {

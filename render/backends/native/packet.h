@@ -108,9 +108,9 @@ struct PacketSurfaces {
     float red[kMostSurfaces] = {}, green[kMostSurfaces] = {}, blue[kMostSurfaces] = {};
     float opacity[kMostSurfaces] = {};
     float reports[kMostSurfaces] = {}; // above 0: rays keep their first hit among such surfaces
-    bool volumeShows = true;     // between them
-    bool showsDistances = false; // distances along rays, mm, in place of red; of the volume too
-    PacketEmptySpace space;      // of the surfaces alone; no map: wherever anything shows
+    bool volumeShows = true;           // between them
+    bool showsDistances = false;       // distances along rays, mm, in place of red; of the volume too
+    PacketEmptySpace space;            // of the surfaces alone; no map: wherever anything shows
 };
 
 struct PacketJob;
