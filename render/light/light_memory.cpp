@@ -19,7 +19,7 @@ std::size_t mapBytesOf(const Lighting& lighting, ShadowQuality quality, bool lig
         quality.lightMap.reset();
     std::size_t bytes = 0;
     if (quality.lightMap) // one is made at a time
-        bytes += LightSweep::bytes(
+        bytes += MapSweep::bytes(
             std::max(LightMapping::kLeastSize / 2, quality.lightMap->size / quality.lightMapPart));
     for (const Light& light : castingLights(lighting.lights))
         bytes += ShadowMaps::bytes(light, quality);

@@ -87,19 +87,19 @@ SweptLayer sweptLayer(float depth, float gone, float albedo, const SweptScatteri
     return layer;
 }
 
-LightSweep::LightSweep(const LightGrid& grid, double g)
+MapSweep::MapSweep(const LightGrid& grid, double g)
     : grid_(grid), scattering_(g), depth_(grid.nodes()), albedo_(grid.nodes()), beam_(grid.nodes()),
       mirror_(grid.nodes()), here_(grid.nodesOfPlane()), there_(grid.nodesOfPlane()),
       beamHere_(grid.nodesOfPlane()), mirrorHere_(grid.nodesOfPlane()) {}
 
-std::size_t LightSweep::bytes(int size) {
+std::size_t MapSweep::bytes(int size) {
     LightGrid grid;
     grid.size = grid.slices = size;
     return grid.nodes() * (sizeof(float) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint16_t)) +
            grid.nodesOfPlane() * (2 * sizeof(Ray) + sizeof(float) + sizeof(glm::vec3));
 }
 
-void LightSweep::setRay(const glm::ivec2& ray, std::span<const LightSlice> slices) {
+void MapSweep::setRay(const glm::ivec2& ray, std::span<const LightSlice> slices) {
     TESSERA_CHECK(slices.size() == static_cast<std::size_t>(grid_.slices));
     std::size_t at = static_cast<std::size_t>(ray.y) * static_cast<std::size_t>(grid_.size) +
                      static_cast<std::size_t>(ray.x);
@@ -112,14 +112,14 @@ void LightSweep::setRay(const glm::ivec2& ray, std::span<const LightSlice> slice
     }
 }
 
-float LightSweep::beam(std::size_t node) const {
+float MapSweep::beam(std::size_t node) const {
     return lightOf(beam_[node]);
 }
 
 /// From a ray of a line to others of it.
 /// @param pitch   from one to the next
 /// @param square  of the slice's thickness, in distances of rays
-void LightSweep::spread(const Ray* from, Ray* to, int at, std::size_t pitch, float square) const {
+void MapSweep::spread(const Ray* from, Ray* to, int at, std::size_t pitch, float square) const {
     const Ray ray = from[static_cast<std::size_t>(at) * pitch];
     const float light = ray.light[0] + ray.light[1] + ray.light[2];
     if (!(light > 0))
@@ -149,7 +149,7 @@ void LightSweep::spread(const Ray* from, Ray* to, int at, std::size_t pitch, flo
 
 /// Spreads the light of a plane along rows, then along columns, and lets it cross a slice.
 /// @param cross  of every node, when here_ has the light that comes to it
-template <typename Cross> void LightSweep::crossSlice(int slice, int threads, const Cross& cross) {
+template <typename Cross> void MapSweep::crossSlice(int slice, int threads, const Cross& cross) {
     const auto size = static_cast<std::size_t>(grid_.size);
     const double rayMm = 0.5 * (grid_.rayMmAt(slice) + grid_.rayMmAt(slice + 1));
     const double thickness = grid_.sliceMm / std::max(1e-9, rayMm);
@@ -179,13 +179,13 @@ template <typename Cross> void LightSweep::crossSlice(int slice, int threads, co
     });
 }
 
-SweptLayer LightSweep::layerOf(std::size_t node, float gone, std::size_t colour) const {
+SweptLayer MapSweep::layerOf(std::size_t node, float gone, std::size_t colour) const {
     return sweptLayer(depth_[node], gone, static_cast<float>(albedo_[node][colour]) * (1.0f / 255),
                       scattering_);
 }
 
 /// From a plane to the next: here_ is the scattered light that comes to the slice, and then behind it.
-void LightSweep::goOn(int slice, std::size_t at, LightMap& map) {
+void MapSweep::goOn(int slice, std::size_t at, LightMap& map) {
     const std::size_t node = static_cast<std::size_t>(slice) * grid_.nodesOfPlane() + at;
     Ray& ray = here_[at];
     float& beam = beamHere_[at];
@@ -225,7 +225,7 @@ void LightSweep::goOn(int slice, std::size_t at, LightMap& map) {
 }
 
 /// From a plane to the one before: here_ is the light that comes back to the slice, and then before it.
-void LightSweep::goBack(int slice, std::size_t at, LightMap& map) {
+void MapSweep::goBack(int slice, std::size_t at, LightMap& map) {
     const std::size_t node = static_cast<std::size_t>(slice) * grid_.nodesOfPlane() + at;
     Ray& ray = here_[at];
     std::uint16_t* const kept = map.node(node);
@@ -246,14 +246,14 @@ void LightSweep::goBack(int slice, std::size_t at, LightMap& map) {
     ray.angle = kMostAngle * (through + born);
 }
 
-void LightSweep::begin() {
+void MapSweep::begin() {
     std::fill(here_.begin(), here_.end(), Ray{});
     std::fill(beamHere_.begin(), beamHere_.end(), 1.0f);
     std::fill(mirrorHere_.begin(), mirrorHere_.end(), glm::vec3(0));
 }
 
 /// At the last plane, to which nothing comes back.
-void LightSweep::turn(LightMap& map) {
+void MapSweep::turn(LightMap& map) {
     const std::size_t plane = grid_.nodesOfPlane(), last = grid_.nodes() - plane;
     glm::dvec3 sum(0);
     for (std::size_t at = 0; at < plane; ++at) {
@@ -268,7 +268,7 @@ void LightSweep::turn(LightMap& map) {
     ahead_ = sum / static_cast<double>(plane);
 }
 
-bool LightSweep::cross(int slices, int threads, LightMap& map) {
+bool MapSweep::cross(int slices, int threads, LightMap& map) {
     TESSERA_CHECK(map.grid().size == grid_.size && map.grid().slices == grid_.slices);
     for (const int end = std::min(crossed_ + slices, 2 * grid_.slices); crossed_ < end; ++crossed_) {
         if (crossed_ == 0)

@@ -1,4 +1,4 @@
-// render/light/light_sweep.h: LightSweep: fills a light map (light_map.h): light crosses the grid slice by
+// render/light/light_sweep.h: MapSweep: fills a light map (light_map.h): light crosses the grid slice by
 // slice, forwards and back (docs/sampling.md, "Light maps"). In every slice it is a two-stream solution of
 // the transfer of light; between slices it spreads sideways by small-angle moments (Fermi and Eyges).
 // Sources: Meador, Weaver 1980 (two streams); adding of layers: Grant, Hunt 1969; Eyges 1948.
@@ -35,10 +35,10 @@ struct SweptLayer {
 /// @param gone   1 - e^-depth
 SweptLayer sweptLayer(float depth, float gone, float albedo, const SweptScattering& scattering);
 
-class LightSweep {
+class MapSweep {
   public:
     /// @param g  mean cosine of the phase function, [0,1)
-    LightSweep(const LightGrid& grid, double g);
+    MapSweep(const LightGrid& grid, double g);
     /// Working memory, at most, of a map of so many rays along a side.
     static std::size_t bytes(int size);
 

@@ -9,9 +9,8 @@
 namespace tessera {
 namespace {
 
-/// Rays along a side of a coarse map, relative to a full one.
+/// Rays along a side of a coarse map, relative to a full one; of a light map, too.
 constexpr int kCoarseMapPart = 4;
-constexpr int kCoarseLightPart = 2; // of light maps
 
 bool sameShadows(const std::vector<Light>& a, const std::vector<Light>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Light& x, const Light& y) {
@@ -247,7 +246,7 @@ bool SceneLight::makeCoarseMaps(bool viewCounts) {
     ShadowQuality quality = shadowQualityOf(scene_);
     quality.mapSize = std::max(2, quality.mapSize / kCoarseMapPart);
     quality.stepVoxels *= 1 << kCoarseLevel;
-    quality.lightMapPart *= kCoarseLightPart;
+    quality.lightMapPart *= kCoarseMapPart;
     std::vector<ShadowMaps> maps;
     for (const PlacedLight& light : placedLights()) {
         maps.emplace_back(light, field, quality);

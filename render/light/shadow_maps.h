@@ -28,7 +28,7 @@
 
 namespace tessera {
 
-class LightSweep;
+class MapSweep;
 
 /// A light in patient space.
 struct PlacedLight {
@@ -169,7 +169,7 @@ class ShadowMaps {
     int size_ = 1;                                     // rays along a side of a map
     std::vector<std::shared_ptr<ShadowMap>> maps_;     // of copies, too, which are not built again
     std::vector<std::shared_ptr<LightMap>> lightMaps_; // likewise
-    std::shared_ptr<LightSweep> sweep_;                // of the one that is built
+    std::shared_ptr<MapSweep> sweep_;                  // of the one that is built
     std::size_t rowsBuilt_ = 0, more_ = 0;             // rays with a larger bound
     float largestError_ = 0;
 };

@@ -209,7 +209,7 @@ TEST(LightMapError, TellsWhatTheyTakeAndErrBy) {
                  "room; rms of direct light by its grid %.4f, by the deep map %.4f (%zu places)\n",
                  store, preset, size, made.maps.lightMaps().front()->grid().slices, made.seconds - deepAlone,
                  deepAlone, static_cast<double>(made.maps.lightMaps().front()->bytes()) / 1048576,
-                 static_cast<double>(LightSweep::bytes(size)) / 1048576, std::sqrt(ofGrid / count),
+                 static_cast<double>(MapSweep::bytes(size)) / 1048576, std::sqrt(ofGrid / count),
                  std::sqrt(ofMap / count), places.size());
             std::fflush(stdout);
         }

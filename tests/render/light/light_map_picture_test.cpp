@@ -50,7 +50,7 @@ TEST(LightMapPicture, SeesTheTissueThatShadowsSee) {
         EXPECT_EQ(grid.size, 32);
         EXPECT_EQ(grid.slices, 32);
         EXPECT_NEAR(grid.sliceMm, 1.5, 1e-9);
-        LightSweep sweep(grid, 0.8);
+        MapSweep sweep(grid, 0.8);
         LightMap expected(grid);
         const std::vector<LightSlice> slices(32, {static_cast<float>(extinction * 1.5), {0.8f, 0.6f, 0.4f}});
         for (int n = 0; n < 32 * 32; ++n)
@@ -201,12 +201,11 @@ TEST(LightMapPicture, BytesAreTold) {
     };
     const std::size_t small = bytes(map(32)), large = bytes(map(96));
     EXPECT_EQ(large - small,
-              LightMap::bytes(96) + LightSweep::bytes(96) - LightMap::bytes(32) - LightSweep::bytes(32));
+              LightMap::bytes(96) + MapSweep::bytes(96) - LightMap::bytes(32) - MapSweep::bytes(32));
     // Four maps of half the side; one is made at a time.
     EXPECT_EQ(bytes([&](Lighting& l) { map(96)(l), l.lights[0].softness = 4; }),
               bytes([&](Lighting& l) { l.lights[0].softness = 4, l.lights[0].scatter = 1, map(16)(l); }) +
-                  4 * (LightMap::bytes(48) - LightMap::bytes(8)) + LightSweep::bytes(96) -
-                  LightSweep::bytes(16));
+                  4 * (LightMap::bytes(48) - LightMap::bytes(8)) + MapSweep::bytes(96) - MapSweep::bytes(16));
     Prepared prepared("torso", [&] {
         Scene changed = scene;
         map(64)(changed.lighting);

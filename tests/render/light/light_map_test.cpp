@@ -35,7 +35,7 @@ struct Slab {
                 sweep.setRay({x, y}, slices);
         sweep.run(threads, map);
     }
-    LightSweep sweep;
+    MapSweep sweep;
     LightMap map;
 };
 
@@ -50,7 +50,7 @@ TEST(LightMap, IsTheShadowOfTissueThatScattersNothing) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> depths(0, 0.4f);
     const LightGrid grid = gridOf(5, 9);
-    LightSweep sweep(grid, 0.8);
+    MapSweep sweep(grid, 0.8);
     LightMap map(grid);
     std::vector<std::vector<float>> rays;
     std::vector<LightSlice> slices(9);
@@ -99,7 +99,7 @@ TEST(LightMap, LosesLittleInUnevenTissue) {
                 for (float& block : blocks)
                     block = any(random) < 0.5f ? 0 : most * any(random);
                 const LightGrid grid = closed(gridOf(32, 32));
-                LightSweep sweep(grid, g);
+                MapSweep sweep(grid, g);
                 LightMap map(grid);
                 std::vector<LightSlice> slices(32);
                 for (int y = 0; y < 32; ++y)
@@ -203,7 +203,7 @@ double spotOf(int slices, double mm, double depth, double g) {
     const double sliceMm = mm / slices;
     const double rayMm = mm / 12;
     const LightGrid grid = gridOf(kSize, slices + 1, sliceMm, rayMm);
-    LightSweep sweep(grid, g);
+    MapSweep sweep(grid, g);
     LightMap map(grid);
     std::vector<LightSlice> tissue(static_cast<std::size_t>(slices + 1),
                                    {static_cast<float>(depth / slices), glm::vec3(1)});
@@ -247,7 +247,7 @@ TEST(LightMap, SpreadsAThinBeamByItsMoments) {
 LightMap randomMap(const LightGrid& grid, int threads) {
     std::mt19937 random(11);
     std::uniform_real_distribution<float> any(0, 1);
-    LightSweep sweep(grid, 0.6);
+    MapSweep sweep(grid, 0.6);
     LightMap map(grid);
     std::vector<LightSlice> slices(static_cast<std::size_t>(grid.slices));
     for (int y = 0; y < grid.size; ++y)
@@ -331,7 +331,7 @@ TEST(LightMap, BytesAreThoseOfItsNumbers) {
         EXPECT_EQ(LightMap::bytes(size), LightMap(gridOf(size, size)).bytes());
         const auto nodes = static_cast<std::size_t>(size * size * (size + 1));
         EXPECT_EQ(LightMap::bytes(size), nodes * 6);
-        EXPECT_GE(LightSweep::bytes(size), nodes * 15);
+        EXPECT_GE(MapSweep::bytes(size), nodes * 15);
     }
     // A slice is as thick as rays are apart, or there are as many as rays.
     const LightGrid thin = LightGrid::between(10, 60, 2, 96, false),
