@@ -266,7 +266,8 @@ Lighting blend(const Lighting& a, const Lighting& b, double share) {
             light.intensity = mixed(light.intensity, to.intensity, share);
             light.colour = mixed(light.colour, to.colour, share);
             light.softness = mixed(light.softness, to.softness, share);
-            light.scatter = mixed(light.scatter, to.scatter, share);
+            if (a.scatterBy == b.scatterBy)
+                light.scatter = mixed(light.scatter, to.scatter, share);
         }
     if (a.shadowMap.kind == b.shadowMap.kind && a.shadowMap.filter == b.shadowMap.filter)
         out.shadowMap.threshold = mixed(a.shadowMap.threshold, b.shadowMap.threshold, share);

@@ -45,9 +45,11 @@ void finishSlices(const LightGrid& grid, float endMm, std::span<LightSlice> slic
         return;
     const double place = (static_cast<double>(endMm) - grid.nearMm) / grid.sliceMm;
     const auto count = static_cast<int>(slices.size());
-    // The slice in which a ray ends is not whole: it and those behind it are as the one before.
+    // The slice in which a ray ends may not be whole: it and those behind it are as the one before, if that
+    // is the deeper one.
     const int from = std::clamp(static_cast<int>(std::floor(place)), 0, count - 1);
-    const int known = from > 0 && slices[static_cast<std::size_t>(from - 1)].depth > 0 ? from - 1 : from;
+    const auto depth = [&](int n) { return slices[static_cast<std::size_t>(n)].depth; };
+    const int known = from > 0 && depth(from - 1) > depth(from) ? from - 1 : from;
     std::fill(slices.begin() + known + 1, slices.end(), slices[static_cast<std::size_t>(known)]);
 }
 
@@ -59,8 +61,6 @@ std::size_t LightMap::bytes(int size) {
 
 glm::vec3 LightMap::at(const glm::vec2& at, float mm) const {
     const auto edge = static_cast<float>(grid_.size);
-    if (!grid_.oneOfSides && !(at.x >= 0 && at.y >= 0 && at.x <= edge && at.y <= edge))
-        return glm::vec3(0);
     const auto plane = static_cast<float>((static_cast<double>(mm) - grid_.nearMm) / grid_.sliceMm);
     const glm::vec3 most(edge - 1, edge - 1, static_cast<float>(grid_.slices));
     const glm::vec3 place = glm::clamp(glm::vec3(at - 0.5f, plane), glm::vec3(0), most);

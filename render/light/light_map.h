@@ -63,8 +63,8 @@ class LightMap {
     static std::size_t bytes(int size);
 
     /// Scattered light relative to what would arrive with nothing in the way, red, green, blue, [0,4);
-    /// between nodes by trilinear interpolation. Beyond the first and the last plane it is that of those;
-    /// beyond the outermost rays none, or of one of six views theirs.
+    /// between nodes by trilinear interpolation. Beyond the first and the last plane it is that of those, and
+    /// beyond the outermost rays theirs: samples of coarse levels may lie there.
     /// @param at  rays from the map's corner, the first one's centre at (0.5,0.5)
     /// @param mm  along the ray
     glm::vec3 at(const glm::vec2& at, float mm) const;

@@ -216,10 +216,12 @@ void MapSweep::goOn(int slice, std::size_t at, LightMap& map) {
     // Light that went on was scattered once more per depth; that which was born, so often as what is left of
     // a beam and of what it became; what came back has forgotten its way.
     const float share = before > 0 ? through / before : 0;
-    const float more = scattering_.angle * depth, births = scattering_.angle * sent * depth / gone;
     const float angle = ray.angle;
-    ray.angle = share * (angle + more * before) + births + kMostAngle * again;
-    ray.drift = share * (ray.drift + angle + 0.5f * more * before) + 0.5f * (births + kMostAngle * again);
+    const float more =
+        before > 0 ? std::min(scattering_.angle * depth * before, kMostAngle * before - angle) : 0;
+    const float births = std::min(scattering_.angle * depth / gone, kMostAngle) * sent;
+    ray.angle = share * (angle + more) + births + kMostAngle * again;
+    ray.drift = share * (ray.drift + angle + 0.5f * more) + 0.5f * (births + kMostAngle * again);
     ray.angle = std::min(ray.angle, kMostAngle * (through + sent + again));
     beam *= 1 - gone;
 }

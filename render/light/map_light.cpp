@@ -16,7 +16,8 @@ void MapLight::add(const ChunkKey& chunk, BrickCache&, const OcclusionRoom& room
             const glm::dvec3 place = first + static_cast<double>(n) * step;
             glm::vec3 light(0);
             for (const Source& source : sources())
-                light += sentBy(source) / attenuation(source, place) * mapsOf(source)->scattered(place);
+                if (mapsOf(source)) // a scene's own rules ask for them
+                    light += sentBy(source) / attenuation(source, place) * mapsOf(source)->scattered(place);
             put(run.to + n, light);
         }
     }

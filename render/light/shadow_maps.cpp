@@ -184,6 +184,12 @@ std::size_t ShadowMaps::bytes(const Light& light, const ShadowQuality& quality) 
     return static_cast<std::size_t>(mapsOf(light.softness) * sides) * bytes;
 }
 
+std::size_t ShadowMaps::sweepBytes(const Light& light, const ShadowQuality& quality) {
+    return quality.lightMap && light.scatter > 0
+               ? MapSweep::bytes(lightMapSizeOf(light.softness > 0, quality))
+               : 0;
+}
+
 void ShadowMaps::addView(const Camera& camera, const VolumeInfo& info, const std::vector<glm::dvec3>& corners,
                          bool scatters) {
     View view;
@@ -299,9 +305,10 @@ glm::vec3 ShadowMaps::scattered(const glm::dvec3& place) const {
     glm::vec3 sum(0);
     for (std::size_t first = 0; first < views_.size(); first += static_cast<std::size_t>(perLight_)) {
         const std::size_t n = viewOf(first, place);
-        glm::vec2 at(0);
+        glm::vec2 at(0.5f * static_cast<float>(size_));
         float mm = 0;
-        if (placeOn(views_[n], place, at, mm)) // else behind the light, or at one inside
+        // Behind the light there is none; at one inside that of the first shell.
+        if (placeOn(views_[n], place, at, mm) || (perLight_ > 1 && place == views_[n].camera.position))
             sum += lightMaps_[n]->at(
                 at * (static_cast<float>(lightMaps_[n]->grid().size) / static_cast<float>(size_)), mm);
     }

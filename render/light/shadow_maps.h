@@ -94,6 +94,8 @@ class ShadowMaps {
 
     /// Memory of the maps, by size; half the side takes a quarter. With light maps, at most.
     static std::size_t bytes(const Light& light, const ShadowQuality& quality);
+    /// Room in which a light map is made.
+    static std::size_t sweepBytes(const Light& light, const ShadowQuality& quality);
 
     /// Casts all rays.
     /// @param threads  0: all processors

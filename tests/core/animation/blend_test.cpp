@@ -88,6 +88,12 @@ TEST(BlendOfLights, WhatCannotGoOverStays) {
     EXPECT_EQ(blend(a, b, 0.5).environment, a.environment);
     b.environment = lit(4).environment, b.environment->frame = LightFrame::camera;
     EXPECT_EQ(blend(a, b, 0.5).environment, a.environment);
+    Lighting rays = a, maps = a; // a light that only rays scatter has no map to look up
+    rays.scatterBy = ScatterSource::rays, maps.scatterBy = ScatterSource::map;
+    rays.lights[0].scatter = 2, maps.lights[0].scatter = 0;
+    EXPECT_EQ(blend(maps, rays, 0.5).lights[0].scatter, 0);
+    maps.scatterBy = ScatterSource::rays;
+    EXPECT_EQ(blend(maps, rays, 0.5).lights[0].scatter, 1);
     b.surfaceOcclusion->rays = 8;
     EXPECT_EQ(blend(a, b, 0.5).surfaceOcclusion, a.surfaceOcclusion);
     b.surfaceOcclusion.reset();

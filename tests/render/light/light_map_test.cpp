@@ -294,8 +294,8 @@ TEST(LightMap, IsInterpolatedBetweenNodes) {
     expect(1, 2, -4, light(1, 2, 0));
     expect(1, 2, 9, light(1, 2, 3));
     expect(-0.4, 2, 1, light(0, 2, 1));
-    expect(-0.6, 2, 1, 0);
-    expect(1, 3.6, 1, 0);
+    expect(-0.6, 2, 1, light(0, 2, 1));
+    expect(1, 3.6, 1, light(1, 3, 1));
     grid.oneOfSides = true;
     LightMap side(grid);
     std::copy_n(map.node(0), 3 * grid.nodes(), side.node(0));
@@ -324,6 +324,14 @@ TEST(LightMap, SlicesHoldTheDepthOfARay) {
     finishSlices(grid, 5.5f, dark);
     for (const LightSlice& slice : dark)
         EXPECT_NEAR(slice.depth, 4, 1e-5f);
+    // What is opaque stays so behind haze.
+    std::vector<LightSlice> wall(4);
+    addToSlices(grid, 1, 3, 0.01f, {1, 1, 1}, wall);
+    addToSlices(grid, 3, 4, 70, {0.5f, 0.5f, 0.5f}, wall);
+    finishSlices(grid, 4, wall);
+    const float walls[] = {0.01f, 70, 70, 70};
+    for (std::size_t n = 0; n < 4; ++n)
+        EXPECT_NEAR(wall[n].depth, walls[n], 1e-4f) << n;
 }
 
 TEST(LightMap, BytesAreThoseOfItsNumbers) {
