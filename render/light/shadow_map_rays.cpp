@@ -58,7 +58,8 @@ std::vector<ShadeStep> ShadowMaps::shadesOf(const LightPath& field, const View& 
 /// @param visit  gets the number of a ray, and its samples
 template <typename Visit>
 void ShadowMaps::castRow(const LightPath& field, const Row& row, float dark, const Visit& visit) const {
-    const auto& [rays, entries] = row;
+    const std::vector<SegmentedRay<float>>& rays = row.rays;
+    const std::vector<float>& entries = row.entries;
     std::size_t done = 0;
     if (field.rays) {
         std::vector<LightLeft> room;

@@ -64,7 +64,7 @@ class PackedWalk {
         const std::string head = textAt(file, 0, kLongestElement);
         const std::size_t at = head.find("<VTKFile");
         const std::string first = at == std::string::npos ? "" : head.substr(at, head.find('>', at) - at);
-        wordBytes_ = attributeOf(first, "header_type") == "UInt64" ? 8 : 4;
+        longWords_ = attributeOf(first, "header_type") == "UInt64";
         bigEndian_ = attributeOf(first, "byte_order") == "BigEndian";
     }
 
@@ -114,17 +114,18 @@ class PackedWalk {
 
     void check(const std::string& bytes) const {
         std::array<std::uint64_t, 3> words{}; // blocks, bytes of one, of the last if it is shorter
-        if (bytes.size() < 3 * wordBytes_)
+        const std::size_t wordBytes = longWords_ ? 8 : 4;
+        if (bytes.size() < 3 * wordBytes)
             throw badFile(where_, "the sizes of packed blocks", "the end of the file (is it truncated?)");
         for (std::size_t n = 0; n < 3; ++n)
-            for (std::size_t i = 0; i < wordBytes_; ++i) {
-                const std::size_t at = n * wordBytes_ + (bigEndian_ ? i : wordBytes_ - 1 - i);
+            for (std::size_t i = 0; i < wordBytes; ++i) {
+                const std::size_t at = n * wordBytes + (bigEndian_ ? i : wordBytes - 1 - i);
                 words[n] = words[n] << 8 | static_cast<unsigned char>(bytes[at]);
             }
         const auto [blocks, size, last] = words;
         if (blocks == 0)
             return;
-        if (size == 0 || size > mostBytes_ || last > size || blocks > file_.sizeBytes() / wordBytes_ ||
+        if (size == 0 || size > mostBytes_ || last > size || blocks > file_.sizeBytes() / wordBytes ||
             blocks > mostBytes_ / size + 1)
             throw badFile(where_,
                           "packed blocks of an array of at most " + std::to_string(mostBytes_) + " bytes",
@@ -135,8 +136,7 @@ class PackedWalk {
     const InputFile& file_;
     std::string where_;
     std::uint64_t mostBytes_;
-    std::size_t wordBytes_ = 4;
-    bool bigEndian_ = false;
+    bool longWords_ = false, bigEndian_ = false;
 };
 
 } // namespace

@@ -277,8 +277,7 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, 
         places.x[lane] = place.x, places.y[lane] = place.y;
         places.phase[lane] = rays_.frame.phased ? phaseOf<float>(at.x, at.y) : 0;
     }
-    if (rays_.ways.empty())
-        target_.rays(packetFrame_, places, job);
+    target_.rays(packetFrame_, places, job);
     for (int lane = 0; !rays_.ways.empty() && lane < target_.lanes(); ++lane)
         setRay(job, lane,
                within[lane] ? segmentedWay<float>(rays_.ways[slots[lane]], rays_.frame.segmentVoxels)
