@@ -2,6 +2,7 @@
 #include "render/light/shadow_maps.h"
 
 #include "core/base/error.h"
+#include "render/light/light_sweep.h"
 
 #include <algorithm>
 #include <cmath>
