@@ -10,7 +10,7 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 # suites whose others are slow. One list without parentheses: CMake's expressions bear few.
 quick_suites=(
     AreaPicture AutomaticIntegrator AutomaticStep BadRays Cameras ExtremeCases ExtremeReference FusedCameras HostileNumbers ImportBudget IntegratorOrder LabelCamera LabelLooks LabelShows LabelTexels
-    OutlineBands PlanePlaces SetReaders LightMemory LightTexel MeshShade OcclusionRoom PlacedLights SceneLight VoxelLight ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
+    OutlineBands PlanePlaces SetReaders LightMemory LightTexel MeshShade OcclusionRoom PlacedLights Reflections LightMapPicture SceneLight VoxelLight ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
     DistanceMap FirstHit FirstHitMap FirstHits FirstHitShadowsOfPictures FirstHitShadowsOfThinTissue Kinds/FirstHitShadows VarianceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
