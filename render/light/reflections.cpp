@@ -59,6 +59,7 @@ Reflections::Reflections(const FramePlan& plan, int threads, bool finestSamples)
     if (finestSamples) {
         finest_ = plan.layer().selection;
         std::fill(finest_.levels.begin(), finest_.levels.end(), std::uint8_t{0});
+        finest_.counts = {finest_.levels.size()};
     }
     if (plan.view.lighting.environment) {
         Lighting lighting = plan.view.lighting;

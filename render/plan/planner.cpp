@@ -4,21 +4,15 @@
 #include "bricking/analysis/body/kept_table.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
-#include "core/base/threads.h"
-#include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
-#include "render/light/light_memory.h"
-#include "render/plan/choose_integrator.h"
 #include "render/plan/framing.h"
 #include "render/plan/fusion.h"
 #include "render/plan/label_optics.h"
 #include "render/plan/layer_histograms.h"
 #include "render/plan/layer_labels.h"
 #include "render/plan/scene_rules.h"
-#include "render/plan/visibility_rays.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <string>
 
@@ -61,121 +55,7 @@ Scene withoutUnusedLight(Scene scene) {
     return scene;
 }
 
-/// An integrator that was not requested uses tables only if they are a small part of the free memory.
-constexpr std::size_t kPartsForTables = 16;
-/// Chunks in progress: as many as keep the loaders busy.
-constexpr std::size_t kReadOnceBytes = std::size_t{32} << 20;
-
-/// RAM that light of voxels takes.
-std::size_t lightBytes(const Planner& p, const Lighting& lighting) {
-    return lightRamBytes(lighting, p.info(), p.view.shadowQuality, p.threads, !p.view.meshes.empty(),
-                         p.view.amongOthers);
-}
-
 } // namespace
-
-void Planner::setFunction(const TransferFunction& f, const Scene& scene) {
-    const Reduction reduction = reductionOf(scene);
-    const bool sums = reduction == Reduction::sum;
-    layer().function = f;
-    layer().addsUp = sums;
-    layer().body = {};
-    layer().function.setShare(sums ? 1 : scene.volumes.at(0).opacity);
-    revisions.function = revisions.tables = PlanRevisions::next();
-    if (reduction != Reduction::composite && !sums) {
-        setValues(scene, reduction);
-        return;
-    }
-    if (sums)
-        exposeSums(scene);
-    if (scene.mode == Mode::isosurface) { // the material response stays the function's
-        layer().function = TransferFunction::fromOpacity({}, f.colourPoints(), f.referenceLengthMm());
-        layer().function.setMaterials(f.materials());
-    }
-    std::vector<SurfaceValue> surfaces;
-    for (const Isosurface& surface : scene.surfaces)
-        if (surface.drawnOpacity() > 0)
-            surfaces.push_back({surface.value, glm::vec3(surface.drawnColour()), surface.drawnOpacity()});
-    layer().table = makeTable(layer().function, std::move(surfaces));
-    const Integrator integrator =
-        scene.quality.integrator == Integrator::automatic ? automaticIntegrator() : scene.quality.integrator;
-    chargeTables(integrator);
-    Preintegration2d seen = std::move(layer().optics.seen); // may be kept
-    layer().optics =
-        makeOptics(layer().table, info(), scene.shading, scene.quality.terminationTransmittance, integrator);
-    layer().optics.seen = std::move(seen);
-    layer().optics.surfaces = surfaceLooks(scene.surfaces, info());
-    if (reflects(scene) && !scene.lighting.surfaceOcclusion)
-        for (SurfaceLook& look : layer().optics.surfaces)
-            look.reports = look.reflection.has_value();
-    if (sums) {
-        for (glm::vec4& entry : layer().optics.table)
-            entry.a *= Exposure::kThin;
-        layer().function.setShare(Exposure::kThin); // the reference reads its points
-    }
-    if (layer().labels)
-        layer().optics.labels = layer().labels->numbers();
-    setLighting(layer().optics, scene.shading, view.lighting, f.materials(), view.camera, info());
-    if (!layer().selection.levels.empty())
-        prepareSegments();
-}
-
-bool Planner::takesLight(const Scene& scene) const {
-    const auto bytes = [&](const Lighting& lighting) { return lightBytes(*this, lighting); };
-    const Shading& shading = scene.shading;
-    return !layer().reduces() && shading.on == layer().optics.shading &&
-           shading.gradient == layer().optics.normals &&
-           ambientChannels(scene.lighting) == ambientChannels(view.lighting) &&
-           lightChannels(scene.lighting) == lightChannels(view.lighting) &&
-           bytes(scene.lighting) <= bytes(view.lighting) && hasHistograms(scene, layer());
-}
-
-bool Planner::setLight(const Scene& scene) {
-    if (!takesLight(scene))
-        return false;
-    const Shading& shading = scene.shading;
-    checkLight(scene);
-    revisions.function = revisions.tables = PlanRevisions::next();
-    view.lighting = scene.lighting;
-    view.shading = shading;
-    view.lighting.surfaceOcclusion.reset();
-    view.lighting.transport.reset();
-    setShading(layer().optics, shading);
-    setLighting(layer().optics, shading, view.lighting, layer().function.materials(), view.camera, info());
-    return true;
-}
-
-void Planner::setValues(const Scene& scene, Reduction reduction) {
-    layer().look = {scene.valueColour,
-                    windowOf(scene.window, summarise(layer().statistics, info(), scene.volumes.at(0).unit))};
-    layer().table = valueTable(layer().look, layer().function, reduction);
-    chargeTables(Integrator::midpoint);
-    Shading unlit;
-    unlit.on = false;
-    layer().optics = makeOptics(layer().table, info(), unlit, 0, Integrator::midpoint);
-    layer().optics.reduction = reduction;
-}
-
-/// Rays show sums of the function's extinctions, or of a radiograph's.
-void Planner::exposeSums(const Scene& scene) {
-    view.exposure = exposureOf(scene.mode, scene.valueColour, scene.window);
-    setExposure(view.exposure->window);
-    if (scene.mode != Mode::radiograph)
-        return;
-    const SceneVolume& volume = scene.volumes.at(0);
-    const ValueSummary values = summarise(layer().statistics, info(), volume.unit);
-    if (!values.isHu && !looksLikeHu(values))
-        throw badFile(layer().store->path().string() + ", mode radiograph",
-                      "a volume in HU (--unit HU says that it is)",
-                      "values from " + shownNumber(values.lowest) + " to " + shownNumber(values.highest));
-    layer().function = radiographFunction(values.highest);
-    layer().body = makeTable(bodyFunction());
-}
-
-void Planner::setExposure(const std::optional<GreyWindow>& window) {
-    view.exposure->window = window;
-    layer().look.window = window.value_or(GreyWindow());
-}
 
 RayFrame<double> Planner::frameOf(const glm::ivec2& size) const {
     RayFrame<double> frame = rayFrame(view.camera, rayVoxels(), size, view.quality.stepVoxels);
@@ -188,64 +68,10 @@ void Planner::aim() {
     placeLights(layer().optics, view.lighting, view.camera, info());
 }
 
-void Planner::chargeTables(Integrator integrator) {
-    layer().functionCharge = {};
-    layer().functionCharge = ram->charge(tableRamBytes(layer().table.entries.size(), integrator),
-                                         "the transfer function's tables");
-}
-
-void Planner::settleIntegrator(const FrameContext& context, std::size_t mostEntries) {
-    mayTake = Integrator::midpoint;
-    // A path's first place is sought in lanes by the midpoint rule, and costs little beside the path.
-    if (view.quality.edgeFunction == EdgeFunction::nearest || view.lighting.transport)
-        return;
-    for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d})
-        if (MemoryPlan(context.ram.freeBytes(), context.gpu.freeBytes())
-                .grant("tables of an integrator", tableRamBytes(mostEntries, larger),
-                       integratorGpuBytes(mostEntries, larger), kPartsForTables, kPartsForTables))
-            mayTake = larger;
-    if (view.quality.integrator == Integrator::automatic)
-        setIntegrator(automaticIntegrator());
-}
-
-void Planner::setStep(double stepVoxels) {
-    view.quality.stepVoxels = stepVoxels;
-    if (layer().mixed())
-        layer().levels.mostStride = mostStride(layer().selection, view.quality);
-    aim();
-    prepareSegments();
-}
-
-void Planner::setIntegrator(Integrator integrator) {
-    if (integrator == layer().optics.integrator)
-        return;
-    chargeTables(integrator);
-    tessera::setIntegrator(layer().optics, integrator);
-    revisions.tables = PlanRevisions::next();
-    if (!layer().selection.levels.empty())
-        prepareSegments();
-}
-
-void Planner::prepareSegments() {
-    const Strides s = strides();
-    const int longest = layer().mixed() ? layer().levels.mostStride
-                                        : std::countr_zero(static_cast<unsigned>(s.uniformSegments));
-    const int first = layer().mixed() ? 0 : longest;
-    preparePreintegration2d(layer().optics, view.quality.stepVoxels * typicalVoxelMm(info()), first,
-                            longest - first + 1);
-    if (layer().optics.integrator == Integrator::preintegrated2d) // its tables depend on a length
-        revisions.tables = PlanRevisions::next();
-}
-
 void Planner::setShadowLayers(int layers) {
     view.shadowQuality.layers = layers;
     for (const auto& volume : further)
         volume->plan.setShadowLayers(layers);
-}
-
-void Planner::setTermination(float transmittance) {
-    layer().optics.termination = transmittance;
-    revisions.tables = PlanRevisions::next();
 }
 
 void Planner::setSelection(Selection chosen) {
@@ -413,66 +239,6 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
     return p;
 }
 
-namespace {
-constexpr char kCellMap[] = "the occupancy map, by cells";
-constexpr char kBrickMap[] = "the occupancy map, by bricks";
-constexpr char kSurfaceMap[] = "the occupancy map of isosurfaces";
-} // namespace
-
-void Planner::planMemory(const TextureLimits& limits, const FrameContext& context, bool changing) {
-    const MemoryBudget &free = context.ram, &gpu = context.gpu;
-    const VolumeInfo& volumeInfo = info();
-    const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
-    // Visibility is counted before the picture, in its memory; with an error bound, rays wait for bricks.
-    const int channels = channelsBeside();
-    layer().lightCharge = {};
-    const int layers = view.shadowQuality.layers; // the requested one
-    view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
-    view.shadowQuality.layers = layers;
-    const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
-    const std::size_t rays = view.quality.maxError
-                                 ? picture + wantedBytes(bricks)
-                                 : std::max(picture, visibilityBytes(view.imageSize, bricks));
-    MemoryPlan floors;
-    floors.need("rays", 0, rays);
-    for (const auto& volume : this->further) // one list of all
-        floors.need("further volumes' bricks that rays wait for", 0,
-                    wantedBytes(brickGrid(volume->plan.info().extentVoxels)));
-    if (view.lighting.surfaceOcclusion || view.reflects)
-        floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
-    if (view.part.cuts) // one and a half intervals each, and their starts
-        floors.need("intervals of rays", 0,
-                    (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
-    floors.need("the index of bricks", 0,
-                indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
-    floors.need("light per voxel while it is computed", lightBytes(*this, view.lighting), 0);
-    floors.need("the level map", 0, LevelMap::bytes(bricks));
-    floors.need("the transfer function's tables", 0, gpuTableBytes(layer().optics.table.size()));
-    floors.need("levels mapped, the smallest cache and the staging of uploads",
-                ramAfterCamera(volumeInfo, threads, MapScale::bricks, false), 0);
-    // Optional memory is a share of the remainder that bricks leave.
-    const std::size_t promised =
-        floors.gpuBytes() + atlasBytes(neighbourhoodPages(true, true), volumeInfo.type, limits);
-    memory = std::move(floors);
-    memory.setSpare(free.limitBytes() - ramFloorBytes, gpu.freeBytes() - std::min(gpu.freeBytes(), promised));
-    if (view.lighting.transport)
-        memory.need("bounds of extinction", ExtinctionBounds::bytes(extent, layer().table.entries.size()), 0);
-    if (!view.quality.skipping)
-        return;
-    memory.need(kBrickMap, Occupancy::bytes(extent, MapScale::bricks), mapBytes(extent, MapScale::bricks));
-    // Cells if their map is a small part of both budgets.
-    const std::size_t cellMap = Occupancy::bytes(extent, MapScale::cells);
-    const std::size_t cellTexels = mapBytes(extent, MapScale::cells);
-    const bool cells = memory.grant(kCellMap, cellMap, cellTexels, 16, 4, kBrickMap);
-    layer().mapScale = cells ? MapScale::cells : MapScale::bricks;
-    // Without a separate map, rays search surfaces in all occupied space.
-    layer().mapsSurfaces = cells && !changing && !layer().optics.surfaces.empty() &&
-                           layer().optics.volumeShows &&
-                           memory.grant(kSurfaceMap, cellMap, cellTexels, 31, 8);
-    if (layer().mapsSurfaces)
-        layer().surfaceTable = layer().table.ofSurfaces();
-}
-
 void Planner::boundExtinction() {
     if (!view.lighting.transport)
         return;
@@ -504,35 +270,6 @@ void Planner::unboundLight() {
 OccupancyInput Planner::occupancyInput() const {
     const Layer& volume = layers.front();
     return {volume.statistics, volume.table, info(), volume.selection, view.quality.edgeFunction};
-}
-
-void Planner::openCache(bool readsOnce) {
-    if (const std::size_t light = lightBytes(*this, view.lighting))
-        layer().lightCharge = ram->charge(light, "light per voxel while it is computed");
-    // Of parts of cells, which the cache gives the samples for.
-    Charge reserve;
-    if (view.lighting.transport && ExtinctionBounds::hasParts(info().extentVoxels))
-        reserve = ram->charge(ExtinctionBounds::bytesOfParts(cellCount(cellGrid(info().extentVoxels))),
-                              "the bounds of extinction in parts of cells");
-    // It takes the rest, less staging for uploads and, if memory is ample, a reserve.
-    const int used = threads > 0 ? threads : defaultThreads();
-    const std::size_t free = ram->freeBytes(), staging = stagingBytes(info());
-    const std::size_t left = free > staging ? free - staging : 0;
-    const std::size_t floor = std::min(left, latticeCacheFloorBytes(info(), used));
-    // First use of memory costs more than its content.
-    const std::size_t most = readsOnce ? kReadOnceBytes : left - left / 8;
-    const std::size_t bytes = std::max(floor, std::min(most, left - left / 8));
-    layer().cache = std::make_unique<BrickCache>(layer().voxels(), *ram, bytes, used);
-    reserve = {};
-    if (view.lighting.transport)
-        layer().extinction.refine(occupancyInput(), layer().optics, *layer().cache, *ram, threads);
-}
-
-void Planner::chooseGhostLayers(TextureLimits& limits, std::size_t bricks, const FrameContext& context) {
-    const std::size_t fixed = memory.gpuBytes(), free = context.gpu.freeBytes();
-    if (pagesThatFit(free - std::min(free, fixed), info().type, limits) < bricks)
-        limits.pageEdge = kBrickExtent;
-    layer().pageEdge = limits.pageEdge;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/light/surface_light.h"
+#include "render/picture/render_scene.h"
 #include "tests/support/surface_fixture.h"
 
 #include <vector>
@@ -32,6 +33,15 @@ inline std::vector<LightTaken> traced(const SurfaceTracer& tracer, const std::ve
     std::vector<LightTaken> taken(ways.size());
     tracer.trace(ways, taken);
     return taken;
+}
+
+/// Bricks of the torso that the native engine leaves out because no ray comes near them.
+inline std::size_t unseenBricks(const Scene& scene) {
+    Budgets budgets;
+    const StoreReader store(storePath("torso"), budgets.ram);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    return renderScene(scene, store, budgets.ram, budgets.gpu, options).unseenBricks;
 }
 
 } // namespace tessera::test

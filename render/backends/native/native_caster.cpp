@@ -32,17 +32,6 @@ SegmentedRay<float> rayOf(const native::PacketJob& job, int lane) {
     return ray;
 }
 
-void setRay(native::PacketJob& job, int lane, const SegmentedRay<float>& ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-        job.entry[axis][lane] = ray.entry[axis];
-        job.step[axis][lane] = ray.step[axis];
-        job.direction[axis][lane] = ray.direction[axis];
-    }
-    job.segmentMm[lane] = ray.segmentMm;
-    job.tail[lane] = ray.tail;
-    job.count[lane] = ray.count;
-}
-
 SurfaceHit hitOf(const native::PacketHits& hits, int lane) {
     const auto three = [lane](const float(&v)[3][native::kMostLanes]) {
         return glm::vec3(v[0][lane], v[1][lane], v[2][lane]);

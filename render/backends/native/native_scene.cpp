@@ -218,4 +218,15 @@ native::PacketScene packetSceneOf(const PacketSceneInput& in) {
     return s;
 }
 
+void setRay(native::PacketJob& job, int lane, const SegmentedRay<float>& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+        job.entry[axis][lane] = ray.entry[axis];
+        job.step[axis][lane] = ray.step[axis];
+        job.direction[axis][lane] = ray.direction[axis];
+    }
+    job.segmentMm[lane] = ray.segmentMm;
+    job.tail[lane] = ray.tail;
+    job.count[lane] = ray.count;
+}
+
 } // namespace tessera

@@ -33,4 +33,7 @@ native::PacketGradient packetGradient(Gradient gradient);
 
 native::PacketFrame packetFrameOf(const RayFrame<float>& frame);
 
+/// A lane's ray, but for what it has gathered.
+void setRay(native::PacketJob& job, int lane, const SegmentedRay<float>& ray);
+
 } // namespace tessera

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "render/backends/native/native_scene.h"
 
 #include <algorithm>
 
@@ -37,14 +38,8 @@ void NativeTracer::trace(std::span<const LightWay> ways, std::span<LightTaken> t
         const std::size_t count = std::min(lanes, ways.size() - first);
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             SegmentedRay<float> ray = segmentedWay<float>(ways[first + std::min(lane, count - 1)], voxels_);
-            for (int axis = 0; axis < 3; ++axis) {
-                job.entry[axis][lane] = ray.entry[axis];
-                job.step[axis][lane] = ray.step[axis];
-                job.direction[axis][lane] = ray.direction[axis];
-            }
-            job.segmentMm[lane] = ray.segmentMm;
-            job.tail[lane] = ray.tail;
-            job.count[lane] = lane < count ? ray.count : 0;
+            ray.count = lane < count ? ray.count : 0;
+            setRay(job, static_cast<int>(lane), ray);
             job.next[lane] = 0;
             for (auto& column : job.colour)
                 column[lane] = 0;

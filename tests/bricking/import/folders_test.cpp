@@ -644,7 +644,7 @@ TEST_F(Folder, EveryEndingHasTheAdviceOfItsKind) {
         }
     };
     expectAdvice({".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".RAR"}, "unpack it");
-    expectAdvice({".hdr", ".img", ".mgz", ".mgh", ".mnc", ".vti", ".vtk", ".h5"}, "convert it to .nii.gz");
+    expectAdvice({".hdr", ".img", ".mgz", ".mgh", ".mnc", ".vtk", ".h5"}, "convert it to .nii.gz");
     expectAdvice({".vdb", ".stl", ".ply", ".obj"}, "");
 }
 

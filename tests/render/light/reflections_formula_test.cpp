@@ -1,6 +1,7 @@
 // tests/render/light/reflections_formula_test.cpp: reflections of isosurfaces as docs/sampling.md writes
 // them, pixel by pixel: which ways leave a surface, where they begin, and what they bring.
 #include "render/light/reflections.h"
+#include "tests/support/set_levels.h"
 #include "tests/support/surface_fixture.h"
 
 #include <algorithm>
@@ -106,8 +107,9 @@ TEST(Reflections, AreTheirFormula) {
     for (const double slope : {2.0, -2.0}) {
         const Stored stored([](const glm::dvec3& p) { return 0.1 * p.z - 2; }, glm::ivec3(44, 40, 48), false,
                             slope);
-        for (const int level : {0, 1})
+        for (const int level : {0, 1, 2}) // 2: of level 1, but of the finest samples
             for (const bool cut : {false, true}) {
+                const bool finest = level == 2;
                 std::vector<Isosurface> surfaces(3);
                 surfaces[0] = {-1, {0.9, 0.6, 0.5}, 0.7};
                 surfaces[0].reflection = Reflection{
@@ -125,13 +127,7 @@ TEST(Reflections, AreTheirFormula) {
                     scene.cuts.boxes = {{{16, 16, 16}, {20, 20, 20}, CropBox::Space::voxels, Keep::outside}};
                 const auto prepared = stored.prepare(scene);
                 Planner& p = prepared->p;
-                Selection levels = p.layer().selection;
-                levels.counts = {};
-                for (std::uint8_t& mine : levels.levels) {
-                    mine = mine == Selection::kEmpty ? mine : static_cast<std::uint8_t>(level);
-                    ++levels.counts[mine];
-                }
-                p.setSelection(levels);
+                setLevels(p, std::min(level, 1));
                 const glm::dmat3 toPatient(p.info().patientFromVoxel);
                 const double steepness =
                     glm::length(glm::transpose(glm::inverse(toPatient)) * glm::dvec3(0, 0, 0.1 * slope));
@@ -139,7 +135,7 @@ TEST(Reflections, AreTheirFormula) {
                 EXPECT_LT(steepness, 0.25);
                 if (slope < 0)
                     std::reverse(surfaces.begin(), surfaces.end());
-                const Written written{p, surfaces, slope, steepness, level, cut};
+                const Written written{p, surfaces, slope, steepness, finest ? 0 : level, cut};
                 std::mt19937 random(3);
                 std::uniform_real_distribution<double> unit(-1, 1);
                 std::vector<SurfaceHit> hits(13 * 9);
@@ -159,7 +155,7 @@ TEST(Reflections, AreTheirFormula) {
                     hit.position =
                         glm::vec3(22 + 4 * unit(random), 20 + 4 * unit(random), 21 + 4 * unit(random));
                 }
-                const Reflections reflections(p, 2);
+                const Reflections reflections(p, 2, finest);
                 const Image added = reflections.added(
                     hits, places, {13, 9},
                     [](std::span<const LightWay> ways, std::span<glm::vec4> colours, std::span<SurfaceHit>) {

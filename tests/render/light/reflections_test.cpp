@@ -7,6 +7,7 @@
 #include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/native_fixture.h"
+#include "tests/support/occluded_surfaces.h"
 #include "tests/support/surface_fixture.h"
 
 #include <algorithm>
@@ -366,15 +367,8 @@ TEST(Reflections, ComesToTheReference) {
 TEST(Reflections, BricksBesideThePictureStay) {
     Scene scene = mirroring(torsoScene(0, false, Integrator::midpoint, {64, 64}), {}, {});
     std::get<Camera>(scene.camera).viewAngle = 2;
-    const auto unseen = [](const Scene& s) {
-        Budgets budgets;
-        const StoreReader store(storePath("torso"), budgets.ram);
-        RenderOptions options;
-        options.engine = EngineKind::native;
-        return renderScene(s, store, budgets.ram, budgets.gpu, options).unseenBricks;
-    };
-    EXPECT_EQ(unseen(scene), 0u);
-    EXPECT_GT(unseen(withoutReflections(scene)), 0u);
+    EXPECT_EQ(unseenBricks(scene), 0u);
+    EXPECT_GT(unseenBricks(withoutReflections(scene)), 0u);
 }
 
 TEST(Reflections, RefusalsHelp) {

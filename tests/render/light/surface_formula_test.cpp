@@ -1,6 +1,7 @@
 // tests/render/light/surface_formula_test.cpp: occlusion of isosurfaces as docs/sampling.md writes it, pixel
 // by pixel: rays, places that share, and what is added.
 #include "render/light/surface_light.h"
+#include "tests/support/set_levels.h"
 #include "tests/support/surface_fixture.h"
 
 #include <algorithm>
@@ -39,13 +40,7 @@ TEST(SurfaceLight, IsItsFormula) {
         scene.quality.pixels.seed = 5;
         const auto prepared = stored.prepare(scene);
         Planner& p = prepared->p;
-        Selection levels = p.layer().selection;
-        levels.counts = {};
-        for (std::uint8_t& mine : levels.levels) {
-            mine = mine == Selection::kEmpty ? mine : static_cast<std::uint8_t>(level);
-            ++levels.counts[mine];
-        }
-        p.setSelection(levels);
+        setLevels(p, level);
         const glm::dmat3 toPatient(p.info().patientFromVoxel), toVoxels = glm::inverse(toPatient);
         const glm::dvec3 extent(p.info().extentVoxels);
         // Around a place in the middle, half a millimetre apart; some pixels have none, or no normal.

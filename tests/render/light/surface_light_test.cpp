@@ -504,16 +504,9 @@ TEST(SurfaceLight, TakesThePlaceOfTheVoxels) {
 TEST(SurfaceLight, BricksBesideThePictureStay) {
     Scene scene = occludedScene(0, {64, 64}, {.rays = 4});
     std::get<Camera>(scene.camera).viewAngle = 2;
-    const auto unseen = [](const Scene& s) {
-        Budgets budgets;
-        const StoreReader store(storePath("torso"), budgets.ram);
-        RenderOptions options;
-        options.engine = EngineKind::native;
-        return renderScene(s, store, budgets.ram, budgets.gpu, options).unseenBricks;
-    };
-    EXPECT_EQ(unseen(scene), 0u);
+    EXPECT_EQ(unseenBricks(scene), 0u);
     scene.lighting.surfaceOcclusion.reset();
-    EXPECT_GT(unseen(scene), 0u);
+    EXPECT_GT(unseenBricks(scene), 0u);
 }
 
 TEST(SurfaceLight, RefusalsHelp) {

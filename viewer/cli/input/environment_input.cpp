@@ -14,7 +14,6 @@ Charge readEnvironmentOf(Scene& scene, MemoryBudget& ram, std::vector<std::strin
     if (!scene.lighting.environment || scene.lighting.environment->file.path.empty())
         return {};
     EnvironmentFile& file = scene.lighting.environment->file;
-    file.path = std::filesystem::absolute(file.path); // scenes are saved elsewhere
 #if TESSERA_WITH_ENVIRONMENTS
     Charge charge = ram.charge(EnvironmentMap::bytes(EnvironmentPixels::kKept), "an environment's light");
     if (!file.map) {
@@ -22,6 +21,7 @@ Charge readEnvironmentOf(Scene& scene, MemoryBudget& ram, std::vector<std::strin
         file.map = std::make_shared<const EnvironmentMap>(pixels.size, std::move(pixels.radiance));
         notes.insert(notes.end(), pixels.notes.begin(), pixels.notes.end());
     }
+    file.path = std::filesystem::absolute(file.path); // scenes are saved elsewhere
     return charge;
 #else
     (void)ram;
