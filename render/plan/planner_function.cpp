@@ -1,6 +1,7 @@
 // render/plan/planner_function.cpp: what a plan makes of a transfer function, an integrator and light: see
 // planner.h.
 #include "core/base/error.h"
+#include "core/base/magnitude.h"
 #include "render/plan/choose_integrator.h"
 #include "render/plan/layer_histograms.h"
 #include "render/plan/planner.h"

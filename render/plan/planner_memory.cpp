@@ -4,6 +4,7 @@
 #include "core/base/threads.h"
 #include "render/contract/lattice.h"
 #include "render/contract/ray_state.h"
+#include "render/plan/fusion.h"
 #include "render/plan/planner.h"
 #include "render/plan/planner_light.h"
 #include "render/plan/visibility_rays.h"
