@@ -65,6 +65,30 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
     return row;
 }
 
+/// The volumes of a file that is named by itself.
+void addRowsOf(const FileFormat& format, const fs::path& path, const SourceOptions& options,
+               std::vector<CatalogueRow>& rows) {
+    std::vector<std::string> names;
+    try {
+        if (format.volumes)
+            names = format.volumes(path);
+    } catch (const Error&) {
+        names.clear(); // the row has the reason
+    }
+    std::optional<PassedFile> refused; // likewise
+    if (names.empty())
+        rows.push_back(rowOfFile(format, path, path.parent_path(), options, refused));
+    for (std::size_t number = 0; number < names.size(); ++number) {
+        SourceOptions one = options;
+        one.series = static_cast<int>(number) + 1;
+        CatalogueRow row = rowOfFile(format, path, path.parent_path(), one, refused);
+        row.series = one.series;
+        row.isInFile = true;
+        row.what = names[number];
+        rows.push_back(std::move(row));
+    }
+}
+
 /// A volume whose slices are files of a folder. Refused, it keeps its rank: opening it says why.
 CatalogueRow rowOfStack(const fs::path& folder, const std::vector<fs::path>& slices, const fs::path& top,
                         const SourceOptions& options) {
@@ -218,7 +242,9 @@ std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const CatalogueRo
         refuseNothing(catalogue);
     if (options.spacingMm && !format->takesSpacing)
         refuseSpacing(path);
-    return format->open(path, options);
+    SourceOptions one = options;
+    one.series = row.series;
+    return format->open(path, one);
 }
 
 /// True for a file that is a volume once its spacing is given.
@@ -265,15 +291,14 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
         throw badFile(printableName(path), "a file or a folder", "nothing there");
     Catalogue catalogue;
     catalogue.path = path;
+    if (const FileFormat* format = fileFormatOf(path)) {
+        addRowsOf(*format, path, options, catalogue.rows);
+        return catalogue;
+    }
     if (!fs::is_directory(path, error)) {
-        if (const FileFormat* format = fileFormatOf(path)) {
-            std::optional<PassedFile> refused; // its row has the reason
-            catalogue.rows.push_back(rowOfFile(*format, path, path.parent_path(), options, refused));
-            return catalogue;
-        }
         catalogue.scan = scanDicom({path});
     } else if (foreignFormatOf(path).known()) {
-        return catalogue; // a Zarr has thousands of files, and none is a slice
+        return catalogue;
     } else {
         FolderFiles found = walkFolder(path);
         std::set<fs::path> used; // single-file volumes and their data
@@ -330,8 +355,10 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
 std::vector<fs::path> namedFilesOf(const fs::path& path) {
     std::error_code none;
     std::vector<fs::path> named;
-    for (const fs::path& file :
-         fs::is_directory(path, none) ? walkFolder(path).files : std::vector<fs::path>{path})
+    const bool isFolder = fs::is_directory(path, none);
+    if (isFolder && fileFormatOf(path))
+        return named; // its files are its own
+    for (const fs::path& file : isFolder ? walkFolder(path).files : std::vector<fs::path>{path})
         if (const FileFormat* format = fileFormatOf(file); format && format->parts)
             for (fs::path& part : format->parts(file))
                 named.push_back(std::move(part));
@@ -340,13 +367,16 @@ std::vector<fs::path> namedFilesOf(const fs::path& path) {
 
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
     const std::string where = printableName(catalogue.path);
-    const int count = static_cast<int>(catalogue.scan.series.size());
+    const auto count =
+        static_cast<int>(std::count_if(catalogue.rows.begin(), catalogue.rows.end(),
+                                       [](const CatalogueRow& row) { return row.series > 0; }));
     if (options.series != 0) {
         for (const CatalogueRow& row : catalogue.rows)
             if (row.series == options.series)
                 return row;
         std::error_code none;
-        if (count == 0 && !catalogue.rows.empty() && !fs::is_directory(catalogue.path, none))
+        const bool isFile = !fs::is_directory(catalogue.path, none) || fileFormatOf(catalogue.path);
+        if (count == 0 && !catalogue.rows.empty() && isFile)
             return catalogue.rows.front(); // a file of its own has no series to choose
         if (count == 0)
             refuseNothing(catalogue);
@@ -402,13 +432,14 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
-    if (row.series == 0 && options.phase != 0)
+    const bool isDicom = row.series > 0 && !row.isInFile;
+    if (!isDicom && options.phase != 0)
         throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
-    if (row.series > 0 && options.spacingMm)
+    if (isDicom && options.spacingMm)
         refuseSpacing(row.path);
-    auto source = row.series > 0 ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1),
-                                             options, printableName(row.path))
-                                 : fileOf(catalogue, row, options);
+    auto source = isDicom ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1), options,
+                                      printableName(row.path))
+                          : fileOf(catalogue, row, options);
     return orientToLps(std::move(source), options.scratchFolder);
 }
 

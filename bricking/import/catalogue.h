@@ -22,7 +22,8 @@ enum class CatalogueRank {
 };
 
 struct CatalogueRow {
-    int series = 0;             // DICOM: the number for --series; 0: a file of its own, or none
+    int series = 0;             // the number for --series; 0: the only volume of a file, or none
+    bool isInFile = false;      // the series is a volume of a file of several; else DICOM
     std::filesystem::path path; // the path to open
     CatalogueRank rank = CatalogueRank::none;
     std::string modality;            // "" unknown

@@ -10,7 +10,7 @@ namespace {
 
 std::string cellOfSize(const Catalogue& catalogue, const CatalogueRow& row) {
     glm::ivec2 size(0);
-    if (row.series > 0) {
+    if (row.series > 0 && !row.isInFile) {
         const DicomSlice& first =
             catalogue.scan.series[static_cast<std::size_t>(row.series - 1)].slices.front();
         size = {first.columns, first.rows};

@@ -8,6 +8,7 @@
 #include <blosc.h>
 #include <functional>
 #include <glm/vec3.hpp>
+#include <lz4.h>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <zstd.h>
@@ -21,7 +22,7 @@ struct WrittenZarr {
     std::vector<std::size_t> shape, chunk, shard; // shard: elements; empty: none
     std::string type = "uint16";
     bool bigEndian = false, hasCrc = false, hasKnownSize = true, isIndexInFront = false;
-    std::string compressor = "none";     // blosc, zstd, gzip, zlib
+    std::string compressor = "none";     // blosc, zstd, gzip, zlib, lz4
     std::vector<std::size_t> order = {}; // of a chunk's axes; empty: as they are. Version 2: reversed alone
     std::string separator = "/";
     Json attributes = Json::object();
@@ -55,6 +56,12 @@ inline std::string compressed(const WrittenZarr& zarr, const std::string& raw, s
         compress(reinterpret_cast<Bytef*>(out.data()), &bytes, reinterpret_cast<const Bytef*>(raw.data()),
                  raw.size());
         out.resize(bytes);
+    } else if (zarr.compressor == "lz4") { // of numcodecs: the size, then one block
+        const auto size = static_cast<std::uint32_t>(raw.size());
+        out.resize(static_cast<std::size_t>(LZ4_compressBound(static_cast<int>(raw.size()))));
+        out.resize(static_cast<std::size_t>(LZ4_compress_default(
+            raw.data(), out.data(), static_cast<int>(raw.size()), static_cast<int>(out.size()))));
+        out.insert(0, reinterpret_cast<const char*>(&size), sizeof size);
     } else {
         out = raw;
     }
@@ -75,6 +82,7 @@ inline std::string typedBytes(const std::string& type, const std::vector<std::ui
            : type == "uint64"                ? fileBytes<std::uint64_t>(values, big)
            : type == "int64"                 ? fileBytes<std::int64_t>(values, big)
            : type == "float32"               ? fileBytes<float>(values, big)
+           : type == "float64"               ? fileBytes<double>(values, big)
                                              : "";
 }
 
@@ -137,7 +145,10 @@ inline Json zarrCodecs(const WrittenZarr& zarr) {
 
 inline Json arrayMetadata(const WrittenZarr& zarr) {
     if (zarr.version == 2) {
-        const char kind = zarr.type == "bool" ? 'b' : zarr.type.starts_with("u") ? 'u' : 'i';
+        const char kind = zarr.type == "bool"          ? 'b'
+                          : zarr.type.starts_with("u") ? 'u'
+                          : zarr.type.starts_with("f") ? 'f'
+                                                       : 'i';
         const std::size_t bytes = typedBytes(zarr.type, {0}, false).size();
         return {{"zarr_format", 2},
                 {"shape", zarr.shape},

@@ -25,6 +25,13 @@ std::string lowerName(const std::filesystem::path& path) {
 } // namespace
 
 const FileFormat* fileFormatOf(const std::filesystem::path& file) {
+    std::error_code none;
+    if (std::filesystem::is_directory(file, none)) {
+        for (const FileFormat& format : fileFormats())
+            if (format.isFolder && format.isFolder(file))
+                return &format;
+        return nullptr;
+    }
     const std::string name = lowerName(file);
     const FileFormat* best = nullptr;
     std::size_t longest = 0;
@@ -40,7 +47,8 @@ const FileFormat* fileFormatOf(const std::filesystem::path& file) {
 std::string withFormats(const std::string& first, std::string FileFormat::*text) {
     std::string all = first;
     for (const FileFormat& format : fileFormats())
-        all += ", " + format.*text;
+        if (!(format.*text).empty())
+            all += ", " + format.*text;
     const std::size_t last = all.rfind(", ");
     return last == std::string::npos ? all : all.replace(last, 2, " or ");
 }
@@ -75,28 +83,11 @@ std::string firstBytes(const fs::path& file, std::size_t count) {
     }
 }
 
-bool fileHas(const fs::path& file, const char* word) {
-    constexpr std::size_t kLookedAt = 1 << 16; // metadata is small, and stands in front
-    return firstBytes(file, kLookedAt).find(word) != std::string::npos;
-}
-
 ForeignFormat foreignFolder(const fs::path& folder) {
     std::error_code none;
     const auto has = [&](const char* name) { return fs::is_regular_file(folder / name, none); };
-    const std::string advice =
-        "it is not a store of this program; export its image as .nii.gz or as a raw file with a sidecar";
-    if (has("zarr.json")) {
-        if (fileHas(folder / "zarr.json", "\"ome\""))
-            return {"an OME-Zarr 0.5 (Zarr v3) written by another program", advice};
-        return {fileHas(folder / "zarr.json", "\"array\"") ? "a Zarr v3 array" : "a Zarr v3 group", advice};
-    }
-    if (has(".zgroup") || has(".zattrs"))
-        return {fileHas(folder / ".zattrs", "multiscales")
-                    ? "an OME-Zarr 0.4 (Zarr v2) written by another program"
-                    : "a Zarr v2 group",
-                advice};
-    if (has(".zarray"))
-        return {"a Zarr v2 array", advice};
+    if (has("zarr.json") || has(".zgroup") || has(".zattrs") || has(".zarray"))
+        return {};
     std::string name = lowerName(folder.has_filename() ? folder : folder.parent_path());
     if (name.ends_with(".zarr"))
         return {"a .zarr folder without metadata (no zarr.json)",

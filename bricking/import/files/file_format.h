@@ -12,7 +12,7 @@
 namespace tessera {
 
 struct FileFormat {
-    std::string inFolders; ///< "NIfTI files": for messages about folders
+    std::string inFolders; ///< "NIfTI files": for messages about folders; "": not looked for in folders
     std::string named;     ///< ".nii, .nii.gz": for messages about single files
     /// Opens a file in its own voxel order, reading headers alone. Throws InputError naming the file if it is
     /// no volume of the format.
@@ -29,13 +29,19 @@ struct FileFormat {
                                              const std::vector<std::filesystem::path>& slices,
                                              const SourceOptions& options) = nullptr;
     std::vector<std::string> sliceEndings = {}; ///< of slices' names, lower case
-    std::vector<std::string> endings = {};      ///< of names, lower case: from the format's CMakeLists.txt
+    /// True for a folder that is one file of the format. Null: files alone are.
+    bool (*isFolder)(const std::filesystem::path& folder) = nullptr;
+    /// Of a file of several volumes: their names. SourceOptions::series chooses, from 1. Empty: it holds one,
+    /// as all files of the format do where this is null. Throws InputError as open() does.
+    std::vector<std::string> (*volumes)(const std::filesystem::path& file) = nullptr;
+    std::vector<std::string> endings = {}; ///< of names, lower case: from the format's CMakeLists.txt
 };
 
 /// By their folders' names. Defined by the build.
 const std::vector<FileFormat>& fileFormats();
 
-/// The format with the longest ending that matches a file's name, in any case; null: none matches.
+/// Of a folder, the format that it is a file of. Of a file, that with the longest ending that matches its
+/// name, in any case. Null: none.
 const FileFormat* fileFormatOf(const std::filesystem::path& file);
 
 /// For a file without a spacing: it names the option.
@@ -56,8 +62,8 @@ struct ForeignFormat {
     std::string text() const { return advice.empty() ? what : what + ": " + advice; }
 };
 
-/// By the name and first bytes of a file or folder. It knows Zarr v2 and v3, OME-Zarr, a .zarr without
-/// metadata, DICOMDIR, and volumes, archives and pictures by their extensions and magic numbers.
+/// By the name and first bytes of a file or folder. It knows a .zarr without metadata, DICOMDIR, and volumes,
+/// archives and pictures by their extensions and magic numbers.
 ForeignFormat foreignFormatOf(const std::filesystem::path& path);
 
 /// The foreign volumes among files: "a VTK image (a.vti), ..."; "" for none. With the advice for

@@ -5,17 +5,31 @@
 #include "core/base/error.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <lz4.h>
 #include <zlib.h>
 #include <zstd.h>
 
 namespace tessera {
 namespace {
 
-constexpr std::size_t kGzipRatio = 1032;  // zlib's technical note: deflate shrinks no more
+constexpr std::size_t kGzipRatio = 1032; // zlib's technical note: deflate shrinks no more
+constexpr std::size_t kLz4Ratio = 255;   // a byte of length says at most 255: lz4's block format
+constexpr std::size_t kLz4Head = 4;
 constexpr std::size_t kZstdRatio = 43691; // blocks of 128 KiB in three bytes: RFC 8878, 3.1.1.2
 
 std::string bytesText(std::uint64_t bytes) {
     return std::to_string(bytes) + " decoded bytes";
+}
+
+/// Bytes that an lz4 chunk of numcodecs says it decodes to: four bytes in front of its one block.
+std::uint64_t lz4Bytes(std::span<const std::byte> encoded, const std::string& where) {
+    if (encoded.size() < kLz4Head)
+        throw badFile(where, "lz4 data of at least 4 bytes", std::to_string(encoded.size()));
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < kLz4Head; ++i)
+        bytes |= std::to_integer<std::uint64_t>(encoded[i]) << (8 * i);
+    return bytes;
 }
 
 void requireRatio(std::size_t encoded, std::size_t decoded, std::size_t ratio, const std::string& where) {
@@ -71,6 +85,10 @@ void requireChunkSize(ZarrCodec codec, std::span<const std::byte> encoded, std::
             throw badFile(where, bytesText(decodedBytes), std::to_string(bytes));
         return requireRatio(encoded.size(), decodedBytes, kZstdRatio, where);
     }
+    case ZarrCodec::lz4:
+        if (const std::uint64_t bytes = lz4Bytes(encoded, where); bytes != decodedBytes)
+            throw badFile(where, bytesText(decodedBytes), std::to_string(bytes));
+        return requireRatio(encoded.size(), decodedBytes, kLz4Ratio, where);
     case ZarrCodec::gzip:
     case ZarrCodec::zlib:
         return requireRatio(encoded.size(), decodedBytes, kGzipRatio, where);
@@ -91,6 +109,16 @@ void decompress(ZarrCodec codec, std::span<const std::byte> encoded, std::span<s
             throw badFile(where, "zstd data of " + bytesText(out.size()), ZSTD_getErrorName(bytes));
         if (bytes != out.size())
             throw badFile(where, bytesText(out.size()), std::to_string(bytes));
+        return;
+    }
+    case ZarrCodec::lz4: {
+        const int bytes = LZ4_decompress_safe(reinterpret_cast<const char*>(encoded.data() + kLz4Head),
+                                              reinterpret_cast<char*>(out.data()),
+                                              static_cast<int>(encoded.size() - kLz4Head),
+                                              static_cast<int>(out.size())); // chunks are below 2 GiB
+        if (bytes < 0 || static_cast<std::size_t>(bytes) != out.size())
+            throw badFile(where, "lz4 data of " + bytesText(out.size()),
+                          bytes < 0 ? "damage" : std::to_string(bytes));
         return;
     }
     case ZarrCodec::gzip:

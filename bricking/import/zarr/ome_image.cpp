@@ -10,7 +10,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostDatasets = 64, kMostTransformations = 16, kMostMultiscales = 1000;
+constexpr std::size_t kMostDatasets = 64, kMostTransformations = 16, kMostMultiscales = 1000,
+                      kMostChannels = 10000;
 constexpr double kMostScale = 1e12, kMostTranslation = 1e15;
 
 std::string textOrNone(const JsonValue& object, const char* key) {
@@ -196,6 +197,10 @@ std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
     }
     if (image.path.empty())
         first.at("datasets").refuse("at least one dataset");
+    if (ome->has("omero") && ome->at("omero").isObject() && ome->at("omero").has("channels") &&
+        ome->at("omero").at("channels").isList())
+        for (const JsonValue row : ome->at("omero").at("channels").items(kMostChannels, "channels"))
+            image.channels.push_back(row.isObject() ? printable(textOrNone(row, "label")) : "");
     if (scales.size() > 1)
         image.notes.push_back("the first of " + std::to_string(scales.size()) +
                               " multiscale images is taken");
@@ -212,9 +217,8 @@ OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::stri
     for (std::size_t axis = 0; axis < image.axes.size(); ++axis) {
         if (image.axes[axis].isOfSpace)
             ofSpace.push_back(axis);
-        else if (array.shape[axis] != 1)
-            throw badFile(where, "length 1 along axis \"" + printable(image.axes[axis].name) + "\"",
-                          std::to_string(array.shape[axis]));
+        else
+            grid.others.push_back({axis, printable(image.axes[axis].name), array.shape[axis]});
     }
     if (ofSpace.size() != 3)
         throw badFile(where, "three axes of space", std::to_string(ofSpace.size()));
@@ -223,19 +227,24 @@ OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::stri
     return grid;
 }
 
+void requireOneVolume(const OmeGrid& grid, const std::string& where) {
+    for (const OmeGrid::Other& other : grid.others)
+        if (other.length != 1)
+            throw badFile(where, "length 1 along axis \"" + other.name + "\"", std::to_string(other.length));
+}
+
 OmeGrid bareGridOf(const ZarrArray& array) {
     std::vector<std::size_t> ofSpace;
+    OmeGrid grid;
     const std::size_t axes = array.shape.size();
     for (std::size_t axis = 0; axis < axes; ++axis) {
         if (axis + 3 >= axes)
             ofSpace.push_back(axis);
-        else if (array.shape[axis] != 1)
-            throw badFile(array.where, "length 1 along axis " + std::to_string(axis),
-                          std::to_string(array.shape[axis]));
+        else
+            grid.others.push_back({axis, std::to_string(axis), array.shape[axis]});
     }
     if (ofSpace.size() != 3)
         throw badFile(array.where, "three axes", std::to_string(axes));
-    OmeGrid grid;
     takeAxes(grid, array, ofSpace);
     std::array<OmeAxis, 3> placed;
     for (std::size_t i = 0; i < 3; ++i)

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,27 +30,37 @@ struct OmeAxis {
 struct OmeImage {
     std::string path; // of the finest array, below the group
     std::vector<OmeAxis> axes;
-    std::vector<std::string> notes; // findings that a user should know, one a line
+    std::vector<std::string> channels; // names, where "omero" has them
+    std::vector<std::string> notes;    // findings that a user should know, one a line
 };
 
 /// The first of a group's "multiscales"; nullopt: it has none. Throws InputError naming the file and the key
 /// for what is missing or out of range, other versions, and transformations other than scale and translation.
 std::optional<OmeImage> omeImageOf(const ZarrNode& group);
 
-/// The three axes of space of an array.
+/// The three axes of space of an array, and all others.
 struct OmeGrid {
     std::array<std::size_t, 3> axes{}; // of the array that become z, y, x: slowest first
+    struct Other {
+        std::size_t axis = 0;
+        std::string name;
+        std::int64_t length = 1; // above 1: the array holds several volumes
+    };
+    std::vector<Other> others; // slowest first
     /// Extent and affine in the array's order; millimetres, axes x, y, z as left, posterior, superior unless
     /// the axes tell their orientations.
     VolumeInfo info;
     std::vector<std::string> notes;
 };
-/// Throws InputError naming `where` unless three axes are of space and all others have length 1, for another
-/// number of axes than the array's, and for implausible places.
+/// Throws InputError naming `where` unless three axes are of space, for another number of axes than the
+/// array's, and for implausible places.
 OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::string& where);
 
 /// The same of an array without OME's attributes: its last three axes, 1 mm apart. Its place means nothing.
 OmeGrid bareGridOf(const ZarrArray& array);
+
+/// Throws InputError naming `where` if an array holds several volumes.
+void requireOneVolume(const OmeGrid& grid, const std::string& where);
 
 /// Names that lead below a folder, joined by '/'. Throws InputError naming `where` for other texts.
 std::string pathBelow(const std::string& path, const std::string& where);

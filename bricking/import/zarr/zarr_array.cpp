@@ -5,6 +5,7 @@
 #include "core/base/json_reader.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -35,6 +36,35 @@ std::uint64_t productOf(const std::vector<std::int64_t>& lengths, std::uint64_t 
         all *= static_cast<std::uint64_t>(length);
     }
     return all;
+}
+
+bool isFloat(FileType type) {
+    return type == FileType::f32 || type == FileType::f64;
+}
+
+/// The bits of a floating-point fill value: a number, or Zarr's words for what JSON lacks.
+std::uint64_t floatBitsOf(const nlohmann::json& raw, FileType type, const JsonValue& fill) {
+    const bool isSingle = type == FileType::f32;
+    double value = 0;
+    if (raw.is_number()) {
+        value = raw.get<double>();
+    } else if (raw.is_string()) {
+        const auto word = raw.get<std::string>();
+        constexpr int kHex = 16;
+        if (word == "NaN")
+            value = std::numeric_limits<double>::quiet_NaN();
+        else if (word == "Infinity" || word == "-Infinity")
+            value = (word[0] == '-' ? -1 : 1) * std::numeric_limits<double>::infinity();
+        else if (word.size() == 2 + (isSingle ? 8 : 16) && word.starts_with("0x") &&
+                 word.find_first_not_of("0123456789abcdefABCDEF", 2) == std::string::npos)
+            return std::stoull(word.substr(2), nullptr, kHex);
+        else
+            fill.refuse("a number, NaN, Infinity, -Infinity or its bits as 0x...");
+    } else if (!raw.is_null()) {
+        fill.refuse("a number");
+    }
+    return isSingle ? std::bit_cast<std::uint32_t>(static_cast<float>(value))
+                    : std::bit_cast<std::uint64_t>(value);
 }
 
 /// The range of a type of whole numbers, as doubles.
@@ -68,7 +98,9 @@ void setFill(ZarrArray& array, const JsonValue& root, const nlohmann::json& docu
     const JsonValue fill = root.at("fill_value");
     const nlohmann::json& raw = document.at("fill_value");
     std::uint64_t bits = 0;
-    if (raw.is_boolean())
+    if (isFloat(array.type))
+        bits = floatBitsOf(raw, array.type, fill);
+    else if (raw.is_boolean())
         bits = raw.get<bool>();
     else if (raw.is_number_unsigned())
         bits = raw.get<std::uint64_t>();
@@ -78,7 +110,7 @@ void setFill(ZarrArray& array, const JsonValue& root, const nlohmann::json& docu
         fill.refuse("a whole number");
     const auto [lowest, highest] = rangeOf(array.type);
     const double value = raw.is_number() ? raw.get<double>() : 0;
-    if (value < lowest || value > highest)
+    if (!isFloat(array.type) && (value < lowest || value > highest))
         fill.refuse(std::string("a value of ") + name(array.type));
     for (std::size_t i = 0; i < array.valueBytes(); ++i)
         array.fill[array.bigEndian ? array.valueBytes() - 1 - i : i] =
@@ -87,8 +119,8 @@ void setFill(ZarrArray& array, const JsonValue& root, const nlohmann::json& docu
 
 void setType(ZarrArray& array, const std::string& word, const JsonValue& type) {
     const auto found = word == "bool" ? FileType::u8 : fileTypeOf(word);
-    if (!found || *found == FileType::f32 || *found == FileType::f64)
-        type.refuse("whole numbers (int8 to uint64, bool)");
+    if (!found)
+        type.refuse("numbers (int8 to uint64, bool, float32, float64)");
     array.type = *found;
 }
 
@@ -100,6 +132,8 @@ std::string v3NameOf(const std::string& dtype) {
     const std::string_view digits = "1248";
     if (dtype[1] == 'b')
         return dtype[2] == '1' ? "bool" : "";
+    if (dtype[1] == 'f')
+        return dtype[2] == '4' ? "float32" : dtype[2] == '8' ? "float64" : "";
     if ((dtype[1] != 'i' && dtype[1] != 'u') || digits.find(dtype[2]) == std::string_view::npos)
         return "";
     return (dtype[1] == 'i' ? "int" : "uint") + std::to_string(8 * (dtype[2] - '0'));
@@ -110,7 +144,7 @@ void readVersion2(ZarrArray& array, const JsonValue& root, const nlohmann::json&
     array.chunk = lengthsOf(root.at("chunks"), array.shape.size());
     const JsonValue dtype = root.at("dtype");
     if (!dtype.isText())
-        dtype.refuse("whole numbers, such as \"<u2\"");
+        dtype.refuse("numbers, such as \"<u2\" or \"<f4\"");
     setType(array, v3NameOf(dtype.text()), dtype);
     array.bigEndian = dtype.text()[0] == '>';
     array.order.resize(array.shape.size());
@@ -122,10 +156,11 @@ void readVersion2(ZarrArray& array, const JsonValue& root, const nlohmann::json&
     if (!raw.contains("compressor"))
         root.at("compressor"); // refuses
     if (!raw.at("compressor").is_null()) {
-        const std::string id = root.at("compressor").at("id").oneOf({"blosc", "zstd", "gzip", "zlib"});
+        const std::string id = root.at("compressor").at("id").oneOf({"blosc", "zstd", "gzip", "zlib", "lz4"});
         array.codecs.push_back(id == "blosc"  ? ZarrCodec::blosc
                                : id == "zstd" ? ZarrCodec::zstd
                                : id == "gzip" ? ZarrCodec::gzip
+                               : id == "lz4"  ? ZarrCodec::lz4
                                               : ZarrCodec::zlib);
     }
     array.separator =

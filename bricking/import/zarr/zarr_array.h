@@ -1,4 +1,4 @@
-// bricking/import/zarr/zarr_array.h: ZarrArray: what the metadata of an array of whole numbers say, for both
+// bricking/import/zarr/zarr_array.h: ZarrArray: what the metadata of an array of numbers say, for both
 // versions of Zarr: shape, chunks, shards, type, order of bytes and compression.
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace tessera {
 
-/// From bytes to bytes, in the words of Zarr v3. zlib is of version 2 alone.
-enum class ZarrCodec : std::uint8_t { blosc, zstd, gzip, zlib, crc32c };
+/// From bytes to bytes, in the words of Zarr v3. zlib and lz4 are of version 2 alone.
+enum class ZarrCodec : std::uint8_t { blosc, zstd, gzip, zlib, lz4, crc32c };
 
 struct ZarrArray {
     static constexpr std::size_t kMostAxes = 8;

@@ -21,8 +21,9 @@ std::size_t sliceBytesIn(const ZarrArray& array, const std::array<std::size_t, 3
 
 } // namespace
 
-ZarrSlices::ZarrSlices(ZarrArray array, const std::array<std::size_t, 3>& axes, std::filesystem::path scratch)
-    : array_(std::move(array)), axes_(axes), scratch_(std::move(scratch)), chunks_(array_) {
+ZarrSlices::ZarrSlices(ZarrArray array, ZarrVolumePlace place, std::filesystem::path scratch)
+    : array_(std::move(array)), place_(std::move(place)), scratch_(std::move(scratch)), chunks_(array_) {
+    place_.at.resize(array_.shape.size());
     std::vector<std::size_t> step(array_.chunk.size());
     std::size_t bytes = array_.valueBytes();
     for (std::size_t i = array_.order.size(); i-- > 0;) {
@@ -30,10 +31,13 @@ ZarrSlices::ZarrSlices(ZarrArray array, const std::array<std::size_t, 3>& axes, 
         bytes *= static_cast<std::size_t>(array_.chunk[array_.order[i]]);
     }
     for (std::size_t i = 0; i < 3; ++i)
-        stepBytes_[i] = step[axes_[i]];
+        stepBytes_[i] = step[place_.axes[i]];
+    for (std::size_t axis = 0; axis < place_.at.size(); ++axis)
+        firstByte_ += static_cast<std::size_t>(place_.at[axis] % array_.chunk[axis]) * step[axis];
 }
 
-std::size_t ZarrSlices::bytesNeeded(const ZarrArray& array, const std::array<std::size_t, 3>& axes) {
+std::size_t ZarrSlices::bytesNeeded(const ZarrArray& array, const ZarrVolumePlace& place) {
+    const std::array<std::size_t, 3>& axes = place.axes;
     const auto across = [&](std::size_t axis) {
         return static_cast<std::size_t>((array.shape[axis] - 1) / array.chunk[axis] + 1);
     };
@@ -48,7 +52,7 @@ void ZarrSlices::spoolChunk(Part& part, std::span<const std::byte> chunk, std::i
     for (std::int64_t z = 0; z < slices; ++z) {
         std::byte* to = buffer_.data();
         for (std::int64_t y = 0; y < part.sizeY; ++y) {
-            const std::byte* from = chunk.data() + static_cast<std::size_t>(z) * stepBytes_[0] +
+            const std::byte* from = chunk.data() + firstByte_ + static_cast<std::size_t>(z) * stepBytes_[0] +
                                     static_cast<std::size_t>(y) * stepBytes_[1];
             if (stepBytes_[2] == value) {
                 std::memcpy(to, from, static_cast<std::size_t>(part.sizeX) * value);
@@ -66,7 +70,9 @@ void ZarrSlices::spoolChunk(Part& part, std::span<const std::byte> chunk, std::i
 /// The chunks of the layer that begins with the next slice.
 void ZarrSlices::readLayer() {
     std::vector<std::int64_t> at(array_.shape.size());
-    at[axes_[0]] = next_ / chunkOf(0);
+    for (std::size_t axis = 0; axis < at.size(); ++axis)
+        at[axis] = place_.at[axis] / array_.chunk[axis];
+    at[place_.axes[0]] = next_ / chunkOf(0);
     const std::int64_t slices = std::min(chunkOf(0), lengthOf(0) - next_);
     parts_.clear();
     spool_.reset();
@@ -74,8 +80,8 @@ void ZarrSlices::readLayer() {
     for (std::int64_t y = 0; y < lengthOf(1); y += chunkOf(1))
         for (std::int64_t x = 0; x < lengthOf(2); x += chunkOf(2)) {
             checkInterrupted();
-            at[axes_[1]] = y / chunkOf(1);
-            at[axes_[2]] = x / chunkOf(2);
+            at[place_.axes[1]] = y / chunkOf(1);
+            at[place_.axes[2]] = x / chunkOf(2);
             Part part{x, y, std::min(chunkOf(2), lengthOf(2) - x), std::min(chunkOf(1), lengthOf(1) - y), {}};
             if (const auto chunk = chunks_.read(at); !chunk.empty()) {
                 if (!spool_)

@@ -16,13 +16,18 @@
 
 namespace tessera {
 
+/// A volume of an array that may hold several.
+struct ZarrVolumePlace {
+    std::array<std::size_t, 3> axes{}; // of the array that become z, y, x
+    std::vector<std::int64_t> at;      // its place along every axis, 0 along those three; empty: 0
+};
+
 class ZarrSlices {
   public:
-    /// @param axes  of the array that become z, y, x; all others have length 1
     /// @param scratch  folder for the temporary file; "": the system's
-    ZarrSlices(ZarrArray array, const std::array<std::size_t, 3>& axes, std::filesystem::path scratch);
+    ZarrSlices(ZarrArray array, ZarrVolumePlace place, std::filesystem::path scratch);
     /// Most memory that it takes.
-    static std::size_t bytesNeeded(const ZarrArray& array, const std::array<std::size_t, 3>& axes);
+    static std::size_t bytesNeeded(const ZarrArray& array, const ZarrVolumePlace& place);
 
     const ZarrArray& array() const { return array_; }
     /// The next slice, [y][x] values as chunks have them; fill where there is no chunk. Throws as ZarrChunks
@@ -36,12 +41,15 @@ class ZarrSlices {
     };
     void readLayer();
     void spoolChunk(Part& part, std::span<const std::byte> chunk, std::int64_t slices);
-    std::int64_t lengthOf(int axis) const { return array_.shape[axes_[static_cast<std::size_t>(axis)]]; }
-    std::int64_t chunkOf(int axis) const { return array_.chunk[axes_[static_cast<std::size_t>(axis)]]; }
+    std::int64_t lengthOf(int axis) const {
+        return array_.shape[place_.axes[static_cast<std::size_t>(axis)]];
+    }
+    std::int64_t chunkOf(int axis) const { return array_.chunk[place_.axes[static_cast<std::size_t>(axis)]]; }
 
     ZarrArray array_;
-    std::array<std::size_t, 3> axes_;
+    ZarrVolumePlace place_;
     std::array<std::size_t, 3> stepBytes_{}; // of z, y, x in a chunk
+    std::size_t firstByte_ = 0;              // of the volume in its chunks
     std::filesystem::path scratch_;
     ZarrChunks chunks_;
     std::vector<Part> parts_;

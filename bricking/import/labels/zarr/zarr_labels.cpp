@@ -25,20 +25,20 @@ namespace fs = std::filesystem;
 class ZarrLayer final : public LabelLayer {
   public:
     ZarrLayer(const ZarrArray& array, const OmeGrid& grid, fs::path scratch)
-        : info_(grid.info), axes_(grid.axes), array_(array), scratch_(std::move(scratch)),
+        : info_(grid.info), place_{grid.axes, {}}, array_(array), scratch_(std::move(scratch)),
           values_(array.type, array.bigEndian, array.path.string(), grid.info.extentVoxels) {}
 
     const VolumeInfo& info() const override { return info_; }
     bool isAlone() const override { return true; }
     std::size_t bytesToRead() const override {
-        return ZarrSlices::bytesNeeded(array_, axes_) + sliceVoxels() * array_.valueBytes();
+        return ZarrSlices::bytesNeeded(array_, place_) + sliceVoxels() * array_.valueBytes();
     }
 
     void readSlices(int count, std::span<std::uint32_t> out) override {
         TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z &&
                       out.size() == sliceVoxels() * static_cast<std::size_t>(count));
         if (!slices_)
-            slices_.emplace(array_, axes_, scratch_);
+            slices_.emplace(array_, place_, scratch_);
         std::vector<std::byte> slice(sliceVoxels() * array_.valueBytes());
         for (int i = 0; i < count; ++i) {
             checkInterrupted();
@@ -57,7 +57,7 @@ class ZarrLayer final : public LabelLayer {
     }
 
     VolumeInfo info_;
-    std::array<std::size_t, 3> axes_;
+    ZarrVolumePlace place_;
     ZarrArray array_;
     fs::path scratch_;
     LabelValues values_;
@@ -149,6 +149,7 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     if (node.isArray) {
         const ZarrArray array = zarrArrayOf(node);
         grid = bareGridOf(array);
+        requireOneVolume(grid, array.where);
         file.isOnScan = true;
         file.notes = {"an array without a place in the patient: its voxels are the scan's"};
         file.layers.push_back(std::make_unique<ZarrLayer>(array, grid, options.scratchFolder));
@@ -163,6 +164,7 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
         throw badFile(data.metadataFile, "an array", "a group");
     const ZarrArray array = zarrArrayOf(data);
     grid = omeGridOf(*image, array, node.attributesFile);
+    requireOneVolume(grid, node.attributesFile);
     placeAsStore(grid, node);
     OmeLabels labels = omeLabelsOf(node);
     file.labels = std::move(labels.labels);

@@ -1,0 +1,218 @@
+// bricking/import/files/zarr/zarr.cpp: volumes in OME-Zarr 0.4 and 0.5, and in arrays of Zarr v2 and v3, that
+// other programs wrote. A folder is one file of the format; channels and times are volumes of it.
+#include "bricking/import/files/file_format.h"
+#include "bricking/import/source/plausible.h"
+#include "bricking/import/source/slice_converter.h"
+#include "bricking/import/zarr/ome_image.h"
+#include "bricking/import/zarr/zarr_slices.h"
+#include "bricking/store/store_reader.h" // isStore
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+#include <algorithm>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An array with all its volumes.
+struct ZarrImage {
+    ZarrArray array;
+    OmeGrid grid;
+    std::vector<std::string> channels; // names; may be fewer than there are
+    bool hasPlace = false;             // says where its voxels lie
+    std::string what, where;           // "OME-Zarr"; of its metadata
+};
+
+class ZarrSource final : public SlabSource {
+  public:
+    ZarrSource(const ZarrImage& image, ZarrVolumePlace place, VolumeInfo info, fs::path scratch)
+        : image_(image), place_(std::move(place)), info_(std::move(info)), scratch_(std::move(scratch)),
+          slices_(image_.array, place_, scratch_), converter_(image_.array.type, image_.array.bigEndian,
+                                                              [this](const auto& visit) { visitAll(visit); }),
+          slice_(sliceFileBytes()) {}
+
+    const VolumeInfo& info() const override { return info_; }
+
+    void readSlices(int count, std::span<std::byte> out) override {
+        const std::size_t bytes = sliceBytesOf(info_);
+        TESSERA_CHECK(out.size() == bytes * static_cast<std::size_t>(count));
+        for (int i = 0; i < count; ++i) {
+            checkInterrupted();
+            slices_.readSlice(slice_);
+            converter_.convert(slice_, out.subspan(static_cast<std::size_t>(i) * bytes, bytes), info_);
+        }
+    }
+
+    std::string describe() const override {
+        const FileType type = image_.array.type;
+        return image_.what + ", " + name(type) + (losesPrecision(type) ? ", converted to float32" : "");
+    }
+
+    std::vector<std::string> notes() const override {
+        std::vector<std::string> notes = image_.hasPlace ? image_.grid.notes : std::vector<std::string>{};
+        for (std::string& note : converter_.notes(info_))
+            notes.push_back(std::move(note));
+        return notes;
+    }
+
+  private:
+    std::size_t sliceFileBytes() const {
+        return static_cast<std::size_t>(info_.extentVoxels.x) *
+               static_cast<std::size_t>(info_.extentVoxels.y) * image_.array.valueBytes();
+    }
+    void visitAll(const std::function<void(std::span<const std::byte>)>& visit) const {
+        ZarrSlices again(image_.array, place_, scratch_);
+        std::vector<std::byte> slice(sliceFileBytes());
+        for (int z = 0; z < info_.extentVoxels.z; ++z) {
+            checkInterrupted();
+            again.readSlice(slice);
+            visit(slice);
+        }
+    }
+
+    ZarrImage image_;
+    ZarrVolumePlace place_;
+    VolumeInfo info_;
+    fs::path scratch_;
+    ZarrSlices slices_;
+    SliceConverter converter_;
+    std::vector<std::byte> slice_; // in the file's numbers
+};
+
+ZarrNode requireNode(const fs::path& path, const char* expected) {
+    if (auto node = readZarrNode(path))
+        return *std::move(node);
+    throw badFile(path.string(), expected, "no Zarr there");
+}
+
+ZarrImage imageAt(const fs::path& given) {
+    const fs::path path = given.has_filename() ? given : given.parent_path(); // "a.zarr/" means a.zarr
+    const ZarrNode node = requireNode(path, "a group or an array of Zarr");
+    ZarrImage found;
+    if (node.isArray) {
+        found.array = zarrArrayOf(node);
+        found.grid = bareGridOf(found.array);
+        found.what = "array of Zarr v" + std::to_string(node.version);
+        found.where = found.array.where;
+        return found;
+    }
+    const std::optional<OmeImage> image = omeImageOf(node);
+    if (!image)
+        throw badFile(node.attributesFile,
+                      "\"multiscales\" of OME-Zarr 0.4 or 0.5; where the group holds images, the name of one",
+                      "a group without them");
+    const ZarrNode data = requireNode(node.path / image->path, "the array that \"multiscales\" names");
+    if (!data.isArray)
+        throw badFile(data.metadataFile, "an array", "a group");
+    found.array = zarrArrayOf(data);
+    found.grid = omeGridOf(*image, found.array, node.attributesFile);
+    found.channels = image->channels;
+    found.hasPlace = true;
+    found.what = node.version == 2 ? "OME-Zarr 0.4" : "OME-Zarr 0.5";
+    found.where = node.attributesFile;
+    return found;
+}
+
+constexpr std::size_t kMostVolumes = 10000;
+
+std::size_t volumesIn(const ZarrImage& image) {
+    std::size_t all = 1;
+    for (const OmeGrid::Other& other : image.grid.others) {
+        if (static_cast<std::uint64_t>(other.length) > kMostVolumes / all)
+            throw badFile(image.where, "at most " + std::to_string(kMostVolumes) + " volumes in an array",
+                          "more along axis \"" + other.name + "\"");
+        all *= static_cast<std::size_t>(other.length);
+    }
+    return all;
+}
+
+/// The place of a volume along all axes.
+/// @param number  from 0; the last axis runs fastest
+std::vector<std::int64_t> placeOf(const ZarrImage& image, std::size_t number) {
+    std::vector<std::int64_t> at(image.array.shape.size());
+    for (auto other = image.grid.others.rbegin(); other != image.grid.others.rend(); ++other) {
+        at[other->axis] = static_cast<std::int64_t>(number) % other->length;
+        number /= static_cast<std::size_t>(other->length);
+    }
+    return at;
+}
+
+std::string nameOf(const ZarrImage& image, std::size_t number) {
+    const std::vector<std::int64_t> at = placeOf(image, number);
+    std::string text;
+    for (const OmeGrid::Other& other : image.grid.others) {
+        if (other.length == 1)
+            continue;
+        const auto index = static_cast<std::size_t>(at[other.axis]);
+        text += (text.empty() ? "" : ", ");
+        if (other.name == "c" || other.name == "channel")
+            text += "channel " + std::to_string(index + 1) +
+                    (index < image.channels.size() && !image.channels[index].empty()
+                         ? " (" + image.channels[index] + ")"
+                         : "");
+        else if (other.name == "t" || other.name == "time")
+            text += "time " + std::to_string(index + 1);
+        else
+            text += "axis " + other.name + " at " + std::to_string(index);
+    }
+    return text;
+}
+
+std::vector<std::string> volumesOf(const fs::path& path) {
+    const ZarrImage image = imageAt(path);
+    std::vector<std::string> names;
+    if (const std::size_t count = volumesIn(image); count > 1)
+        for (std::size_t number = 0; number < count; ++number)
+            names.push_back(nameOf(image, number));
+    return names;
+}
+
+std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& options) {
+    const ZarrImage image = imageAt(path);
+    const std::size_t count = volumesIn(image);
+    if (count > 1 && options.series == 0)
+        throw badFile(image.where, "one volume, or --series N", std::to_string(count) + " of them");
+    const std::size_t number = count > 1 ? static_cast<std::size_t>(options.series) - 1 : 0;
+    if (number >= count)
+        throw badFile(image.where, "--series between 1 and " + std::to_string(count),
+                      std::to_string(options.series));
+    VolumeInfo info = image.grid.info;
+    info.type = storedTypeOf(image.array.type);
+    if (!image.hasPlace) {
+        if (!options.spacingMm)
+            throw spacingUnknown(image.where, "an array by itself, which does not say it");
+        info.orientationKnown = false;
+    } else if (options.spacingMm) {
+        info.remarks.emplace_back("OME-Zarr says distances of voxels; --spacing is taken");
+    }
+    if (const auto& mm = options.spacingMm)
+        info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {mm->x, 0, 0}, {0, mm->y, 0}, {0, 0, mm->z});
+    const char* const field = options.spacingMm ? "--spacing" : "coordinateTransformations";
+    requirePlausibleGeometry(info, {field, field, field}, image.where);
+    info.validate(image.where);
+    return std::make_unique<ZarrSource>(image, ZarrVolumePlace{image.grid.axes, placeOf(image, number)},
+                                        std::move(info), options.scratchFolder);
+}
+
+bool isForeignZarr(const fs::path& path) {
+    std::error_code none;
+    return fs::is_directory(path, none) && isZarr(path) && !isStore(path);
+}
+
+} // namespace
+
+FileFormat zarrFormat() {
+    return {.inFolders = "",
+            .named = "the folder of a Zarr",
+            .open = openZarr,
+            .takesSpacing = true,
+            .isFolder = isForeignZarr,
+            .volumes = volumesOf};
+}
+
+} // namespace tessera

@@ -1,0 +1,243 @@
+// tests/bricking/import/files/zarr_test.cpp: volumes in OME-Zarr and in arrays of Zarr, as other programs
+// write them: types, orders, compressions, places, channels, what has no number, and what is refused.
+#include "bricking/import/catalogue.h"
+#include "tests/support/import_test_tools.h"
+#include "tests/support/refusals.h"
+#include "tests/support/zarr_label_image.h"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <limits>
+#include <numeric>
+
+namespace tessera::test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+SourceOptions oneMm() {
+    SourceOptions options;
+    options.spacingMm = glm::dvec3(1);
+    return options;
+}
+
+Json axesOf(const std::string& names) {
+    Json axes = Json::array();
+    for (const char name : names)
+        axes.push_back(name == 'c' ? Json{{"name", "c"}, {"type", "channel"}}
+                       : name == 't'
+                           ? Json{{"name", "t"}, {"type", "time"}}
+                           : Json{{"name", std::string(1, name)}, {"type", "space"}, {"unit", "millimeter"}});
+    return axes;
+}
+
+/// A group of OME-Zarr with one array.
+void writeImage(const fs::path& group, const WrittenZarr& zarr, const std::vector<std::uint32_t>& values,
+                const std::string& axes, const Json& more = Json::object()) {
+    std::vector<double> scale(axes.size(), 1), shift(axes.size(), 0);
+    const std::size_t first = axes.size() - 3;
+    scale[first] = 2, scale[first + 1] = 0.5, scale[first + 2] = 0.25;
+    shift[first] = -100, shift[first + 1] = 20, shift[first + 2] = 30;
+    Json scales = {
+        {"axes", axesOf(axes)},
+        {"datasets", Json::array({{{"path", "full"},
+                                   {"coordinateTransformations",
+                                    Json::array({{{"type", "scale"}, {"scale", scale}},
+                                                 {{"type", "translation"}, {"translation", shift}}})}}})}};
+    Json ome = more;
+    (zarr.version == 2 ? scales : ome)["version"] = zarr.version == 2 ? "0.4" : "0.5";
+    ome["multiscales"] = Json::array({scales});
+    writeZarrGroup(group, zarr.version, ome);
+    writeZarrArray(group / "full", zarr, values);
+}
+
+template <class T> std::vector<T> as(const std::vector<std::uint32_t>& values) {
+    std::vector<T> out;
+    for (const std::uint32_t value : values)
+        out.push_back(static_cast<T>(value));
+    return out;
+}
+
+TEST(ImportZarr, EveryTypeCompressionAndOrderReadsBackEqual) {
+    const ScratchFolder folder;
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    int number = 0;
+    for (const char* type : {"uint8", "int16", "uint16", "int32", "float32", "float64"})
+        for (const int version : {2, 3})
+            for (const char* compressor : {"none", "blosc", "zstd", "gzip", "zlib", "lz4"}) {
+                if (version == 3 && (compressor == std::string("zlib") || compressor == std::string("lz4")))
+                    continue;
+                WrittenZarr zarr;
+                zarr.version = version;
+                zarr.type = type;
+                zarr.compressor = compressor;
+                zarr.shape = kShape;
+                zarr.chunk = number % 2 ? std::vector<std::size_t>{3, 4, 5} : kShape;
+                zarr.bigEndian = number % 3 == 1;
+                if (number % 4 == 1)
+                    zarr.order = {2, 1, 0};
+                const fs::path path = folder / std::to_string(number++);
+                writeZarrArray(path, zarr, values);
+                const auto source = openSource(path, oneMm());
+                const std::string said = path.string() + " " + type + " " + compressor;
+                EXPECT_EQ(source->info().extentVoxels, glm::ivec3(13, 11, 7)) << said;
+                if (type == std::string("uint8"))
+                    EXPECT_EQ(readAll<std::uint8_t>(*source), as<std::uint8_t>(values)) << said;
+                else if (type == std::string("int16"))
+                    EXPECT_EQ(readAll<std::int16_t>(*source), as<std::int16_t>(values)) << said;
+                else if (type == std::string("uint16"))
+                    EXPECT_EQ(readAll<std::uint16_t>(*source), as<std::uint16_t>(values)) << said;
+                else
+                    EXPECT_EQ(readAll<float>(*source), as<float>(values)) << said;
+            }
+}
+
+TEST(ImportZarr, ItsPlaceIsThatOfTheTransformations) {
+    const ScratchFolder folder;
+    for (const int version : {2, 3}) {
+        WrittenZarr zarr;
+        zarr.version = version;
+        zarr.shape = kShape;
+        zarr.chunk = {3, 4, 5};
+        const fs::path path = folder / ("image" + std::to_string(version));
+        writeImage(path, zarr, zarrLabelValues(7 * 11 * 13), "zyx");
+        const auto source = openSource(path, {});
+        const VolumeInfo& info = source->info();
+        EXPECT_EQ(info.spacingMm(), glm::dvec3(0.25, 0.5, 2));
+        EXPECT_EQ(firstVoxelCentreMm(info), glm::dvec3(30, 20, -100));
+        EXPECT_FALSE(info.orientationKnown);
+        EXPECT_THAT(source->describe(), HasSubstr(version == 2 ? "OME-Zarr 0.4" : "OME-Zarr 0.5"));
+        EXPECT_EQ(openSource(path / "", {})->info().extentVoxels, glm::ivec3(13, 11, 7)); // "image2/"
+        EXPECT_EQ(openSource(path, oneMm())->info().spacingMm(), glm::dvec3(1));
+        EXPECT_THAT(openSource(path, oneMm())->info().remarks, ElementsAre(HasSubstr("--spacing is taken")));
+    }
+}
+
+/// Voxels of the c-th of two channels at the t-th of three times, by the order of axes t, c, z, y, x.
+std::vector<std::int16_t> volumeAt(std::size_t t, std::size_t c, const std::vector<std::uint32_t>& values) {
+    constexpr std::size_t kVoxels = 4 * 5 * 6;
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>((t * 2 + c) * kVoxels);
+    return as<std::int16_t>({begin, begin + kVoxels});
+}
+
+TEST(ImportZarr, ChannelsAndTimesAreVolumesToChooseFrom) {
+    const ScratchFolder folder;
+    std::vector<std::uint32_t> values(3 * 2 * 4 * 5 * 6);
+    std::iota(values.begin(), values.end(), 100u);
+    int number = 0;
+    for (const std::vector<std::size_t>& chunk :
+         {std::vector<std::size_t>{1, 1, 4, 5, 6}, std::vector<std::size_t>{2, 2, 3, 2, 5}}) {
+        WrittenZarr zarr;
+        zarr.type = "int16";
+        zarr.shape = {3, 2, 4, 5, 6};
+        zarr.chunk = chunk;
+        const fs::path path = folder / ("image" + std::to_string(number++));
+        writeImage(path, zarr, values, "tczyx",
+                   {{"omero", {{"channels", Json::array({{{"label", "bone\n"}}, Json::object()})}}}});
+        const Catalogue catalogue = lookThrough(path);
+        ASSERT_EQ(catalogue.rows.size(), 6u);
+        EXPECT_EQ(catalogue.rows[2].what, "time 2, channel 1 (bone\\x0a)");
+        EXPECT_EQ(catalogue.rows[5].what, "time 3, channel 2");
+        for (std::size_t t = 0; t < 3; ++t)
+            for (std::size_t c = 0; c < 2; ++c) {
+                SourceOptions options;
+                options.series = static_cast<int>(t * 2 + c) + 1;
+                EXPECT_EQ(readAll<std::int16_t>(*openSource(path, options)), volumeAt(t, c, values));
+            }
+        EXPECT_THAT(refusalOf([&] { openSource(path, {}); }),
+                    AllOf(HasSubstr("6 volumes"), HasSubstr("--series N"), HasSubstr("channel 1 (bone")));
+        SourceOptions seventh;
+        seventh.series = 7;
+        EXPECT_THAT(refusalOf([&] { openSource(path, seventh); }), HasSubstr("between 1 and 6"));
+    }
+}
+
+TEST(ImportZarr, AnArrayByItselfAsksForItsSpacing) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.shape = zarr.chunk = kShape;
+    writeZarrArray(folder / "a", zarr, zarrLabelValues(7 * 11 * 13));
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "a", {}); }), HasSubstr("--spacing"));
+    EXPECT_FALSE(openSource(folder / "a", oneMm())->info().orientationKnown);
+    zarr.shape = zarr.chunk = {11, 13};
+    writeZarrArray(folder / "flat", zarr, zarrLabelValues(11 * 13));
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "flat", oneMm()); }), HasSubstr("three axes"));
+    writeZarrGroup(folder / "group", 3, Json::object());
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "group", {}); }), HasSubstr("multiscales"));
+}
+
+TEST(ImportZarr, VoxelsWithoutANumberBecomeTheLowestValue) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.type = "float32";
+    zarr.shape = {4, 4, 4};
+    zarr.chunk = {2, 4, 4};
+    std::vector<std::uint32_t> values(64);
+    std::iota(values.begin(), values.end(), 7u);
+    writeZarrArray(folder / "a", zarr, values);
+    fs::remove(folder / "a" / "c" / "0" / "0" / "0"); // its fill is no number
+    Json metadata = arrayMetadata(zarr);
+    for (const char* fill : {"NaN", "-Infinity", "0x7fc00000"}) {
+        metadata["fill_value"] = fill;
+        writeJson(folder / "a" / "zarr.json", metadata);
+        const auto source = openSource(folder / "a", oneMm());
+        const auto read = readAll<float>(*source);
+        EXPECT_EQ(source->info().nonFiniteVoxels, 32u);
+        EXPECT_EQ(read.front(), 7 + 32);
+        EXPECT_EQ(read.back(), 7 + 63);
+    }
+    metadata["fill_value"] = -2.5;
+    writeJson(folder / "a" / "zarr.json", metadata);
+    EXPECT_EQ(readAll<float>(*openSource(folder / "a", oneMm())).front(), -2.5f);
+    for (const Json& fill : {Json("nan"), Json("0x7fc0"), Json(Json::array())}) {
+        metadata["fill_value"] = fill;
+        writeJson(folder / "a" / "zarr.json", metadata);
+        EXPECT_THAT(refusalOf([&] { openSource(folder / "a", oneMm()); }), HasSubstr("fill_value"));
+    }
+}
+
+TEST(ImportZarr, WhatLz4SaysIsChecked) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.version = 2;
+    zarr.shape = zarr.chunk = kShape;
+    zarr.compressor = "lz4";
+    writeZarrArray(folder / "a", zarr, zarrLabelValues(7 * 11 * 13));
+    const fs::path chunk = folder / "a" / "0/0/0";
+    std::ifstream in(chunk, std::ios::binary);
+    const std::string good{std::istreambuf_iterator<char>(in), {}};
+    const auto refusal = [&](const std::string& bytes) {
+        writeFile(chunk, bytes);
+        return refusalOf([&] { readAll<std::uint16_t>(*openSource(folder / "a", oneMm())); });
+    };
+    EXPECT_THAT(refusal(good.substr(0, 3)), HasSubstr("0/0/0"));
+    EXPECT_THAT(refusal(good.substr(0, 20)), HasSubstr("decoded bytes"));
+    EXPECT_THAT(refusal(good.substr(0, good.size() - 9)), HasSubstr("lz4"));
+    std::string lying = good;
+    lying[3] = '\x7f'; // 2 GiB
+    EXPECT_THAT(refusal(lying), HasSubstr("decoded bytes"));
+}
+
+TEST(ImportZarr, ArraysOfOtherProgramsReadAsTheyWereWritten) {
+    const fs::path top = testData() / "zarr-foreign" / "zarrita";
+    if (!fs::exists(top))
+        GTEST_SKIP() << "no arrays of other programs: TESSERA_TEST_DATA";
+    int arrays = 0;
+    for (const char* version : {"v2", "v3"})
+        for (const auto& entry : fs::directory_iterator(top / version / "data.zarr")) {
+            const std::string name = entry.path().filename().string();
+            if (!name.starts_with("3d.") || name.find(".i2") == std::string::npos)
+                continue;
+            const auto source = openSource(entry.path(), oneMm());
+            std::vector<std::int16_t> expected(source->info().voxelCount()); // 0, 1, 2, ...
+            std::iota(expected.begin(), expected.end(), std::int16_t{0});
+            EXPECT_EQ(readAll<std::int16_t>(*source), expected) << entry.path();
+            ++arrays;
+        }
+    EXPECT_GE(arrays, 11);
+}
+
+} // namespace
+} // namespace tessera::test
