@@ -19,6 +19,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kPinnedFloor = 8; // the chunks around one corner
+constexpr std::size_t kToldAhead = 256; // of the chunks that are wanted: the list is soon another
 std::size_t loaderCount(int threads) {
     return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
 }
@@ -284,6 +285,7 @@ BrickCache::~BrickCache() {
 }
 
 std::vector<ChunkFuture> BrickCache::request(std::span<const ChunkKey> keys) {
+    state_->source.willRead(keys);
     std::vector<ChunkFuture> futures;
     futures.reserve(keys.size());
     for (const ChunkKey& key : keys) {
@@ -306,6 +308,7 @@ ChunkPointer BrickCache::get(const ChunkKey& key) {
 }
 
 void BrickCache::want(std::span<const ChunkKey> keys) {
+    state_->source.willRead(keys.first(std::min(keys.size(), kToldAhead)));
     std::unordered_map<ChunkKey, Wish, ChunkKeyHash> before; // its pointers die after the lock
     {
         const std::lock_guard lock(state_->mutex);

@@ -19,6 +19,9 @@ class ChunkSource {
     /// Reads one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the level's edge the fill value.
     /// Thread-safe. out.size() == chunkBytes(). Throws InputError that names what cannot be read.
     virtual void readChunk(const ChunkKey& key, std::span<std::byte> out) const = 0;
+    /// Tells that these chunks will be read soon, the first ones first: a source that waits for servers may
+    /// ask for them together. Thread-safe.
+    virtual void willRead(std::span<const ChunkKey> keys) const { static_cast<void>(keys); }
     /// Bytes of one chunk: kChunkExtent^3 * bytesPerValue.
     std::size_t chunkBytes() const {
         return cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info().type);

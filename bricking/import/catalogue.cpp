@@ -7,6 +7,7 @@
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/source/oriented_source.h"
 #include "bricking/import/source/source_files.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -287,7 +288,7 @@ void takeStacks(const std::vector<fs::path>& files, Catalogue& catalogue, const 
 
 Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
     std::error_code error;
-    if (!fs::exists(path, error))
+    if (!isAddress(path) && !fs::exists(path, error))
         throw badFile(printableName(path), "a file or a folder", "nothing there");
     Catalogue catalogue;
     catalogue.path = path;
@@ -295,6 +296,9 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
         addRowsOf(*format, path, options, catalogue.rows);
         return catalogue;
     }
+    if (isAddress(path))
+        throw badFile(printableName(path), "a store, an OME-Zarr or an array of Zarr at the address",
+                      "no metadata of them there");
     if (!fs::is_directory(path, error)) {
         catalogue.scan = scanDicom({path});
     } else if (foreignFormatOf(path).known()) {

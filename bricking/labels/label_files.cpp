@@ -146,7 +146,7 @@ void checkDepth(const std::string& text, const std::string& where) {
 
 /// The document of the group, with its checksum checked.
 /// @param charge  gets the memory for it
-Json readGroup(const FileHandle& folder, const fs::path& store, const std::string& where, MemoryBudget& ram,
+Json readGroup(const StoreFolder& folder, const fs::path& store, const std::string& where, MemoryBudget& ram,
                Charge& charge) {
     const std::string name = std::string(kSets) + "/zarr.json";
     const auto file = openIn(folder, name, store);
@@ -170,7 +170,7 @@ Json readGroup(const FileHandle& folder, const fs::path& store, const std::strin
 /// An array, piece by piece from its start.
 class ArrayReader {
   public:
-    ArrayReader(const FileHandle& folder, const fs::path& store, const char* name, std::uint64_t values)
+    ArrayReader(const StoreFolder& folder, const fs::path& store, const char* name, std::uint64_t values)
         : folder_(folder), store_(store), relative_(std::string(kSets) + "/" + name),
           spec_(arraySpec(values)), values_(values), kept_(kArrayChunk) {
         checkArrayMetadata(folder_, relative_, spec_, store_);
@@ -198,7 +198,7 @@ class ArrayReader {
     }
 
   private:
-    const FileHandle& folder_;
+    const StoreFolder& folder_;
     const fs::path& store_;
     std::string relative_;
     ArraySpec spec_;
@@ -213,7 +213,7 @@ struct ArraysOf {
 };
 
 /// Calls body(cell, shares) of every cell, which are checked.
-void eachCell(const FileHandle& folder, const fs::path& store, const glm::ivec3& extent,
+void eachCell(const StoreFolder& folder, const fs::path& store, const glm::ivec3& extent,
               const ArraysOf& arrays, std::size_t sets,
               const std::function<void(std::size_t, std::span<const LabelCells::Share>)>& body) {
     ArrayReader counts(folder, store, "counts", arrays.cells), set(folder, store, "set", arrays.shares),
@@ -414,7 +414,7 @@ std::string imageLabelOf(const LabelTable& table) {
 namespace {
 
 /// The table, and what it says about the arrays.
-LabelTable readTable(const FileHandle& folder, const StoreReader& store, MemoryBudget& ram,
+LabelTable readTable(const StoreFolder& folder, const StoreReader& store, MemoryBudget& ram,
                      ArraysOf& arrays) {
     const std::string where = (store.path() / kSets / "zarr.json").string();
     const std::string root = "/attributes/tessera";
@@ -448,7 +448,7 @@ LabelTable readLabelTable(const StoreReader& store, MemoryBudget& ram) {
 }
 
 LabelFiles readLabelFiles(const StoreReader& store, MemoryBudget& ram) {
-    const FileHandle folder = openFolder(store.path());
+    const StoreFolder folder = openFolder(store.path());
     const glm::ivec3 extent = store.info().extentVoxels;
     LabelFiles files;
     ArraysOf arrays;

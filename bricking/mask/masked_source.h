@@ -23,6 +23,7 @@ class MaskedSource : public ChunkSource {
     /// A sample of share s is v + s * (air - v), rounded to the stored type. Above Mask::kExactLevel a sample
     /// that is hidden in part is the mean of those below it, so that no sample leaves the range of its cells.
     void readChunk(const ChunkKey& key, std::span<std::byte> out) const override;
+    void willRead(std::span<const ChunkKey> keys) const override { source_.willRead(keys); }
 
     const HiddenPart& mask() const { return *mask_; }
     double airStored() const { return air_; }

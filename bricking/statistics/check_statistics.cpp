@@ -26,8 +26,8 @@ struct KeptArray {
 
 /// Reads an array whole, layer by layer.
 /// @param group  null: its checksums are not known
-void checkArray(const StoreReader& store, const FileHandle& folder, const KeptArray& array, const Json* group,
-                std::span<std::byte> room, const StatisticsFault& found) {
+void checkArray(const StoreReader& store, const StoreFolder& folder, const KeptArray& array,
+                const Json* group, std::span<std::byte> room, const StatisticsFault& found) {
     const std::string where = (store.path() / kStatisticsFile).string();
     const std::string shown = (store.path() / array.path).string();
     const ArraySpec& spec = array.spec;
@@ -92,7 +92,7 @@ int newestStatistics() {
 }
 
 int checkStatistics(const StoreReader& store, MemoryBudget& ram, const StatisticsFault& found) {
-    const FileHandle folder = openFolder(store.path());
+    const StoreFolder folder = openFolder(store.path());
     const auto isLost = [&](const std::filesystem::path& part) {
         std::error_code ignored;
         return std::filesystem::symlink_status(store.path() / part, ignored).type() ==

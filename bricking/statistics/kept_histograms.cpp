@@ -60,7 +60,7 @@ std::string groupPath(const StoreReader& store) {
 }
 
 /// Throws BadFile where it is missing or damaged.
-Json readGroup(const StoreReader& store, const FileHandle& folder) {
+Json readGroup(const StoreReader& store, const StoreFolder& folder) {
     const std::string where = groupPath(store);
     const auto text = readText(folder, std::string(kFolder) + "/zarr.json", store.path(), kMostGroupBytes);
     if (!text)
@@ -72,7 +72,7 @@ Json readGroup(const StoreReader& store, const FileHandle& folder) {
 
 LocalHistograms read(const StoreReader& store, std::uint32_t hidden, const LocalHistogramSettings& settings,
                      MemoryBudget& ram) {
-    const FileHandle folder = openFolder(store.path());
+    const StoreFolder folder = openFolder(store.path());
     const std::string where = groupPath(store);
     const Json group = readGroup(store, folder);
     const std::string root = kRoot;

@@ -116,8 +116,14 @@ Mask::Part partOf(const MaskedSource& masked, std::size_t at, const glm::ivec3& 
 /// Reads the store's statistics; throws InputError if anything is missing, different or damaged.
 /// @param threads  at most so many, each with scratchBytes()
 void readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
-    const FileHandle folder = openFolder(store.path());
+    const StoreFolder folder = openFolder(store.path());
     const std::string where = (store.path() / kStatisticsFile).string();
+    for (const char* name :
+         {"brick_max", "brick_min", "cell_max", "cell_min"}) { // the last one told comes first
+        const bool isOfCells = name[0] == 'c';
+        const ArraySpec spec = floatSpec(isOfCells ? statistics.cells : statistics.bricks);
+        tellArrayLayers(folder, std::string("stats/") + name, spec, 0, spec.layers());
+    }
     const Json group = readStatisticsGroup(folder, store);
     const std::string root = "/attributes/tessera/";
     statistics.lowest = static_cast<float>(numberAt(group, root + "lowest", where));
@@ -330,20 +336,28 @@ namespace {
 /// Reads the rows of `bricks` that are new, layer by layer; only layers that have one.
 void readRays(const StoreReader& store, const std::vector<std::uint8_t>& isNew, BrickRays& rays,
               MemoryBudget& ram, int threads) {
-    const FileHandle folder = openFolder(store.path());
+    const StoreFolder folder = openFolder(store.path());
     const Json group = readStatisticsGroup(folder, store);
     const std::string where = (store.path() / kStatisticsFile).string();
     const ArraySpec spec = raySpec(rays.bricks);
+    const std::size_t perLayer = rayLayerBytes(store.info()) / kBrickRayBytes;
+    const auto hasNew = [&](std::size_t layer) {
+        const auto begin = isNew.begin() + static_cast<std::ptrdiff_t>(layer * perLayer);
+        const auto end =
+            isNew.begin() + static_cast<std::ptrdiff_t>(std::min((layer + 1) * perLayer, isNew.size()));
+        return std::find(begin, end, 1) != end;
+    };
+    for (int part = 0; part < rays.parts; ++part)
+        for (int layer = 0; layer < spec.layers(); ++layer)
+            if (hasNew(static_cast<std::size_t>(layer)))
+                tellArrayLayers(folder, rayPath(part), spec, layer, layer + 1);
     for (int part = 0; part < rays.parts; ++part)
         checkArrayMetadata(folder, rayPath(part), spec, store.path());
-    const std::size_t perLayer = rayLayerBytes(store.info()) / kBrickRayBytes;
     BufferPool pool(ram, threadCount(threads), rayLayerBytes(store.info()), "reading rays of bricks");
     const Charge scratch = ram.charge(threadCount(threads) * spec.scratchBytes(), "reading rays of bricks");
     parallelFor(static_cast<std::size_t>(spec.layers()), threads, [&](std::size_t layer) {
         const std::size_t first = layer * perLayer, end = std::min(first + perLayer, isNew.size());
-        const auto begin = isNew.begin();
-        if (std::find(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end),
-                      1) == begin + static_cast<std::ptrdiff_t>(end))
+        if (!hasNew(layer))
             return;
         const BufferPool::Lease buffer(pool);
         const std::span<std::byte> bytes = buffer.bytes().first((end - first) * kBrickRayBytes);

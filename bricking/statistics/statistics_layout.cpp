@@ -22,7 +22,7 @@ Json plainGroup() {
     return {{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
 }
 
-Json readStatisticsGroup(const FileHandle& folder, const StoreReader& store) {
+Json readStatisticsGroup(const StoreFolder& folder, const StoreReader& store) {
     constexpr std::uint64_t kMostBytes = 1 << 20; // ours have about 2 KiB and 30 bytes per 64 slices
     const std::string where = (store.path() / kStatisticsFile).string();
     const auto text = readText(folder, kStatisticsFile, store.path(), kMostBytes);

@@ -30,6 +30,6 @@ std::string rayPath(int part);
 Json plainGroup();
 /// The document of the statistics' group. Throws BadFile where it is missing, damaged, of another version or
 /// of another store.
-Json readStatisticsGroup(const FileHandle& folder, const StoreReader& store);
+Json readStatisticsGroup(const StoreFolder& folder, const StoreReader& store);
 
 } // namespace tessera

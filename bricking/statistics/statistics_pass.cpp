@@ -207,6 +207,14 @@ int windowSlices(int level) {
     return (kRayLayers * kBrickExtent >> level) + 2;
 }
 
+/// Tells a source all chunks of a pass over it.
+template <typename KeyOf> void tellChunks(const ChunkSource& volume, std::size_t count, const KeyOf& keyOf) {
+    std::vector<ChunkKey> keys(count);
+    for (std::size_t n = 0; n < count; ++n)
+        keys[n] = keyOf(n);
+    volume.willRead(keys);
+}
+
 void loadWindow(const ChunkSource& volume, int level, int firstLayer, int endLayer, BufferPool& pool,
                 int threads, Window& window) {
     const std::size_t bytes = bytesPerValue(volume.info().type);
@@ -216,10 +224,16 @@ void loadWindow(const ChunkSource& volume, int level, int firstLayer, int endLay
     const glm::ivec3 chunks = ceilDiv(window.extent, kChunkExtent);
     const int firstChunk = window.first / kChunkExtent, endChunk = (window.end - 1) / kChunkExtent + 1;
     const glm::ivec3 grid(chunks.x, chunks.y, endChunk - firstChunk);
-    parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+    const auto keyOf = [&](std::size_t n) {
         const glm::ivec3 chunk = gridPosition(n, grid) + glm::ivec3(0, 0, firstChunk);
+        return ChunkKey{level, chunk.x, chunk.y, chunk.z};
+    };
+    tellChunks(volume, cellCount(grid), keyOf);
+    parallelFor(cellCount(grid), threads, [&](std::size_t n) {
+        const ChunkKey key = keyOf(n);
+        const glm::ivec3 chunk(key.i, key.j, key.k);
         const BufferPool::Lease buffer(pool);
-        volume.readChunk({level, chunk.x, chunk.y, chunk.z}, buffer.bytes());
+        volume.readChunk(key, buffer.bytes());
         const glm::ivec3 origin = chunk * kChunkExtent;
         const glm::ivec3 size = glm::min(window.extent - origin, glm::ivec3(kChunkExtent));
         for (int z = std::max(origin.z, window.first); z < std::min(origin.z + size.z, window.end); ++z)
@@ -369,6 +383,15 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
             for (int level = 1; level < kLevelCount; ++level)
                 loadWindow(volume, level, firstZ, endZ, pool, threads,
                            windows[static_cast<std::size_t>(level)]);
+            const auto keyOf = [&](std::size_t n) {
+                const glm::ivec3 brick = gridPosition(n, grid) + glm::ivec3(0, 0, firstZ);
+                return ChunkKey{0, brick.x, brick.y, brick.z};
+            };
+            std::vector<ChunkKey> read;
+            for (std::size_t n = 0; n < cellCount(grid); ++n)
+                if (wanted(firstBrick + n) || histogram)
+                    read.push_back(keyOf(n));
+            volume.willRead(read);
             parallelFor(cellCount(grid), threads, [&](std::size_t n) {
                 const bool want = wanted(firstBrick + n);
                 if (!want && !histogram)

@@ -76,7 +76,7 @@ std::vector<ShardEntry> decodeIndex(std::span<const std::byte> encoded, std::uin
                                     const std::string& where);
 
 struct OpenShard {
-    FileHandle file;
+    StoreFile file;
     std::string shown; // path for messages
     std::vector<ShardEntry> index;
 };

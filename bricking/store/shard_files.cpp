@@ -60,6 +60,18 @@ OpenShard ShardFiles::open(int level, const glm::ivec3& at) const {
     return shard;
 }
 
+std::optional<RemoteRange> ShardFiles::placeOf(const ChunkKey& key) const {
+    const glm::ivec3 at = layout(key.level).shardOf(key);
+    if (record(key.level, at).chunks == 0)
+        return std::nullopt;
+    const ShardTable::Lease shard(shards_, {key.level, at.x, at.y, at.z},
+                                  [&] { return open(key.level, at); });
+    const ShardEntry& entry = shard->index[layout(key.level).entryOf(key)];
+    if (entry.absent())
+        return std::nullopt;
+    return RemoteRange{shardPath(key.level, at), entry.offset, entry.bytes};
+}
+
 std::span<std::byte> ShardFiles::read(const ChunkKey& key, std::span<std::byte> room) const {
     const glm::ivec3 at = layout(key.level).shardOf(key);
     if (record(key.level, at).chunks == 0)

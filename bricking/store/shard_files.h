@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -24,7 +25,7 @@ class ShardFiles {
                std::size_t slots);
 
     const std::filesystem::path& path() const { return path_; }
-    const FileHandle& folder() const { return folder_; }
+    const StoreFolder& folder() const { return folder_; }
     const ShardLayout& layout(int level) const { return layouts_[static_cast<std::size_t>(level)]; }
     const ShardRecord& record(int level, const glm::ivec3& shard) const;
     /// "STORE/1/c/0/0/2", for messages.
@@ -33,6 +34,8 @@ class ShardFiles {
     /// Opens the file of a shard with chunks and reads its index. Throws BadFile naming it if it is missing,
     /// cut short, or not the one that zarr.json describes.
     OpenShard open(int level, const glm::ivec3& shard) const;
+    /// Where a chunk is in the store's files; nullopt: it is left out. Thread-safe. Throws as open() does.
+    std::optional<RemoteRange> placeOf(const ChunkKey& key) const;
     /// Reads a chunk as it is stored. Thread-safe.
     /// @param room  at least encodedBound() of a chunk
     /// @return the used part of room; empty: the chunk is left out, because it is all fill
@@ -41,7 +44,7 @@ class ShardFiles {
 
   private:
     std::filesystem::path path_;
-    FileHandle folder_;
+    StoreFolder folder_;
     const StoreMetadata& metadata_;
     std::array<ShardLayout, kLevelCount> layouts_;
     mutable ShardTable shards_;

@@ -27,17 +27,25 @@ Error writeFailed(const std::filesystem::path& path, const char* what) {
 
 } // namespace
 
-FileHandle openFolder(const std::filesystem::path& path) {
+StoreFolder openFolder(const std::filesystem::path& path) {
+    if (auto place = remotePlaceOf(path))
+        return {.disk = {}, .remote = std::move(place)};
     FileHandle folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.descriptor() < 0)
         throw badFile(path.string(), "a folder that can be opened", reason());
-    return folder;
+    return {.disk = std::move(folder), .remote = {}};
 }
 
-std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view relative,
-                                 const std::filesystem::path& shown) {
+std::optional<StoreFile> openIn(const StoreFolder& folder, std::string_view relative,
+                                const std::filesystem::path& shown) {
+    if (folder.remote) {
+        std::string whole = folder.remote->nameOf(std::string(relative));
+        if (!folder.remote->files->sizeOf(whole))
+            return std::nullopt;
+        return StoreFile{.disk = {}, .remote = folder.remote->files, .name = std::move(whole)};
+    }
     FileHandle at;
-    int parent = folder.descriptor();
+    int parent = folder.disk.descriptor();
     std::string_view rest = relative;
     while (true) {
         const std::size_t slash = rest.find('/');
@@ -62,20 +70,24 @@ std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view rela
     struct stat facts {};
     if (::fstat(at.descriptor(), &facts) != 0 || !S_ISREG(facts.st_mode))
         throw badFile((shown / relative).string(), "a regular file", "something else");
-    return at;
+    return StoreFile{.disk = std::move(at), .remote = {}};
 }
 
-std::uint64_t fileSize(const FileHandle& file, const std::string& shown) {
+std::uint64_t fileSize(const StoreFile& file, const std::string& shown) {
+    if (file.remote)
+        return file.remote->sizeOf(file.name).value_or(0);
     struct stat facts {};
-    if (::fstat(file.descriptor(), &facts) != 0)
+    if (::fstat(file.disk.descriptor(), &facts) != 0)
         throw badFile(shown, "a readable file", reason());
     return static_cast<std::uint64_t>(facts.st_size);
 }
 
-void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> out,
-            const std::string& shown) {
+void readAt(const StoreFile& file, std::uint64_t offset, std::span<std::byte> out, const std::string& shown) {
+    if (file.remote)
+        return file.remote->readAt(file.name, offset, out);
     while (!out.empty()) {
-        const ssize_t got = ::pread(file.descriptor(), out.data(), out.size(), static_cast<off_t>(offset));
+        const ssize_t got =
+            ::pread(file.disk.descriptor(), out.data(), out.size(), static_cast<off_t>(offset));
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
@@ -89,9 +101,9 @@ void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> o
     }
 }
 
-std::optional<std::string> readText(const FileHandle& folder, std::string_view relative,
+std::optional<std::string> readText(const StoreFolder& folder, std::string_view relative,
                                     const std::filesystem::path& shown, std::uint64_t limitBytes) {
-    const std::optional<FileHandle> file = openIn(folder, relative, shown);
+    const std::optional<StoreFile> file = openIn(folder, relative, shown);
     if (!file)
         return std::nullopt;
     const std::string name = (shown / relative).string();
@@ -135,13 +147,13 @@ void writeFile(const std::filesystem::path& path, std::string_view text) {
 }
 
 void syncAll(const std::filesystem::path& folder) {
-    if (::syncfs(openFolder(folder).descriptor()) != 0)
+    if (::syncfs(openFolder(folder).disk.descriptor()) != 0)
         throw writeFailed(folder, "make durable");
 }
 
 void syncFolder(const std::filesystem::path& folder) {
     // Some file systems refuse fsync on folders (EINVAL); they order names by themselves.
-    if (::fsync(openFolder(folder).descriptor()) != 0 && errno != EINVAL)
+    if (::fsync(openFolder(folder).disk.descriptor()) != 0 && errno != EINVAL)
         throw writeFailed(folder, "make durable");
 }
 

@@ -1,7 +1,9 @@
 // bricking/store/store_files.h: the files of a store: the few operations that it needs, with errors that name
-// the file, and the folder in which it is written. Reading follows no link below the store's folder.
+// the file, and the folder in which it is written. Reading follows no link below the store's folder. A store
+// that is read may lie behind an address (remote_files.h).
 #pragma once
 
+#include "bricking/store/remote_files.h"
 #include "core/base/files.h"
 #include "core/base/interrupt.h" // TemporaryPath
 
@@ -15,22 +17,34 @@
 
 namespace tessera {
 
-/// Opens a folder for openIn(). Throws InputError naming it.
-FileHandle openFolder(const std::filesystem::path& path);
+/// A folder that is read: on a disk, or behind an address.
+struct StoreFolder {
+    FileHandle disk;
+    std::optional<RemotePlace> remote; // takes the place of `disk`
+};
+/// A file that is read, likewise.
+struct StoreFile {
+    FileHandle disk;
+    std::shared_ptr<RemoteFiles> remote; // takes the place of `disk`
+    std::string name = {};               // in `remote`
+};
+
+/// Opens a folder for openIn(). Throws InputError naming it. What lies behind an address is not looked for.
+StoreFolder openFolder(const std::filesystem::path& path);
 
 /// Opens a regular file below folder for reading.
 /// @param relative  names joined by '/', none of them "", "." or ".."
 /// @param shown  the folder's path, for messages
 /// @return nullopt if the file or a folder of its path is missing
 /// Throws InputError naming the path for links, for anything but a regular file, and if it cannot be opened.
-std::optional<FileHandle> openIn(const FileHandle& folder, std::string_view relative,
-                                 const std::filesystem::path& shown);
+std::optional<StoreFile> openIn(const StoreFolder& folder, std::string_view relative,
+                                const std::filesystem::path& shown);
 
-std::uint64_t fileSize(const FileHandle& file, const std::string& shown);
+std::uint64_t fileSize(const StoreFile& file, const std::string& shown);
 /// Fills out from offset. Throws InputError naming the file if it ends too early or cannot be read.
-void readAt(const FileHandle& file, std::uint64_t offset, std::span<std::byte> out, const std::string& shown);
+void readAt(const StoreFile& file, std::uint64_t offset, std::span<std::byte> out, const std::string& shown);
 /// The whole file as text; nullopt if missing. Throws InputError if it is larger than limitBytes.
-std::optional<std::string> readText(const FileHandle& folder, std::string_view relative,
+std::optional<std::string> readText(const StoreFolder& folder, std::string_view relative,
                                     const std::filesystem::path& shown, std::uint64_t limitBytes);
 
 /// Opens a file for writing; creates it if it is missing. Throws Error naming it.

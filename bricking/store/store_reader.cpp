@@ -6,12 +6,16 @@
 #include "bricking/store/shard_files.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_metadata.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
+#include <set>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -39,13 +43,19 @@ Appetite appetiteOf(const StoreMetadata& metadata, const MemoryBudget& ram) {
 }
 
 StoreMetadata readMetadata(const std::filesystem::path& path) {
-    const FileHandle folder = openFolder(path);
+    const StoreFolder folder = openFolder(path);
     const auto document = [&](const std::string& relative) {
         const auto text = readText(folder, relative, path, kMaxMetadataBytes);
         if (!text)
             throw badFile((path / relative).string(), "the metadata of a store", "no such file");
         return *text;
     };
+    if (folder.remote) {
+        std::vector<RemoteRange> ranges = {{folder.remote->nameOf("stats/zarr.json")}};
+        for (int level = 0; level < kLevelCount; ++level)
+            ranges.push_back({folder.remote->nameOf(std::to_string(level) + "/zarr.json")});
+        folder.remote->files->willRead(std::move(ranges));
+    }
     StoreMetadata metadata = parseGroup(document("zarr.json"), (path / "zarr.json").string());
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string relative = std::to_string(level) + "/zarr.json";
@@ -58,11 +68,14 @@ StoreMetadata readMetadata(const std::filesystem::path& path) {
 
 struct StoreReader::State {
     State(const std::filesystem::path& path, StoreMetadata read, MemoryBudget& ram)
-        : metadata(std::move(read)), appetite(appetiteOf(metadata, ram)),
-          shards(path, metadata, ram, appetite.shards),
+        : metadata(std::move(read)), remote(remotePlaceOf(path)),
+          inFlight(ram.charge(remote ? remote->files->bytesInFlight() : 0, "fetching " + path.string())),
+          appetite(appetiteOf(metadata, ram)), shards(path, metadata, ram, appetite.shards),
           buffers(ram, appetite.buffers, appetite.bufferBytes, "reading a store") {}
 
     StoreMetadata metadata;
+    std::optional<RemotePlace> remote;
+    Charge inFlight;
     Appetite appetite;
     ShardFiles shards;
     BufferPool buffers;
@@ -99,8 +112,38 @@ void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const
     fillWith(info(), out);
 }
 
+void StoreReader::willRead(std::span<const ChunkKey> keys) const {
+    if (!state_->remote)
+        return;
+    std::vector<RemoteRange> ranges;
+    for (const ChunkKey& key : keys) {
+        try {
+            if (const std::optional<RemoteRange> range = state_->shards.placeOf(key))
+                ranges.push_back({state_->remote->nameOf(range->name), range->offset, range->bytes});
+        } catch (const InputError&) { // told when the chunk is read
+        }
+    }
+    state_->remote->files->willRead(std::move(ranges));
+}
+
 std::string StoreReader::contentHash() const {
     return contentHashOf(state_->metadata);
+}
+
+std::optional<RemoteFiles::Counters> fetchedFor(Stores stores) {
+    std::set<const RemoteFiles*> seen; // stores may lie behind one address
+    RemoteFiles::Counters all;
+    for (const StoreReader* store : stores) {
+        const std::optional<RemotePlace> place = remotePlaceOf(store->path());
+        if (!place || !seen.insert(place->files.get()).second)
+            continue;
+        const RemoteFiles::Counters one = place->files->counters();
+        all.requests += one.requests;
+        all.retries += one.retries;
+        all.bytesFetched += one.bytesFetched;
+        all.bytesFromDisk += one.bytesFromDisk;
+    }
+    return seen.empty() ? std::nullopt : std::optional(all);
 }
 
 std::size_t readerFloorBytes(const VolumeInfo& info) {
@@ -109,7 +152,7 @@ std::size_t readerFloorBytes(const VolumeInfo& info) {
 
 bool isStore(const std::filesystem::path& path) {
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path / "zarr.json", ignored))
+    if (!isAddress(path) && !std::filesystem::is_regular_file(path / "zarr.json", ignored))
         return false;
     try {
         const auto text = readText(openFolder(path), "zarr.json", path, kMaxMetadataBytes);

@@ -94,7 +94,20 @@ void writeArrayLayer(const fs::path& folder, const ArraySpec& spec, int layer,
     });
 }
 
-void checkArrayMetadata(const FileHandle& store, const std::string& relative, const ArraySpec& spec,
+void tellArrayLayers(const StoreFolder& store, const std::string& relative, const ArraySpec& spec, int first,
+                     int end) {
+    if (!store.remote)
+        return;
+    std::vector<RemoteRange> ranges = {{store.remote->nameOf(relative + "/zarr.json")}};
+    for (int layer = first; layer < end; ++layer)
+        eachChunk(spec, layer, [&](const glm::ivec3& at, const glm::ivec3&, const glm::ivec3&) {
+            ranges.push_back({store.remote->nameOf(relative + "/" + chunkPath(spec, at)), 0,
+                              encodedBound(spec.chunkBytes())});
+        });
+    store.remote->files->willRead(std::move(ranges));
+}
+
+void checkArrayMetadata(const StoreFolder& store, const std::string& relative, const ArraySpec& spec,
                         const fs::path& shown) {
     constexpr std::uint64_t kLimitBytes = 65536; // ours have less than 2 KiB
     const std::string name = relative + "/zarr.json";
@@ -105,7 +118,7 @@ void checkArrayMetadata(const FileHandle& store, const std::string& relative, co
     checkEqual(parseJson(*text, where), metadataOf(spec), where);
 }
 
-void readArrayLayer(const FileHandle& store, const std::string& relative, const ArraySpec& spec, int layer,
+void readArrayLayer(const StoreFolder& store, const std::string& relative, const ArraySpec& spec, int layer,
                     std::span<std::byte> slices, const fs::path& shown) {
     std::vector<std::byte> raw(spec.chunkBytes()), encoded(encodedBound(raw.size()));
     const std::size_t element = spec.elementBytes();

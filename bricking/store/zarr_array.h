@@ -37,13 +37,18 @@ void writeArrayMetadata(const std::filesystem::path& folder, const ArraySpec& sp
 void writeArrayLayer(const std::filesystem::path& folder, const ArraySpec& spec, int layer,
                      std::span<const std::byte> slices);
 
+/// Tells a store behind an address that the layers of an array will be read (RemoteFiles::willRead()).
+/// @param first, end  of the layers
+void tellArrayLayers(const StoreFolder& store, const std::string& relative, const ArraySpec& spec, int first,
+                     int end);
+
 /// Checks zarr.json against spec; reads one layer.
 /// @param store, relative  the store's folder and the array's path in it
 /// @param shown  the store's path
 /// Both throw InputError naming the file when something is missing, different or damaged.
-void checkArrayMetadata(const FileHandle& store, const std::string& relative, const ArraySpec& spec,
+void checkArrayMetadata(const StoreFolder& store, const std::string& relative, const ArraySpec& spec,
                         const std::filesystem::path& shown);
-void readArrayLayer(const FileHandle& store, const std::string& relative, const ArraySpec& spec, int layer,
+void readArrayLayer(const StoreFolder& store, const std::string& relative, const ArraySpec& spec, int layer,
                     std::span<std::byte> slices, const std::filesystem::path& shown);
 
 } // namespace tessera

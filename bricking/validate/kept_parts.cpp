@@ -61,7 +61,7 @@ bool haveSameBytes(const fs::path& a, const fs::path& b) {
 /// White space of documents, which no checksum covers.
 void KeptParts::checkTexts() {
     constexpr std::uint64_t kMostBytes = 1 << 20;
-    const FileHandle folder = openFolder(store_.path());
+    const StoreFolder folder = openFolder(store_.path());
     for (const fs::path& file : filesOf(store_.path() / "stats")) {
         if (file.filename() != "zarr.json" || file.string().front() == '.') // those of dead processes
             continue;

@@ -54,7 +54,7 @@ class Validation {
     fs::path path_;
     MemoryBudget& ram_;
     const ValidateOptions& options_;
-    FileHandle folder_;
+    StoreFolder folder_;
     LockTry lock_;
     StoreFaults faults_;
     ValidateReport report_;

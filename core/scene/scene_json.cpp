@@ -1,6 +1,7 @@
 // core/scene/scene_json.cpp: the part of scene.h that reads and writes scenes, by their table of keys
 // (scene_fields.h). Strict: what is not understood is refused, because a scene that is read halfway draws a
 // wrong picture.
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/scene_fields.h"
@@ -89,7 +90,7 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
     for (SceneVolume& volume : scene.volumes)
         for (std::filesystem::path* path : {&volume.path, &volume.labels.path, &volume.labels.names})
             if (!path->empty() && *path != Labels::kTotalSegmentator)
-                *path = std::filesystem::absolute(folder / *path).lexically_normal();
+                *path = absolutePlace(folder, *path);
     for (SceneMesh& mesh : scene.meshes)
         if (!mesh.path.empty())
             mesh.path = std::filesystem::absolute(folder / mesh.path).lexically_normal();

@@ -13,6 +13,8 @@
 namespace tessera {
 namespace {
 
+constexpr const char* kRemote = "blocks of volumes behind addresses";
+
 std::string timeText(std::time_t time) {
     std::tm local{};
     char text[32] = "unknown";
@@ -44,6 +46,12 @@ void list(bool asJson, const CommonOptions& common) {
                         entry.about.empty() ? "(unknown)" : printable(entry.about).c_str(),
                         entry.inUse ? "  (in use)" : "");
     }
+    const std::uint64_t fetched = bytesBelow(remoteBlockFolder());
+    bytes += fetched;
+    if (asJson && fetched > 0)
+        report.push_back({{"entry", "remote"}, {"bytes", fetched}, {"about", kRemote}});
+    else if (fetched > 0)
+        std::printf("%s  %10s  %s\n", "remote", sizeText(fetched).c_str(), kRemote);
     if (asJson)
         std::printf("%s\n", report.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
     common.note(std::to_string(entries.size()) + (entries.size() == 1 ? " import, " : " imports, ") +
@@ -56,11 +64,15 @@ void clear(const CommonOptions& common) {
     recoverFolders(folder); // what dead imports left
     std::uint64_t bytes = 0;
     const std::vector<CacheEntry> removed = shrinkCache(folder, 0);
+    const std::uint64_t fetched = bytesBelow(remoteBlockFolder());
+    std::error_code ignored;
+    std::filesystem::remove_all(remoteBlockFolder(), ignored); // who reads them fetches them again
     for (const CacheEntry& entry : removed)
         bytes += entry.bytes;
     const std::size_t kept = listCache(folder).size();
     common.note("removed " + std::to_string(removed.size()) +
                 (removed.size() == 1 ? " import, " : " imports, ") + sizeText(bytes) +
+                (fetched ? " and " + sizeText(fetched) + " of " + kRemote : "") +
                 (kept ? "; " + std::to_string(kept) + " in use" + (kept == 1 ? " stays" : " stay") : ""));
 }
 

@@ -5,6 +5,7 @@
 #include "bricking/export/volume_writer.h"
 #include "bricking/labels/label_files.h" // readLabelTable
 #include "bricking/labels/label_volume.h"
+#include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/error.h"
 #include "core/base/output_file.h"
@@ -99,8 +100,7 @@ struct ExportedLabels {
 ExportedLabels labelsOf(const ExportArguments& arguments, const ExportFormat& format,
                         const StoreReader& store, MemoryBudget& ram, const CommonOptions& common) {
     ExportedLabels found;
-    std::error_code ignored;
-    const bool areLabels = std::filesystem::exists(store.path() / "sets" / "zarr.json", ignored);
+    const bool areLabels = openIn(openFolder(store.path()), "sets/zarr.json", store.path()).has_value();
     if (arguments.labels.empty() && !areLabels) {
         if (arguments.sameFrame)
             throw badFile("--same-frame", "--labels, which it is for", "none");

@@ -3,11 +3,13 @@
 #include "bricking/import/source/format_endings.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 #include "core/base/volume.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/info_picture.h"
+#include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/input/volume_input.h"
 
 #include <algorithm>
@@ -145,7 +147,7 @@ std::uintmax_t bytesOnDisk(const fs::path& folder) {
 
 void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
-    const StoreReader store(arguments.in, ram);
+    const StoreReader store(reached(arguments.in), ram);
     const Statistics statistics = loadStatistics(store, ram, 0);
     const VolumeInfo& info = store.info();
     const auto physical = [&](float stored) {
@@ -158,7 +160,8 @@ void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
         report["kind"] = "store";
         report["lowest"] = std::min(a, b);
         report["highest"] = std::max(a, b);
-        report["bytesOnDisk"] = bytes;
+        if (!isAddress(arguments.in))
+            report["bytesOnDisk"] = bytes;
         report["contentHash"] = store.contentHash();
         report["levels"] = json::array();
         for (int level = 0; level < kLevelCount; ++level) {
@@ -168,13 +171,14 @@ void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
         std::printf("%s\n", report.dump(2, ' ', true, json::error_handler_t::replace).c_str());
         return;
     }
-    printLine("store", arguments.in);
+    printLine("store", store.path().string());
     printVolume(info);
     printLine("values", formatNumber(std::min(a, b), 6) + " to " + formatNumber(std::max(a, b), 6) +
                             (info.unit.empty() ? "" : " " + info.unit));
     printLine("levels", std::to_string(kLevelCount) + ", the coarsest " +
                             formatExtent(levelExtent(info.extentVoxels, kLevelCount - 1)));
-    printLine("on disk", formatBytes(static_cast<std::size_t>(bytes)));
+    if (!isAddress(arguments.in))
+        printLine("on disk", formatBytes(static_cast<std::size_t>(bytes)));
     printLine("content", store.contentHash());
 }
 

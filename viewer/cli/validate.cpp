@@ -1,5 +1,6 @@
 // viewer/cli/validate.cpp: `tessera validate STORE`: what is wrong with a store, and its repair.
 #include "bricking/validate/validate_store.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 #include "viewer/cli/commands.h"
@@ -21,6 +22,8 @@ std::string counted(std::uint64_t count, const char* what) {
 }
 
 void runValidate(const ValidateArguments& arguments, const CommonOptions& common) {
+    if (isAddress(arguments.store))
+        throw badFile(withoutSecrets(arguments.store), "a store on a disk", "an address");
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     ValidateOptions options;
     options.repair = arguments.repair;

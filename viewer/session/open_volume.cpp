@@ -1,6 +1,7 @@
 // viewer/session/open_volume.cpp: see open_volume.h.
 #include "viewer/session/open_volume.h"
 
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/scene/preset.h"
 #include "render/contract/ray_state.h" // rayCount
@@ -80,7 +81,7 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     if (input != SourceChoice{} && !looksLikeStore(volume.path)) // a store may be dropped later
         volume.source = input;
     const std::filesystem::path store = storeFor(volume, InputOptions(volume.source), next->ram, common);
-    volume.path = std::filesystem::absolute(volume.path).lexically_normal();
+    volume.path = keptPlace(volume.path);
     progress->stage("opening " + path.filename().string());
     next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
     const std::size_t least = ramFloor(next->store->info(), scene);
@@ -104,7 +105,7 @@ std::unique_ptr<VolumeLabels> OpenVolume::openLabels(Labels& named, const Common
         return nullptr;
     for (std::filesystem::path* const file : {&named.path, &named.names}) // a saved scene opens from anywhere
         if (!file->empty() && *file != Labels::kTotalSegmentator)
-            *file = std::filesystem::absolute(*file).lexically_normal();
+            *file = keptPlace(*file);
     importLabelsFor(store->info(), named, ram, common);
     return std::make_unique<VolumeLabels>(named, ram);
 }

@@ -38,7 +38,7 @@ std::span<std::byte> layerOf(std::span<std::uint8_t> shares, const ArraySpec& sp
 }
 
 FoundTable readTable(const StoreReader& store, MemoryBudget& ram) {
-    const FileHandle folder = openFolder(store.path());
+    const StoreFolder folder = openFolder(store.path());
     const std::string file = std::string(kTable) + "/zarr.json", where = (store.path() / file).string();
     const auto text = readText(folder, file, store.path(), kMaxGroupBytes);
     if (!text)

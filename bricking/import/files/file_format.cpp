@@ -2,6 +2,7 @@
 #include "bricking/import/files/file_format.h"
 
 #include "bricking/import/source/source_files.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ std::string lowerName(const std::filesystem::path& path) {
 
 const FileFormat* fileFormatOf(const std::filesystem::path& file) {
     std::error_code none;
-    if (std::filesystem::is_directory(file, none)) {
+    if (isAddress(file) || std::filesystem::is_directory(file, none)) {
         for (const FileFormat& format : fileFormats())
             if (format.isFolder && format.isFolder(file))
                 return &format;

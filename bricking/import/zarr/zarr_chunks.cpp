@@ -52,7 +52,7 @@ std::string ZarrChunks::keyOf(std::span<const std::int64_t> at) const {
     return key;
 }
 
-std::span<const std::byte> ZarrChunks::fetched(const FileHandle& file, std::uint64_t offset,
+std::span<const std::byte> ZarrChunks::fetched(const StoreFile& file, std::uint64_t offset,
                                                std::uint64_t bytes) {
     if (bytes > array_.encodedBound())
         throw badFile(where_, "at most " + std::to_string(array_.encodedBound()) + " bytes of a chunk",

@@ -30,11 +30,11 @@ class ZarrChunks {
     std::span<const std::byte> ofShard(std::span<const std::int64_t> at);
     const OpenShard* shardOf(const std::vector<std::int64_t>& at);
     std::string keyOf(std::span<const std::int64_t> at) const;
-    std::span<const std::byte> fetched(const FileHandle& file, std::uint64_t offset, std::uint64_t bytes);
+    std::span<const std::byte> fetched(const StoreFile& file, std::uint64_t offset, std::uint64_t bytes);
     std::span<const std::byte> decoded(std::span<const std::byte> encoded);
 
     const ZarrArray& array_;
-    FileHandle folder_;
+    StoreFolder folder_;
     std::map<std::vector<std::int64_t>, OpenShard> shards_; // by place; without a file: missing
     std::vector<std::byte> encoded_, decoded_;
     std::string where_; // of the chunk that is read

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 /// A document of the folder; null: there is none.
-std::shared_ptr<const json> documentIn(const FileHandle& folder, const std::filesystem::path& path,
+std::shared_ptr<const json> documentIn(const StoreFolder& folder, const std::filesystem::path& path,
                                        const char* name) {
     const auto text = readText(folder, name, path, kMaxJsonBytes);
     if (!text)
@@ -29,9 +29,11 @@ std::shared_ptr<const json> documentIn(const FileHandle& folder, const std::file
 } // namespace
 
 bool isZarr(const std::filesystem::path& folder) {
+    const auto place = remotePlaceOf(folder);
     std::error_code none;
     for (const char* name : {"zarr.json", ".zarray", ".zgroup", ".zattrs"})
-        if (std::filesystem::is_regular_file(folder / name, none))
+        if (place ? place->files->sizeOf(place->nameOf(name)).has_value()
+                  : std::filesystem::is_regular_file(folder / name, none))
             return true;
     return false;
 }
@@ -39,7 +41,7 @@ bool isZarr(const std::filesystem::path& folder) {
 std::optional<ZarrNode> readZarrNode(const std::filesystem::path& path) {
     if (!isZarr(path))
         return std::nullopt;
-    const FileHandle folder = openFolder(path);
+    const StoreFolder folder = openFolder(path);
     ZarrNode node;
     node.path = path;
     const auto fileOf = [&](const char* name) { return (path / name).string(); };

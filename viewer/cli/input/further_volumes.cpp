@@ -3,6 +3,7 @@
 
 #include "bricking/store/shard.h" // describe
 #include "bricking/store/stand_in_reader.h"
+#include "core/base/address.h"
 #include "core/base/dicom_uid.h"
 #include "core/base/error.h"
 #include "core/base/volume.h"
@@ -79,7 +80,7 @@ std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, Memor
         SceneVolume& volume = scene.volumes[n];
         stores.push_back(
             openForPictures(storeFor(volume, InputOptions{}, ram, common), ram, volume.transform, damage));
-        volume.path = std::filesystem::absolute(volume.path).lexically_normal(); // saved, it opens again
+        volume.path = keptPlace(volume.path); // saved, it opens again
         nameFunction(volume, stores.back()->info());
         importLabelsFor(stores.back()->info(), volume.labels, ram, common);
     }

@@ -4,6 +4,7 @@
 #include "bricking/import/importer.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
@@ -79,6 +80,12 @@ std::string factsOf(const fs::path& path, const std::string& leftOut = {}) {
 /// @param given  as the importer gets it: names in a header are relative to its folder, not to a link's
 /// target
 std::string factsOfSource(const fs::path& given) {
+    if (const auto place = remotePlaceOf(given)) { // of its metadata: chunks may be millions
+        std::string versions;
+        for (const char* name : {"zarr.json", ".zattrs", ".zarray", "0/zarr.json", "0/.zarray"})
+            versions += name + ("|" + place->files->versionOf(place->nameOf(name))) + "\n";
+        return versions;
+    }
     std::string facts = factsOf(fs::canonical(given));
 #if TESSERA_WITH_IMPORT
     for (const fs::path& named : namedFilesOf(given))
@@ -91,20 +98,6 @@ std::string factsOfSource(const fs::path& given) {
 /// has a checksum of its own, and does not make it another store.
 std::string factsOfStore(const fs::path& store) {
     return factsOf(store, "stats/table/");
-}
-
-/// The bytes that removing the folder frees. Links are not followed, including the folder itself, because
-/// their targets stay.
-std::uint64_t bytesBelow(const fs::path& folder) {
-    std::uint64_t bytes = 0;
-    std::error_code ignored;
-    if (fs::is_symlink(folder, ignored))
-        return 0;
-    for (fs::recursive_directory_iterator entry(folder, ignored), end; !ignored && entry != end;
-         entry.increment(ignored))
-        if (std::error_code none; fs::is_regular_file(entry->symlink_status(none)))
-            bytes += entry->file_size(none);
-    return bytes;
 }
 
 /// The three paths of an entry.
@@ -239,6 +232,22 @@ fs::path cacheFolder() {
     return fs::temp_directory_path() / ("tessera-cache-" + std::to_string(::geteuid()));
 }
 
+fs::path remoteBlockFolder() {
+    return cacheFolder() / "remote";
+}
+
+std::uint64_t bytesBelow(const fs::path& folder) {
+    std::uint64_t bytes = 0;
+    std::error_code ignored;
+    if (fs::is_symlink(folder, ignored))
+        return 0;
+    for (fs::recursive_directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+         entry.increment(ignored))
+        if (std::error_code none; fs::is_regular_file(entry->symlink_status(none)))
+            bytes += entry->file_size(none);
+    return bytes;
+}
+
 std::uint64_t cacheLimitBytes() {
     const char* const text = std::getenv("TESSERA_CACHE_SIZE");
     return text && *text ? parseBytes(text, "TESSERA_CACHE_SIZE") : kDefaultLimitBytes;
@@ -251,7 +260,7 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
     const fs::path folder = cacheFolder();
     if (const std::string why = prepare(folder); !why.empty())
         return scratchStore(why, common, make);
-    const fs::path source = fs::canonical(given);
+    const fs::path source = isAddress(given) ? given : fs::canonical(given);
     const std::string facts = factsOfSource(given);
     const std::string key =
         std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
@@ -272,7 +281,8 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
             ::futimens(reading.file.descriptor(), nullptr); // the last use
             common.keep(std::make_shared<FileHandle>(std::move(reading.file)));
             if (made)
-                shrinkCache(folder, limit);
+                shrinkCache(folder, std::max<std::uint64_t>(
+                                        1, limit - std::min(limit, bytesBelow(remoteBlockFolder()))));
             return entry.store;
         }
         reading = {};

@@ -17,7 +17,12 @@ namespace tessera {
 
 /// ${XDG_CACHE_HOME}/tessera, or ~/.cache/tessera, or a temporary folder of this user.
 std::filesystem::path cacheFolder();
-/// Of all entries: $TESSERA_CACHE_SIZE, or 20 GiB. Throws InputError naming the variable.
+/// In it, the blocks of volumes behind addresses (remote_input.h).
+std::filesystem::path remoteBlockFolder();
+/// The bytes that removing a folder frees. Links are not followed, including the folder itself, because their
+/// targets stay.
+std::uint64_t bytesBelow(const std::filesystem::path& folder);
+/// Of all entries and those blocks: $TESSERA_CACHE_SIZE, or 20 GiB. Throws InputError naming the variable.
 std::uint64_t cacheLimitBytes();
 
 /// Makes a store of that name, which must not exist.
@@ -26,7 +31,7 @@ using MakeStore = std::function<void(const std::filesystem::path& store, bool du
 /// The store for source files: a complete cache entry for the same files and options, else made now. It stays
 /// until the command ends. If the cache cannot be used, the store is made in a temporary folder, with a note.
 /// Waits for another process that makes the same one.
-/// @param source  a file or folder; files that its headers name count as it does
+/// @param source  a file or folder, and files that its headers name; or an address, whose metadata count
 /// @param options  all that affects the result besides the files
 /// Throws what `make` throws, and InputError if the files change meanwhile.
 std::filesystem::path cachedStore(const std::filesystem::path& source, const std::string& options,

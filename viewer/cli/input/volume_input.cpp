@@ -4,9 +4,12 @@
 #include "bricking/import/source/slice_converter.h" // kLabelMapRemark
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
+#include "bricking/store/zarr_metadata.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 #include "viewer/cli/input/import_cache.h"
+#include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/options/options.h" // formatNumber
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/catalogue.h"
@@ -24,7 +27,7 @@ namespace fs = std::filesystem;
 
 void requireExisting(const fs::path& path) {
     std::error_code ignored;
-    if (!fs::exists(path, ignored))
+    if (!isAddress(path) && !fs::exists(path, ignored))
         throw badFile(path.string(), "a file or folder", "nothing there");
 }
 
@@ -42,6 +45,11 @@ std::string InputOptions::key() const {
 }
 
 bool looksLikeStore(const fs::path& path) {
+    if (isAddress(path)) {
+        const fs::path at = reached(path);
+        const auto text = readText(openFolder(at), "zarr.json", at, kMaxMetadataBytes);
+        return text && isGroupOfOurs(*text);
+    }
     std::error_code ignored;
     if (path.extension() == ".zarr" && !fs::exists(path, ignored)) // a program died while it replaced it
         recoverFolders(path.has_parent_path() ? path.parent_path() : fs::path("."));
@@ -60,7 +68,8 @@ bool looksLikeStore(const fs::path& path) {
 }
 
 #if TESSERA_WITH_IMPORT
-InputListing listInput(const fs::path& path, const SourceChoice& choice) {
+InputListing listInput(const fs::path& given, const SourceChoice& choice) {
+    const fs::path path = reached(given);
     requireExisting(path);
     InputListing listing;
     const Catalogue catalogue =
@@ -114,8 +123,9 @@ void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const Input
 
 } // namespace
 
-std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions& options,
+std::unique_ptr<SlabSource> openInput(const fs::path& given, const InputOptions& options,
                                       const fs::path& scratchFolder, const CommonOptions& common) {
+    const fs::path path = reached(given);
     requireExisting(path);
     if (looksLikeStore(path))
         throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
@@ -188,8 +198,9 @@ void noteImport(const ImportReport& report, const SlabSource& source, const fs::
                   " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));
 }
 
-fs::path storeFor(const fs::path& path, const InputOptions& options, MemoryBudget& ram,
+fs::path storeFor(const fs::path& given, const InputOptions& options, MemoryBudget& ram,
                   const CommonOptions& common) {
+    const fs::path path = reached(given);
     requireExisting(path);
     if (looksLikeStore(path)) { // the reader says what is wrong with a damaged one
         requireNoChoice(path, options, common);

@@ -31,7 +31,8 @@ std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const I
                                       const std::filesystem::path& scratchFolder,
                                       const CommonOptions& common);
 
-/// True if path is meant as a store: a folder with a zarr.json, valid or not.
+/// True if path is meant as a store: a folder with a zarr.json, valid or not; or the address of one, which
+/// throws InputError when it is out of reach.
 bool looksLikeStore(const std::filesystem::path& path);
 
 struct ListedVolume {

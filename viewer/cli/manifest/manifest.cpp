@@ -222,6 +222,11 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
                              {"extinctions", paths.lookUps}, {"nullCollisions", paths.nullCollisions},
                              {"boxes", paths.cells},         {"aboveBounds", paths.exceeded},
                              {"oneByOne", paths.alone}};
+    if (const auto fetched = fetchedFor(stores))
+        manifest["fetched"] = {{"requests", fetched->requests},
+                               {"retries", fetched->retries},
+                               {"bytes", fetched->bytesFetched},
+                               {"bytesFromDisk", fetched->bytesFromDisk}};
     if (nlohmann::json damage = damageJson(stores); !damage.is_null())
         manifest["damagedChunks"] = std::move(damage);
     if (stores.size() > 1)

@@ -14,6 +14,7 @@
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/along_path.h"
 #include "viewer/cli/render/kept_state.h"
@@ -172,6 +173,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     else
         renderOnePicture(task);
     sayDamage(task.scene, stores, common);
+    if (const std::string words = sayFetched(stores); !words.empty())
+        common.detail(words);
 }
 
 } // namespace tessera

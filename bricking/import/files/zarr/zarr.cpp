@@ -6,6 +6,7 @@
 #include "bricking/import/zarr/ome_image.h"
 #include "bricking/import/zarr/zarr_slices.h"
 #include "bricking/store/store_reader.h" // isStore
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
@@ -201,7 +202,7 @@ std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& 
 
 bool isForeignZarr(const fs::path& path) {
     std::error_code none;
-    return fs::is_directory(path, none) && isZarr(path) && !isStore(path);
+    return (isAddress(path) || fs::is_directory(path, none)) && isZarr(path) && !isStore(path);
 }
 
 } // namespace

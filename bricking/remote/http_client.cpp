@@ -1,0 +1,312 @@
+// bricking/remote/http_client.cpp: see http_client.h. By libcurl.
+#include "bricking/remote/http_client.h"
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/shown_text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <condition_variable>
+#include <curl/curl.h>
+#include <exception>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+constexpr long kConnectSeconds = 10;
+constexpr long kSlowBytesASecond = 100, kSlowSeconds = 20; // slower than that for so long: given up
+constexpr long kMostRedirects = 5;
+constexpr long kOk = 200, kPartial = 206, kNotModified = 304, kForbidden = 403, kNotFound = 404, kGone = 410,
+               kNoSuchRange = 416, kTooMany = 429, kServerError = 500;
+constexpr int kMostRetryAfterSeconds = 30;
+
+std::string lower(std::string_view text) {
+    std::string out(text);
+    std::transform(out.begin(), out.end(), out.begin(),
+                   [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
+    return out;
+}
+
+std::optional<std::uint64_t> numberIn(std::string_view text) {
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+} // namespace
+
+/// One request and its answer.
+struct HttpClient::Try {
+    long status = 0;
+    CURLcode result = CURLE_OK;
+    std::string etag, lastModified, contentRange, contentLength, retryAfter;
+    std::vector<std::byte> body;
+    std::size_t most = 0; // bytes of body that are wanted
+    bool isLonger = false;
+    std::exception_ptr stopped; // by Ctrl-C
+
+    bool mayWorkLater() const {
+        if (result != CURLE_OK)
+            return result != CURLE_PEER_FAILED_VERIFICATION && result != CURLE_SSL_CACERT_BADFILE &&
+                   result != CURLE_URL_MALFORMAT && result != CURLE_UNSUPPORTED_PROTOCOL &&
+                   result != CURLE_TOO_MANY_REDIRECTS && result != CURLE_LOGIN_DENIED;
+        return status == kTooMany || status >= kServerError;
+    }
+    std::string why() const {
+        return result != CURLE_OK ? curl_easy_strerror(result) : "the answer " + std::to_string(status);
+    }
+    static std::size_t onBody(const char* data, std::size_t, std::size_t count, void* self);
+    static std::size_t onHeader(const char* data, std::size_t, std::size_t count, void* self);
+    static int onProgress(void* self, curl_off_t, curl_off_t, curl_off_t, curl_off_t);
+};
+
+std::size_t HttpClient::Try::onBody(const char* data, std::size_t, std::size_t count, void* self) {
+    auto& answer = *static_cast<Try*>(self);
+    const std::size_t taken = std::min(count, answer.most - answer.body.size());
+    const auto* const bytes = reinterpret_cast<const std::byte*>(data);
+    answer.body.insert(answer.body.end(), bytes, bytes + taken);
+    answer.isLonger = answer.isLonger || taken < count;
+    return answer.isLonger ? 0 : count; // 0 ends the transfer: a server without ranges sends all
+}
+
+std::size_t HttpClient::Try::onHeader(const char* data, std::size_t, std::size_t count, void* self) {
+    auto& answer = *static_cast<Try*>(self);
+    const std::string_view line(data, count);
+    if (line.starts_with("HTTP/")) { // of another answer, after a redirect
+        for (std::string* text : {&answer.etag, &answer.lastModified, &answer.contentRange,
+                                  &answer.contentLength, &answer.retryAfter})
+            text->clear();
+        answer.body.clear();
+    }
+    const std::size_t colon = line.find(':');
+    if (colon == std::string_view::npos)
+        return count;
+    const std::string name = lower(line.substr(0, colon));
+    std::string_view value = line.substr(colon + 1);
+    while (!value.empty() && (value.front() == ' ' || value.front() == '\t'))
+        value.remove_prefix(1);
+    while (!value.empty() && static_cast<unsigned char>(value.back()) <= ' ')
+        value.remove_suffix(1);
+    for (const auto& [known, text] : {std::pair("etag", &answer.etag),
+                                      {"last-modified", &answer.lastModified},
+                                      {"content-range", &answer.contentRange},
+                                      {"content-length", &answer.contentLength},
+                                      {"retry-after", &answer.retryAfter}})
+        if (name == known)
+            *text = value;
+    return count;
+}
+
+int HttpClient::Try::onProgress(void* self, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+    try {
+        checkInterrupted();
+        return 0;
+    } catch (...) {
+        static_cast<Try*>(self)->stopped = std::current_exception();
+        return 1;
+    }
+}
+
+/// Connections of requests that ended, for the next ones.
+struct HttpClient::Pool {
+    std::mutex mutex;
+    std::condition_variable released;
+    std::vector<CURL*> idle;
+    int inUse = 0;
+};
+
+class HttpClient::Handle {
+  public:
+    explicit Handle(Pool& pool) : pool_(pool) {
+        std::unique_lock lock(pool_.mutex);
+        pool_.released.wait(lock, [&] { return pool_.inUse < kMostAtOnce; });
+        ++pool_.inUse;
+        if (!pool_.idle.empty()) {
+            curl_ = pool_.idle.back();
+            pool_.idle.pop_back();
+        } else {
+            curl_ = curl_easy_init();
+        }
+    }
+    ~Handle() {
+        const std::lock_guard lock(pool_.mutex);
+        if (curl_)
+            pool_.idle.push_back(curl_);
+        --pool_.inUse;
+        pool_.released.notify_one();
+    }
+    Handle(const Handle&) = delete;
+    Handle& operator=(const Handle&) = delete;
+    CURL* get() const { return curl_; }
+
+  private:
+    Pool& pool_;
+    CURL* curl_ = nullptr;
+};
+
+HttpClient::HttpClient(std::chrono::milliseconds firstWait)
+    : firstWait_(firstWait), pool_(std::make_unique<Pool>()) {
+    static const CURLcode once = curl_global_init(CURL_GLOBAL_DEFAULT);
+    if (once != CURLE_OK)
+        throw Error(std::string("libcurl could not begin: ") + curl_easy_strerror(once));
+}
+
+HttpClient::~HttpClient() {
+    for (CURL* const curl : pool_->idle)
+        curl_easy_cleanup(curl);
+}
+
+HttpClient::Try HttpClient::attempt(const std::string& address, std::uint64_t offset, std::size_t count,
+                                    const std::string& known) {
+    const Handle handle(*pool_);
+    CURL* const curl = handle.get();
+    if (!curl)
+        throw Error("libcurl could not begin");
+    Try answer;
+    answer.most = count;
+    const std::string range = std::to_string(offset) + "-" + std::to_string(offset + count - 1);
+    curl_easy_reset(curl); // connections stay
+    curl_easy_setopt(curl, CURLOPT_URL, address.c_str());
+    curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(curl, CURLOPT_REDIR_PROTOCOLS_STR,
+                     address.starts_with("https") ? "https" : "http,https");
+    curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 1L);
+    curl_easy_setopt(curl, CURLOPT_MAXREDIRS, kMostRedirects);
+    curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());
+    curl_easy_setopt(curl, CURLOPT_USERAGENT, "tessera");
+    curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, kSlowBytesASecond);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, kSlowSeconds);
+    curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, Try::onBody);
+    curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answer);
+    curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, Try::onHeader);
+    curl_easy_setopt(curl, CURLOPT_HEADERDATA, &answer);
+    curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
+    curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, Try::onProgress);
+    curl_easy_setopt(curl, CURLOPT_XFERINFODATA, &answer);
+    // An ETag is quoted, a date is not.
+    const bool isTag = known.ends_with('"');
+    const std::string condition = (isTag ? "If-None-Match: " : "If-Modified-Since: ") + known;
+    curl_slist* const headers = known.empty() ? nullptr : curl_slist_append(nullptr, condition.c_str());
+    curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
+    answer.result = curl_easy_perform(curl);
+    curl_slist_free_all(headers);
+    curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answer.status);
+    ++requests_;
+    bytes_ += answer.body.size();
+    if (answer.stopped)
+        std::rethrow_exception(answer.stopped);
+    if (answer.result == CURLE_WRITE_ERROR && answer.isLonger && answer.status == kOk)
+        answer.result = CURLE_OK; // ended by onBody()
+    return answer;
+}
+
+void HttpClient::wait(std::chrono::milliseconds time) const {
+    const auto end = std::chrono::steady_clock::now() + time;
+    constexpr std::chrono::milliseconds kStep{20};
+    while (std::chrono::steady_clock::now() < end) {
+        checkInterrupted();
+        std::this_thread::sleep_for(kStep);
+    }
+}
+
+namespace {
+
+/// The bytes of the whole, from "bytes 0-99/1234" or "bytes */1234"; and where the part begins.
+struct Range {
+    std::uint64_t first = 0, total = 0;
+};
+std::optional<Range> rangeOf(std::string_view text) {
+    const std::size_t slash = text.rfind('/');
+    if (!text.starts_with("bytes ") || slash == std::string_view::npos)
+        return std::nullopt;
+    const auto total = numberIn(text.substr(slash + 1));
+    const std::string_view part = text.substr(6, slash - 6);
+    const auto first =
+        part == "*" ? std::optional<std::uint64_t>(0) : numberIn(part.substr(0, part.find('-')));
+    return total && first ? std::optional(Range{*first, *total}) : std::nullopt;
+}
+
+} // namespace
+
+std::optional<HttpPart> HttpClient::get(const std::string& address, const std::string& shown,
+                                        std::uint64_t offset, std::size_t count, const std::string& known) {
+    TESSERA_CHECK(count > 0);
+    {
+        const std::lock_guard lock(mutex_);
+        if (std::chrono::steady_clock::now() < silentUntil_)
+            throw badFile(shown, "a server that answers", why_ + " a moment ago");
+    }
+    std::string why;
+    bool isSilent = false; // no answer at all
+    for (int number = 0; number < kTries; ++number) {
+        if (number > 0) {
+            ++retries_;
+            wait(firstWait_ * (1 << (number - 1)));
+        }
+        checkInterrupted();
+        Try answer = attempt(address, offset, count, known);
+        if (answer.status == kNotFound || answer.status == kGone)
+            return std::nullopt;
+        if (answer.result != CURLE_OK || answer.status == kTooMany || answer.status >= kServerError) {
+            why = answer.why();
+            isSilent = answer.result != CURLE_OK;
+            if (!answer.mayWorkLater())
+                throw badFile(shown, "a server that can be reached and trusted", printable(why));
+            if (const auto seconds = numberIn(answer.retryAfter); seconds && number + 1 < kTries)
+                wait(std::chrono::seconds(std::min<std::uint64_t>(*seconds, kMostRetryAfterSeconds)));
+            continue;
+        }
+        HttpPart part;
+        if (answer.status == kNotModified && !known.empty()) {
+            part.isAsKnown = true;
+            return part;
+        }
+        part.version = answer.etag.empty() ? answer.lastModified : answer.etag;
+        const std::optional<Range> range = rangeOf(answer.contentRange);
+        if (answer.status == kNoSuchRange && range) { // nothing that far
+            part.totalBytes = range->total;
+            return part;
+        }
+        if (answer.status == kPartial && range && range->first == offset) {
+            const std::uint64_t due =
+                std::min<std::uint64_t>(count, range->total - std::min(range->total, offset));
+            if (answer.body.size() != due) {
+                why = "an answer that was cut";
+                continue;
+            }
+            part.totalBytes = range->total;
+            part.bytes = std::move(answer.body);
+            return part;
+        }
+        if (answer.status == kOk && offset == 0 && !answer.isLonger) { // the whole, shorter than the range
+            const auto length = numberIn(answer.contentLength);
+            if (length && *length != answer.body.size()) {
+                why = "an answer that was cut";
+                continue;
+            }
+            part.totalBytes = answer.body.size();
+            part.bytes = std::move(answer.body);
+            return part;
+        }
+        if (answer.status == kOk || answer.status == kPartial)
+            throw badFile(shown, "a server that sends ranges of bytes", "one that sends others");
+        throw badFile(shown, "a file that may be read",
+                      answer.status == kForbidden ? "a server that forbids it (403)"
+                                                  : printable(answer.why()));
+    }
+    if (isSilent) {
+        const std::lock_guard lock(mutex_);
+        silentUntil_ = std::chrono::steady_clock::now() + kPause;
+        why_ = printable(why);
+    }
+    throw badFile(shown, "a server that answers",
+                  printable(why) + ", after " + std::to_string(kTries) + " tries");
+}
+
+} // namespace tessera
