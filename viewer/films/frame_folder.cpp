@@ -4,23 +4,17 @@
 #include "core/base/error.h"
 #include "core/base/files.h"
 #include "core/base/output_file.h"
+#include "core/base/ownership.h"
 #include "core/base/shown_text.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <iterator>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <sys/stat.h>
-#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -31,20 +25,17 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kFilmFile[] = "film.json";
-/// Lock files are renewed while a frame is drawn, which may take longer than this. A process that is stopped
-/// for so long (a suspended laptop) may lose its lock file, and its frame is drawn twice.
-constexpr double kLeaseSeconds = 60;
 
 bool isFrame(const std::string& name) {
     constexpr std::string_view kBegin = "frame-", kEnd = ".png";
     return name.size() > kBegin.size() + kEnd.size() && name.starts_with(kBegin) && name.ends_with(kEnd) &&
            name.find_first_not_of("0123456789", kBegin.size()) == name.size() - kEnd.size();
 }
-constexpr std::string_view kClaimEnd = ".claim";
 const std::string kOwnFilm = ".film-"; // a process's own film file before it is published
 
-bool isClaim(const std::string& name) { // the lock file of a frame: "." before its name, kClaimEnd after it
-    return name.starts_with(".frame-") && name.ends_with(kClaimEnd);
+bool isClaim(const std::string& name) { // of a frame
+    const std::optional<std::string> frame = Claims::nameOf(name);
+    return frame && isFrame(*frame);
 }
 
 std::string textOf(const fs::path& path) {
@@ -75,61 +66,16 @@ std::string shortText(const json& value) {
     return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
-/// The file system's own time: other machines' clocks differ.
-double secondsSince(const struct stat& facts, const struct stat& now) {
-    return static_cast<double>(now.st_mtim.tv_sec - facts.st_mtim.tv_sec) +
-           1e-9 * static_cast<double>(now.st_mtim.tv_nsec - facts.st_mtim.tv_nsec);
-}
-
 } // namespace
-
-/// Renews the time of a lock file, on a thread of its own.
-struct FrameFolder::Claim::Renewal {
-    Renewal(const fs::path& claim, double seconds)
-        : path(claim), thread([this, seconds] {
-              std::unique_lock lock(mutex);
-              while (!stop.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return ended; }))
-                  static_cast<void>(::utimensat(AT_FDCWD, path.c_str(), nullptr, 0));
-          }) {}
-    ~Renewal() {
-        {
-            const std::lock_guard lock(mutex);
-            ended = true;
-        }
-        stop.notify_all();
-        thread.join();
-    }
-    fs::path path;
-    std::mutex mutex;
-    std::condition_variable stop;
-    bool ended = false;
-    std::thread thread; // last
-};
-
-FrameFolder::Claim::Claim(fs::path path, FileHandle lock, double renewSeconds)
-    : path_(std::move(path)), lock_(std::move(lock)) {
-    if (renewSeconds > 0)
-        renewal_ = std::make_unique<Renewal>(path_, renewSeconds);
-}
-
-/// Removes the name before releasing the lock, so that a process that opened the file meanwhile sees its
-/// removal (tryLock()).
-FrameFolder::Claim::~Claim() {
-    renewal_.reset();
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-}
 
 FrameFolder::FrameFolder(const fs::path& folder, const json& film)
     : FrameFolder(folder, film, ClaimKind::lock, 0) {
-    if (!locksProve(folder_)) {
-        kind_ = ClaimKind::lease;
-        leaseSeconds_ = kLeaseSeconds;
-    }
+    if (!locksProve(folder_))
+        claims_ = Claims(folder_, ClaimKind::lease);
 }
 
 FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kind, double leaseSeconds)
-    : folder_(folder), kind_(kind), leaseSeconds_(leaseSeconds) {
+    : folder_(folder), claims_(folder, kind, leaseSeconds) {
     std::error_code failed;
     if (fs::exists(folder_) && !fs::is_directory(folder_))
         throw badFile(folder_.string(), "a folder for frames", "a file");
@@ -146,8 +92,7 @@ FrameFolder::FrameFolder(const fs::path& folder, const json& film, ClaimKind kin
             removeUselessClaims();
             return;
         } else if (!lock.busy && fs::exists(folder_ / kFilmFile)) { // the file system has no locks
-            kind_ = ClaimKind::lease;
-            leaseSeconds_ = leaseSeconds_ > 0 ? leaseSeconds_ : kLeaseSeconds;
+            claims_ = Claims(folder_, ClaimKind::lease, leaseSeconds);
             removeUselessClaims();
             return;
         }
@@ -202,8 +147,7 @@ void FrameFolder::removeUselessClaims() {
     std::vector<fs::path> useless;
     for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
         const std::string name = entry.path().filename().string();
-        if (isClaim(name) &&
-            fs::exists(folder_ / name.substr(1, name.size() - 1 - kClaimEnd.size()), ignored))
+        if (isClaim(name) && fs::exists(folder_ / *Claims::nameOf(name), ignored))
             useless.push_back(entry.path());
         if (name.starts_with(kOwnFilm) && fs::exists(folder_ / kFilmFile, ignored))
             useless.push_back(entry.path());
@@ -223,50 +167,18 @@ bool FrameFolder::has(std::size_t frame) const {
     return fs::exists(pathOf(frame), ignored);
 }
 
-std::unique_ptr<FrameFolder::Claim> FrameFolder::claim(std::size_t frame) {
+std::unique_ptr<Claim> FrameFolder::claim(std::size_t frame) {
     if (has(frame))
         return nullptr;
-    const fs::path path = folder_ / ("." + nameOf(frame) + std::string(kClaimEnd));
-    std::unique_ptr<Claim> claim;
-    if (kind_ == ClaimKind::lock) {
-        LockTry lock = tryLock(path, LockKind::exclusive, true);
-        if (!lock.locked)
-            return nullptr;
-        claim.reset(new Claim(path, std::move(lock.file), 0));
-    } else {
-        const auto make = [&] {
-            return FileHandle(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-        };
-        FileHandle made = make();
-        if (made.descriptor() < 0) {
-            // Another process's lock file, which is taken over if it was not renewed. A new file gives the
-            // file system's time.
-            const fs::path clock = folder_ / temporaryName(kFilmFile, "tessera", 1);
-            struct stat theirs {
-            }, now{};
-            const bool timed =
-                FileHandle(::open(clock.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600))
-                        .descriptor() >= 0 &&
-                ::utimensat(AT_FDCWD, clock.c_str(), nullptr, 0) == 0 && ::stat(clock.c_str(), &now) == 0;
-            std::error_code ignored;
-            fs::remove(clock, ignored);
-            if (!timed || ::stat(path.c_str(), &theirs) != 0 || secondsSince(theirs, now) < leaseSeconds_)
-                return nullptr;
-            fs::remove(path, ignored);
-            made = make(); // succeeds for one of the processes that saw its age
-            if (made.descriptor() < 0)
-                return nullptr;
-        }
-        claim.reset(new Claim(path, FileHandle(), leaseSeconds_ / 4));
-    }
-    if (has(frame)) // the earlier holder of the lock file has finished
+    std::unique_ptr<Claim> claim = claims_.claim(nameOf(frame));
+    if (claim && has(frame)) // the earlier holder has finished
         return nullptr;
     return claim;
 }
 
 void FrameFolder::removeIfAlone() {
     std::error_code ignored;
-    if (kind_ != ClaimKind::lock)
+    if (claims_.kind() != ClaimKind::lock)
         return;
     open_ = FileHandle();
     const LockTry alone = tryLock(folder_ / kFilmFile, LockKind::exclusive);

@@ -1,11 +1,11 @@
 // viewer/films/frame_folder.h: the frames of one film in a folder that several processes may fill together. A
-// frame exists once it has its name. The process that draws it holds a lock file beside it,
-// ".frame-000012.png.claim". The lock ends with its process, however that ends, and another process takes the
-// frame. Lock files only save work: frames do not depend on the process, and get their names when complete.
+// frame exists once it has its name. The process that draws it holds a claim beside it,
+// ".frame-000012.png.claim" (core/base/claims.h). Frames do not depend on the process, and get their names
+// when complete.
 #pragma once
 
+#include "core/base/claims.h"
 #include "core/base/files.h"
-#include "core/base/ownership.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -15,10 +15,6 @@
 #include <string>
 
 namespace tessera {
-
-/// The kind of lock files. Kernel locks, which end with the process; or files whose time the owner renews, if
-/// other machines may share the folder and kernel locks prove nothing.
-enum class ClaimKind { lock, lease };
 
 class FrameFolder {
   public:
@@ -39,8 +35,6 @@ class FrameFolder {
     std::filesystem::path pathOf(std::size_t frame) const { return folder_ / nameOf(frame); }
     bool has(std::size_t frame) const;
 
-    /// While it lives, no other process draws the frame.
-    class Claim;
     /// Null if the frame exists, or another process is drawing it.
     std::unique_ptr<Claim> claim(std::size_t frame);
     /// Removes all files of the film, and the folder if it is then empty, unless another process has it open.
@@ -50,24 +44,8 @@ class FrameFolder {
     void adopt(const nlohmann::json& film);
     void removeUselessClaims();
     std::filesystem::path folder_;
-    ClaimKind kind_;
-    double leaseSeconds_;
+    Claims claims_;
     FileHandle open_; // film.json, with a shared lock
-};
-
-class FrameFolder::Claim {
-  public:
-    ~Claim();
-    Claim(const Claim&) = delete;
-    Claim& operator=(const Claim&) = delete;
-
-  private:
-    friend class FrameFolder;
-    struct Renewal;
-    Claim(std::filesystem::path path, FileHandle lock, double renewSeconds);
-    std::filesystem::path path_;
-    FileHandle lock_; // of kind lock
-    std::unique_ptr<Renewal> renewal_;
 };
 
 } // namespace tessera
