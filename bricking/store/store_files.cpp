@@ -1,6 +1,7 @@
 // bricking/store/store_files.cpp: see store_files.h.
 #include "bricking/store/store_files.h"
 
+#include "bricking/store/work_folder.h"
 #include "core/base/error.h"
 #include "core/base/output_file.h" // outputTarget
 #include "core/base/ownership.h"
@@ -210,6 +211,8 @@ bool isOld(const std::string& name) {
 } // namespace
 
 std::optional<std::string> nameOfUnfinishedFolder(const std::string& entry) {
+    if (std::optional<std::string> name = WorkFolder::nameOf(entry))
+        return name;
     return nameOfTemporary(isOld(entry) ? entry.substr(0, entry.size() - kOld.size()) : entry, kMark);
 }
 
@@ -250,18 +253,24 @@ void recoverFolders(const fs::path& folder) {
     });
     sweepLeftovers(folder,
                    [&](const std::string& name) { return isStoreName(nameOfTemporary(name, kMark)); });
+    WorkFolder::sweepEmpty(folder);
 }
 
-TemporaryFolder::TemporaryFolder(const fs::path& target) {
+fs::path placeOfStore(const fs::path& target) {
     fs::path plain = fs::absolute(target).lexically_normal();
     if (plain.filename().empty())
         plain = plain.parent_path(); // "x.zarr/" means x.zarr
-    target_ = outputTarget(plain);
+    fs::path place = outputTarget(plain);
     std::error_code ignored;
+    if (!fs::is_directory(place.parent_path(), ignored))
+        throw badFile(place.parent_path().string(), "a folder to write into", "none");
+    return place;
+}
+
+TemporaryFolder::TemporaryFolder(const fs::path& target) : target_(placeOfStore(target)) {
     const fs::path parent = target_.parent_path();
-    if (!fs::is_directory(parent, ignored))
-        throw badFile(parent.string(), "a folder to write into", "none");
     recoverFolders(parent);
+    WorkFolder::sweepOf(target_, {});
     constexpr int kTries = 1000;
     for (int attempt = 0; attempt < kTries; ++attempt) {
         path_ = parent / temporaryName(target_.filename().string(), kMark, attempt);

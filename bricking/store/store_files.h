@@ -88,9 +88,12 @@ class TemporaryFolder {
     bool committed_ = false;
 };
 
-/// The NAME of an unfinished ".NAME.importing-PID-N", or of an old store beside it that was being replaced;
-/// nullopt for any other.
+/// The NAME of an unfinished ".NAME.importing-PID-N" or ".NAME.importing-KEY" (WorkFolder), or of an old
+/// store beside it that was being replaced; nullopt for any other.
 std::optional<std::string> nameOfUnfinishedFolder(const std::string& entry);
+
+/// Where target's links lead. Throws InputError if the folder that it is in is missing.
+std::filesystem::path placeOfStore(const std::filesystem::path& target);
 
 /// Renames `from` to `to`, on one file system. With `replace` an existing `to` is removed after the rename;
 /// without it InputError says that it exists. After a kill at any moment `to` is the old one or the new one,
@@ -99,8 +102,9 @@ std::optional<std::string> nameOfUnfinishedFolder(const std::string& entry);
 void publishFolder(const std::filesystem::path& from, const std::filesystem::path& to, bool replace,
                    bool exchanges = true);
 
-/// In `folder`: removes unfinished stores (".NAME.zarr.importing-PID-N") of dead processes, and restores the
-/// name of an old store if the process that replaced it died between two renames.
+/// In `folder`: removes unfinished stores (".NAME.zarr.importing-PID-N") of dead processes, and of those that
+/// can be continued (WorkFolder) the ones with nothing to continue. Restores the name of an old store if the
+/// process that replaced it died between two renames.
 void recoverFolders(const std::filesystem::path& folder);
 
 } // namespace tessera

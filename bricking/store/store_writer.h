@@ -7,7 +7,9 @@
 //     writer.commit();       // durable, then renamed
 #pragma once
 
+#include "bricking/store/level_writer.h"
 #include "bricking/store/pyramid.h"
+#include "bricking/store/zarr_metadata.h"
 #include "core/base/budget.h"
 #include "core/base/volume.h"
 
@@ -23,6 +25,14 @@ namespace tessera {
 /// Throws InputError where StoreWriter would: for a target that exists and force is off, or that is no store,
 /// and for an info that cannot be stored.
 void checkStoreTarget(const std::filesystem::path& target, const VolumeInfo& info, bool force);
+
+/// What is known from voxels (SlabSource::info), into the info of a store.
+void keepVoxelFindings(VolumeInfo& info, const VolumeInfo& final);
+/// The metadata of a store whose files were all written; without a rule.
+StoreMetadata metadataOf(const VolumeInfo& info, const WrittenLevels& written);
+/// Writes the JSON documents of the group and of its levels.
+/// @return their bytes. Throws Error if the disk fails.
+std::uint64_t writeDocuments(const std::filesystem::path& folder, const StoreMetadata& metadata);
 
 class StoreWriter {
   public:

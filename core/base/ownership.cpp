@@ -86,14 +86,16 @@ bool locksProve(const fs::path& folder) {
     return std::find(kOwn.begin(), kOwn.end(), type) != kOwn.end();
 }
 
+std::string shortenedName(const std::string& name) {
+    if (name.size() <= kNameBytes)
+        return name;
+    const std::string extension = fs::path(name).extension().string();
+    const std::size_t tail = extension.size() < kNameBytes / 2 ? extension.size() : 0;
+    return name.substr(0, kNameBytes - tail) + extension.substr(0, tail);
+}
+
 std::string temporaryName(const std::string& name, std::string_view what, int attempt) {
-    std::string shortened = name;
-    if (name.size() > kNameBytes) {
-        const std::string extension = fs::path(name).extension().string();
-        const std::size_t tail = extension.size() < kNameBytes / 2 ? extension.size() : 0;
-        shortened = name.substr(0, kNameBytes - tail) + extension.substr(0, tail);
-    }
-    return "." + shortened + "." + std::string(what) + "-" + std::to_string(::getpid()) + "-" +
+    return "." + shortenedName(name) + "." + std::string(what) + "-" + std::to_string(::getpid()) + "-" +
            std::to_string(attempt);
 }
 

@@ -28,7 +28,9 @@ LockTry tryLock(const std::filesystem::path& path, LockKind kind, bool make = fa
 /// for file systems that other machines may share.
 bool locksProve(const std::filesystem::path& folder);
 
-/// ".NAME.WHAT-PID-N": a temporary name for NAME; shortened if NAME is very long.
+/// NAME, shortened if it is so long that a name of temporary files could not hold it; an ending stays.
+std::string shortenedName(const std::string& name);
+/// ".NAME.WHAT-PID-N": a temporary name for NAME, shortened.
 std::string temporaryName(const std::string& name, std::string_view what, int attempt);
 /// The NAME of such a name; nullopt for any other. A watchdog's "-removed" (interrupt.cpp) may follow.
 std::optional<std::string> nameOfTemporary(std::string_view entry, std::string_view what);
