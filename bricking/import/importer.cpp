@@ -2,24 +2,99 @@
 #include "bricking/import/importer.h"
 
 #include "bricking/analysis/body/kept_table.h"
+#include "bricking/import/part_facts.h"
+#include "bricking/import/part_import.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/store_writer.h"
+#include "bricking/store/volume_parts.h"
+#include "bricking/store/work_folder.h"
+#include "core/base/claims.h"
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
 
 namespace tessera {
 
 namespace {
+namespace fs = std::filesystem;
+
 std::string sayWhyNoSuv(const VolumeInfo& info) {
     for (const std::string& remark : info.remarks)
         if (remark.rfind("SUV", 0) == 0)
             return remark;
     return "one that does not";
+}
+
+/// The source's info with the unit that the user says.
+VolumeInfo infoOf(const SlabSource& source, const std::string& unit) {
+    VolumeInfo info = source.info();
+    if (!unit.empty() && !info.unit.empty() && info.unit != unit)
+        throw badFile(source.describe(), "values in " + unit, "values in " + info.unit);
+    if (unit == kSuvUnit) {
+        if (!(info.suvPerValue > 0))
+            throw badFile(source.describe(), "a PET whose header tells all that SUV takes",
+                          sayWhyNoSuv(info));
+        info.rescaleSlope *= info.suvPerValue;
+        info.rescaleIntercept *= info.suvPerValue;
+        info.suvPerValue = 1;
+    }
+    if (!unit.empty())
+        info.unit = unit;
+    info.validate(source.describe());
+    return info;
+}
+
+/// Of a store that others made. Where machines share a folder, its name may take a while to come.
+ImportReport reportOfOthers(const fs::path& store, const VolumeInfo& info, MemoryBudget& ram) {
+    constexpr std::chrono::milliseconds kBetweenLooks{100};
+    for (int looks = 0; !isStore(store) && looks < 50; ++looks)
+        std::this_thread::sleep_for(kBetweenLooks);
+    if (!isStore(store))
+        throw Error(store.string() + ": another process ended this import without a store");
+    ImportReport report;
+    report.info = StoreReader(store, ram).info();
+    report.byOthers = true;
+    if (report.info.extentVoxels != info.extentVoxels || report.info.type != info.type ||
+        report.info.patientFromVoxel != info.patientFromVoxel || report.info.unit != info.unit)
+        throw badFile(store.string(), "a new name, or this source's volume that others have imported",
+                      "a store of another volume");
+    return report;
+}
+
+/// Joins the parts and publishes the store.
+void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFolder& work, MemoryBudget& ram,
+            const ImportOptions& options, Progress& progress, ImportReport& report) {
+    progress.stage("joining parts");
+    const WrittenLevels written =
+        joinParts(made.files(), made.parts(), info, work.store(), ram, options.threads);
+    const VoxelFindings findings = made.findings();
+    report.info = findings.applied(info);
+    report.notes = findings.notes;
+    info = withPlainTexts(std::move(info));
+    keepVoxelFindings(info, report.info);
+    StoreMetadata metadata = metadataOf(info, written);
+    metadata.rule = kPyramidRule;
+    report.bytesOut = written.bytes() + writeDocuments(work.store(), metadata);
+    report.chunksWritten = written.chunksWritten;
+    report.chunksFill = written.chunksFill;
+    {
+        progress.stage("computing statistics");
+        const StoreReader reader(work.store(), ram);
+        buildStatistics(reader, work.store(), ram, options.threads, progress.shares());
+        if (info.unit == "HU" && ram.freeBytes() >= tableMaskBytes(info)) // else at first use
+            keepTable(findTable(reader, ram, options.threads), reader, work.store());
+    }
+    progress.stage("finishing the store");
+    if (!claim.isHeld())
+        throw Error(work.path().string() + ": another process took this one for dead");
+    work.publish(options.durable, options.force);
 }
 } // namespace
 
@@ -28,57 +103,39 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads) {
     return std::max(StoreWriter::floorBytes(info, threads), statisticsFloorBytes(info, threads));
 }
 
-ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, MemoryBudget& ram,
+ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudget& ram,
                            const ImportOptions& options) {
     const auto start = std::chrono::steady_clock::now();
-    VolumeInfo info = source.info();
-    if (!options.unit.empty() && !info.unit.empty() && info.unit != options.unit)
-        throw badFile(source.describe(), "values in " + options.unit, "values in " + info.unit);
-    if (options.unit == kSuvUnit) {
-        if (!(info.suvPerValue > 0))
-            throw badFile(source.describe(), "a PET whose header tells all that SUV takes",
-                          sayWhyNoSuv(info));
-        info.rescaleSlope *= info.suvPerValue;
-        info.rescaleIntercept *= info.suvPerValue;
-        info.suvPerValue = 1;
-    }
-    if (!options.unit.empty())
-        info.unit = options.unit;
-    info.validate(source.describe());
+    const VolumeInfo info = infoOf(source, options.unit);
     {
         const Charge floor =
             ram.charge(importFloorBytes(info, options.threads), "importing " + source.describe());
     }
-    StoreWriter writer(store, info, ram, options.threads, options.force);
-    ImportReport report;
+    if (options.shared && isStore(store))
+        return reportOfOthers(store, info, ram);
+    checkStoreTarget(store, info, options.force);
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
-    progress.stage("importing " + source.describe());
-    int slices = 0;
-    while (const int count = writer.nextSlices()) {
-        checkInterrupted();
-        const std::span<std::byte> slab = writer.next();
-        source.readSlices(count, slab);
-        writer.push();
-        report.bytesIn += slab.size();
-        slices += count;
-        progress.update(static_cast<double>(slices) / info.extentVoxels.z);
+    WorkFolder work(store, {options.key, options.shared});
+    ImportReport report;
+    try {
+        progress.stage("importing " + source.describe());
+        PartImport parts(source, info, work, ram, options, progress);
+        if (!parts.makeAll())
+            return reportOfOthers(store, info, ram);
+        const std::unique_ptr<Claim> claim = parts.claimJoining();
+        if (!claim)
+            return reportOfOthers(store, info, ram);
+        report.bytesIn = parts.bytesIn();
+        report.parts = parts.parts().count();
+        report.partsFound = parts.partsFound();
+        checkStoreTarget(store, info, options.force); // something may have appeared there meanwhile
+        finish(parts, *claim, info, work, ram, options, progress, report);
+    } catch (const InputError&) {
+        work.discard();
+        throw;
     }
-    writer.finish(source.info());
-    {
-        progress.stage("computing statistics");
-        const StoreReader reader(writer.folder(), ram);
-        buildStatistics(reader, writer.folder(), ram, options.threads, progress.shares());
-        if (info.unit == "HU" && ram.freeBytes() >= tableMaskBytes(info)) // else at first use
-            keepTable(findTable(reader, ram, options.threads), reader, writer.folder());
-    }
-    progress.stage("finishing the store");
-    writer.commit(options.durable);
-    const StoreWriter::Counters counters = writer.counters();
     report.voxels = info.voxelCount();
-    report.bytesOut = counters.bytesWritten;
-    report.chunksWritten = counters.chunksWritten;
-    report.chunksFill = counters.chunksFill;
     report.seconds = secondsSince(start);
     return report;
 }

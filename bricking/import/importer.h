@@ -1,15 +1,20 @@
-// bricking/import/importer.h: streams a SlabSource into a store: levels, shards, checksums, statistics.
-// Belongs to tessera_bricking: it needs no format library.
+// bricking/import/importer.h: streams a SlabSource into a store: levels, shards, checksums, statistics. It
+// goes on after a kill, and several processes can share one import. Belongs to tessera_bricking: it needs no
+// format library.
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
+#include "bricking/store/volume_parts.h" // kPartSlices
 #include "core/base/budget.h"
 #include "core/base/progress.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -25,20 +30,35 @@ struct ImportOptions {
     bool durable = true;          // synchronise to disk before the rename; off for scratch stores and tests
     Progress* progress = nullptr; // null: silent
     std::string unit = {};        // of the physical values if the source has none; "": the source's
+    /// 32 hex digits of everything that the store depends on: files, options, kImportVersion. After a kill
+    /// the next import with the same key goes on with the parts that are finished. "": none does.
+    std::string key = {};
+    bool shared = false; // several processes with the same key may import together
+    /// The source anew, for one that can only read on, if a part before its place is left to make.
+    std::function<std::unique_ptr<SlabSource>()> reopen = {};
+    int partSlices = kPartSlices; // tests have fewer
 };
 struct ImportReport {
     std::uint64_t voxels = 0, bytesIn = 0, bytesOut = 0, chunksWritten = 0, chunksFill = 0;
     double seconds = 0;
+    VolumeInfo info;                // of the source, with what all voxels told
+    std::vector<std::string> notes; // SlabSource::notes() and those of the tally, of all parts
+    int parts = 0, partsFound = 0;  // found: finished by an earlier process
+    bool byOthers = false;          // another process finished the store; then only `info` says more
 };
 
 /// Least memory for importing such a volume.
 std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 
-/// Writes to a temporary folder beside `store`, then renames: an unfinished store never has the final name.
-/// Memory: one slab of 32 slices per level, charged to ram. Throws InputError naming the minimum if that does
-/// not fit. Throws it if the store exists and force is off, if the existing path is not a store, and for a
-/// unit other than the source's own. The source's slice order and infos are kept; texts are cut to 64
-/// printable ASCII characters.
+/// Writes the parts of the volume to a folder beside `store` (WorkFolder), joins them and renames the result:
+/// an unfinished store never has the final name. The store's bytes depend neither on who made which part nor
+/// on kills. Memory: one slab of 32 slices per level, charged to ram. Throws InputError naming the minimum if
+/// that does not fit. Throws it if the store exists and force is off, if the existing path is not a store,
+/// for a unit other than the source's own, and if another process imports with the same key and either does
+/// not share. With `shared` a store of the same volume that exists counts as finished by others. The source's
+/// slice order and infos are kept; texts are cut to 64 printable ASCII characters. Finished parts stay for
+/// the next import after Interrupted and errors other than InputError.
+/// @param source  at its first slice
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, MemoryBudget& ram,
                            const ImportOptions& options);
 

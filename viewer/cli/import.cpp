@@ -1,11 +1,16 @@
 // viewer/cli/import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
 #include "bricking/import/importer.h"
 #include "bricking/import/source/format_endings.h"
+#include "bricking/store/work_folder.h"
+#include "core/base/error.h"
 #include "core/base/names.h"
 #include "viewer/cli/commands.h"
+#include "viewer/cli/input/source_facts.h"
 #include "viewer/cli/input/volume_input.h"
 
+#include <filesystem>
 #include <memory>
+#include <string>
 
 namespace tessera {
 namespace {
@@ -14,8 +19,15 @@ struct ImportArguments {
     std::string in, out, ram;
     InputOptions input;
     std::string unit;
-    bool force = false;
+    bool force = false, share = false;
 };
+
+/// After an import that was ended: what the next one finds.
+void notePartsLeft(const std::filesystem::path& out, const std::string& key, const CommonOptions& common) {
+    if (const int parts = WorkFolder::partsOf(out, key); parts > 0)
+        common.note(std::to_string(parts) + (parts == 1 ? " finished part" : " finished parts") +
+                    " of the import stay beside " + out.string() + ": the same command goes on with them");
+}
 
 void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     ImportOptions options;
@@ -23,12 +35,26 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
         options.unit = parseUnit(arguments.unit);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
-    requireStorePath(out, arguments.force);
+    if (arguments.share && arguments.force)
+        throw badFile("--share", "a new name, without --force",
+                      "--force: a process that starts late would replace what the others made");
+    requireStorePath(out, arguments.force || arguments.share);
     const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
+    options.key = importKey(arguments.in, arguments.input.key() + "\n" + options.unit);
     common.detail("importing " + source->describe() + " to " + out.string());
     options.force = arguments.force;
+    options.shared = arguments.share;
     options.progress = common.progress.get();
-    noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+    options.reopen = [&] {
+        return openInput(arguments.in, arguments.input, out.parent_path(), common, ChoiceNote::omitted);
+    };
+    try {
+        noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+    } catch (...) {
+        common.progress->end();
+        notePartsLeft(out, options.key, common);
+        throw;
+    }
 }
 
 } // namespace
@@ -42,6 +68,8 @@ void addImportCommand(Command& program, const CommonOptions& common, Action& act
         .required();
     command.option("OUT", arguments->out, "store to write, OUT.zarr").required();
     command.flag("--force", arguments->force, "replace an existing store");
+    command.flag("--share", arguments->share,
+                 "several processes that run this command import together, on this and other machines");
     addSelectionOptions(command, arguments->input);
     addSpacingOption(command, arguments->input);
     command.option("--unit", arguments->unit,

@@ -57,6 +57,15 @@ class OrientedSource final : public SlabSource {
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return source_->describe(); }
     std::vector<std::string> notes() const override { return source_->notes(); }
+    VoxelTally takeTally() override { return source_->takeTally(); }
+    bool seek(int z) override {
+        TESSERA_CHECK(z >= 0 && z <= info_.extentVoxels.z);
+        const bool readsOn = order_.sourceAxis[2] == 2 && !order_.flipped[2];
+        if (readsOn && !source_->seek(z))
+            return false;
+        next_ = z;
+        return true;
+    }
 
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t sliceBytes = sliceBytesOf(info_);

@@ -2,6 +2,7 @@
 // then its slices, forward only. Files, series and phantoms share it, so a volume never has to fit in memory.
 #pragma once
 
+#include "bricking/import/source/voxel_tally.h"
 #include "core/base/error.h"
 #include "core/base/volume.h"
 
@@ -33,16 +34,26 @@ class SlabSource {
   public:
     virtual ~SlabSource() = default;
     /// Complete from the start, except for values from voxels, which are final after the last slice:
-    /// nonFiniteVoxels, absentStored, clampedVoxels, lossy, remarks.
+    /// nonFiniteVoxels, absentStored, clampedVoxels, lossy.
     virtual const VolumeInfo& info() const = 0;
     /// Reads the next `count` slices (z ascending) into out: [z][y][x], x fastest, little-endian stored
     /// values. out.size() == count * extent.y * extent.x * bytesPerValue. Throws InputError naming the file
     /// on truncated or damaged data. Non-finite values arrive already replaced by absentStored.
     virtual void readSlices(int count, std::span<std::byte> out) = 0;
+    /// Goes on with slice z. What a slice told is counted where the slice before it was read too, as in one
+    /// pass from the first slice.
+    /// @return false: it can only read on
+    virtual bool seek(int z) {
+        static_cast<void>(z);
+        return false;
+    }
+    /// Of the slices read since the last call.
+    virtual VoxelTally takeTally() { return {}; }
     /// One line for people: "134 DICOM slices, series 2". Never a patient identifier.
     virtual std::string describe() const = 0;
-    /// Findings of reading that a user should know, one per line; complete after the last slice.
-    virtual std::vector<std::string> notes() const { return {}; }
+    /// Findings of reading that a user should know, one per line: remarks, and what takeTally() does not
+    /// tell. Complete after the last slice.
+    virtual std::vector<std::string> notes() const { return info().remarks; }
 };
 
 /// A SlabSource whose slices can be read in any order. A reversed slice axis is then free. Files that can
@@ -57,6 +68,11 @@ class RandomSlabSource : public SlabSource {
         const std::size_t sliceBytes = count == 0 ? 0 : out.size() / static_cast<std::size_t>(count);
         for (int i = 0; i < count; ++i)
             readSliceAt(next_++, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes));
+    }
+    bool seek(int z) final {
+        TESSERA_CHECK(z >= 0 && z <= info().extentVoxels.z);
+        next_ = z;
+        return true;
     }
 
   private:

@@ -1,7 +1,8 @@
 // bricking/import/source/slice_converter.h: from the numbers of a file's slices to the stored values of a
-// volume: their types, their conversion, and a test for label maps.
+// volume: their types and their conversion.
 #pragma once
 
+#include "bricking/import/source/voxel_tally.h"
 #include "core/base/volume.h"
 
 #include <array>
@@ -53,31 +54,6 @@ struct ValueRange {
 /// Widens the range by in.size() / bytesPerFileValue(type) values.
 void widen(ValueRange& range, FileType type, bool bigEndian, std::span<const std::byte> in);
 
-// A test for label maps: volumes whose values name regions instead of measuring. Such a volume has few whole
-// numbers, and each fills neighbouring voxels.
-
-/// Beginning of the remark on such a volume.
-inline constexpr const char* kLabelMapRemark = "looks like a label map";
-
-class LabelTally {
-  public:
-    /// Stored values in the order of the volume. Nearly free once there are too many values.
-    void add(std::span<const std::byte> stored, ValueType type);
-    /// After the last voxel: "looks like a label map (43 whole values, 0 to 117): ..."; "" for other data.
-    std::string remark() const;
-
-  private:
-    static constexpr std::size_t kMostLabels = 256;
-    void see(double value);
-
-    std::array<double, kMostLabels> values_{}; // ascending
-    std::size_t count_ = 0;
-    bool isOther_ = false; // too many values, or a value that is no label
-    std::uint64_t voxels_ = 0, inside_ = 0,
-                  edges_ = 0; // inside: above 0; edges: those of them unlike the one before
-    double before_ = 0;
-};
-
 // Converts slices of a file's numbers to slices of stored values. A voxel without a number (NaN: a mask, a
 // field of view) gets the lowest value of the data. A 0 would be water in a CT: an opaque slab around the
 // masked region.
@@ -89,11 +65,11 @@ class SliceConverter {
 
     /// visitAll is called once, and only if there is a voxel without a number.
     SliceConverter(FileType type, bool bigEndian, VisitVoxels visitAll);
-    /// Converts as storeVoxels() does and updates info: nonFiniteVoxels, absentStored, clampedVoxels, and
-    /// after the last voxel a remark on labels. Throws what visitAll throws.
+    /// Converts as storeVoxels() does and updates info: nonFiniteVoxels, absentStored, clampedVoxels. Throws
+    /// what visitAll throws.
     void convert(std::span<const std::byte> in, std::span<std::byte> out, VolumeInfo& info);
-    /// A volume's remarks, and a loss that info does not count: whole numbers that float32 cannot hold.
-    std::vector<std::string> notes(const VolumeInfo& info) const;
+    /// Of what was converted since the last call. Only numbers without a scale and a unit may be labels.
+    VoxelTally takeTally();
 
   private:
     void findLowest(VolumeInfo& info) const;
@@ -101,8 +77,7 @@ class SliceConverter {
     FileType type_;
     bool bigEndian_;
     VisitVoxels visitAll_;
-    std::uint64_t rounded_ = 0, converted_ = 0;
-    LabelTally labels_;
+    VoxelTally tally_;
 };
 
 } // namespace tessera

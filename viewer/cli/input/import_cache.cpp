@@ -10,9 +10,7 @@
 #include "core/base/output_file.h"
 #include "core/base/ownership.h"
 #include "core/base/program_folders.h"
-#if TESSERA_WITH_IMPORT
-#include "bricking/import/catalogue.h"
-#endif
+#include "viewer/cli/input/source_facts.h"
 
 #include <algorithm>
 #include <chrono>
@@ -32,67 +30,6 @@ using nlohmann::json;
 
 constexpr std::uint64_t kDefaultLimitBytes = std::uint64_t{20} << 30;
 constexpr std::uint64_t kLargestNoteBytes = 1 << 20; // of HASH.json; ours have less than 8 KiB
-constexpr std::size_t kHashDigits = 16;
-
-/// FNV-1a, 64 bits, as hexadecimal digits. It need not resist attacks, since users own their cache. Different
-/// start values give independent hashes.
-std::string hexHash(const std::string& text, std::uint64_t start = 0xCBF29CE484222325u) {
-    std::uint64_t h = start;
-    for (const char c : text)
-        h = (h ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
-    char hex[kHashDigits + 1];
-    std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(h));
-    return hex;
-}
-
-/// One line for every regular file below path, or for path itself. Every change of a file changes its line.
-/// @param leftOut  "FOLDER/" below path whose files do not count; "" none
-std::string factsOf(const fs::path& path, const std::string& leftOut = {}) {
-    std::vector<std::string> files;
-    const auto add = [&](const fs::path& file) {
-        struct stat facts {};
-        if (::stat(file.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode) ||
-            (!leftOut.empty() && file.lexically_relative(path).string().starts_with(leftOut)))
-            return;
-        const auto time = [](const timespec& t) {
-            return "|" + std::to_string(t.tv_sec) + "." + std::to_string(t.tv_nsec);
-        };
-        files.push_back(file.lexically_relative(path).string() + "|" + std::to_string(facts.st_ino) + "|" +
-                        std::to_string(facts.st_size) + time(facts.st_mtim) + time(facts.st_ctim));
-    };
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored))
-        for (fs::recursive_directory_iterator
-                 entry(path, fs::directory_options::skip_permission_denied, ignored),
-             end;
-             !ignored && entry != end; entry.increment(ignored))
-            add(entry->path());
-    else
-        add(path);
-    std::sort(files.begin(), files.end()); // the order of a listing is unspecified
-    std::string text;
-    for (const std::string& file : files)
-        text += file + "\n";
-    return text;
-}
-
-/// Of source files, and of all others that hold their voxels.
-/// @param given  as the importer gets it: names in a header are relative to its folder, not to a link's
-/// target
-std::string factsOfSource(const fs::path& given) {
-    if (const auto place = remotePlaceOf(given)) { // of its metadata: chunks may be millions
-        std::string versions;
-        for (const char* name : {"zarr.json", ".zattrs", ".zarray", "0/zarr.json", "0/.zarray"})
-            versions += name + ("|" + place->files->versionOf(place->nameOf(name))) + "\n";
-        return versions;
-    }
-    std::string facts = factsOf(fs::canonical(given));
-#if TESSERA_WITH_IMPORT
-    for (const fs::path& named : namedFilesOf(given))
-        facts += factsOf(named);
-#endif
-    return facts;
-}
 
 /// Of a store in the cache. What is found at first use and kept in it (bricking/analysis/body/kept_table.h)
 /// has a checksum of its own, and does not make it another store.
@@ -265,7 +202,7 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
     const std::string key =
         std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
     const Entry entry(folder, hexHash(key));
-    const std::string check = hexHash(key, 0x9E3779B97F4A7C15u);
+    const std::string check = hexCheck(key);
     // A hash instead of the path: folders may carry patients' names, and the cache must not.
     const json note = {{"source", hexHash(source.string())}, {"options", options}, {"check", check}};
     bool told = false, made = false;

@@ -1,7 +1,7 @@
 // viewer/cli/input/volume_input.cpp: see volume_input.h.
 #include "viewer/cli/input/volume_input.h"
 
-#include "bricking/import/source/slice_converter.h" // kLabelMapRemark
+#include "bricking/import/source/voxel_tally.h" // kLabelMapRemark
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
 #include "bricking/store/zarr_metadata.h"
@@ -124,7 +124,8 @@ void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const Input
 } // namespace
 
 std::unique_ptr<SlabSource> openInput(const fs::path& given, const InputOptions& options,
-                                      const fs::path& scratchFolder, const CommonOptions& common) {
+                                      const fs::path& scratchFolder, const CommonOptions& common,
+                                      ChoiceNote note) {
     const fs::path path = reached(given);
     requireExisting(path);
     if (looksLikeStore(path))
@@ -135,7 +136,8 @@ std::unique_ptr<SlabSource> openInput(const fs::path& given, const InputOptions&
     const Catalogue catalogue = lookThrough(path, source);
     const CatalogueRow& row = chooseRow(catalogue, source);
     auto opened = openRow(catalogue, row, source);
-    noteChoice(catalogue, row, options, common);
+    if (note == ChoiceNote::given)
+        noteChoice(catalogue, row, options, common);
     return opened;
 }
 #else
@@ -145,7 +147,7 @@ InputListing listInput(const fs::path& path, const SourceChoice&) {
 }
 
 std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions&, const fs::path&,
-                                      const CommonOptions&) {
+                                      const CommonOptions&, ChoiceNote) {
     requireExisting(path);
     throw badFile(path.string(), "a store", "something else, and this program was built without importers");
 }
@@ -187,12 +189,17 @@ std::string parseUnit(const std::string& text) {
 void noteImport(const ImportReport& report, const SlabSource& source, const fs::path& store,
                 const MemoryBudget& ram, const CommonOptions& common) {
     common.progress->end();
+    if (report.byOthers)
+        return common.note(store.string() + " is there: another process has finished it");
     common.note("wrote " + store.string() + ": " + source.describe() + ", " + formatBytes(report.bytesOut) +
                 " from " + formatBytes(report.bytesIn) + " in " + formatNumber(report.seconds, 3) + " s");
-    for (const std::string& line : source.notes())
+    for (const std::string& line : report.notes)
         common.note(line);
-    for (const std::string& line : sayChanges(source.info()))
+    for (const std::string& line : sayChanges(report.info))
         common.note(line);
+    if (report.partsFound > 0)
+        common.note(std::to_string(report.partsFound) + " of " + std::to_string(report.parts) +
+                    " parts were there from an earlier or another run");
     common.detail("chunks: " + std::to_string(report.chunksWritten) + " written, " +
                   std::to_string(report.chunksFill) +
                   " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));

@@ -25,11 +25,13 @@ struct InputOptions : SourceChoice {
     std::string key() const;
 };
 
+enum class ChoiceNote { given, omitted };
 /// Opens source files. scratchFolder: for data whose slowest axis changes. Throws InputError naming path,
 /// also when this program was built without importers.
+/// @param note  of what was chosen among several volumes, and what was skipped
 std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const InputOptions& options,
-                                      const std::filesystem::path& scratchFolder,
-                                      const CommonOptions& common);
+                                      const std::filesystem::path& scratchFolder, const CommonOptions& common,
+                                      ChoiceNote note = ChoiceNote::given);
 
 /// True if path is meant as a store: a folder with a zarr.json, valid or not; or the address of one, which
 /// throws InputError when it is out of reach.

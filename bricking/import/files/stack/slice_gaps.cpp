@@ -22,6 +22,7 @@ class GapSource final : public RandomSlabSource {
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return slices_->describe(); }
     std::vector<std::string> notes() const override { return slices_->notes(); }
+    VoxelTally takeTally() override { return slices_->takeTally(); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));

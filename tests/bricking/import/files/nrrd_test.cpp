@@ -78,7 +78,7 @@ TEST(ImportNrrd, LongNumbersBecomeFloatsAndAreCounted) {
     const auto source = openSource(folder / "a.nrrd", {});
     EXPECT_THAT(source->describe(), HasSubstr("converted to float32"));
     EXPECT_EQ(readAll<float>(*source), (std::vector<float>{5, 1 << 24, -7}));
-    EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("1 whole numbers beyond 2^24")));
+    EXPECT_THAT(source->takeTally().notes(), testing::Contains(HasSubstr("1 whole numbers beyond 2^24")));
 }
 
 TEST(ImportNrrd, DataInManyFiles) {

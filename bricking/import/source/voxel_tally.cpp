@@ -1,0 +1,82 @@
+// bricking/import/source/voxel_tally.cpp: see voxel_tally.h.
+#include "bricking/import/source/voxel_tally.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMostLabels = 256;
+constexpr double kMostEdges = 0.35;          // of the voxels with a label; noise has edges nearly everywhere
+constexpr std::uint64_t kLeastVoxels = 4096; // fewer are inconclusive
+
+} // namespace
+
+void LabelTally::see(double value) {
+    const auto at = std::lower_bound(values.begin(), values.end(), value);
+    if (at != values.end() && *at == value)
+        return;
+    if (values.size() == kMostLabels || value < 0 || value != std::floor(value)) {
+        isOther = true;
+        return;
+    }
+    values.insert(at, value);
+}
+
+void LabelTally::add(std::span<const std::byte> stored, ValueType type) {
+    if (isOther)
+        return;
+    withValueType(type, [&](auto typed) {
+        for (std::size_t at = 0; at < stored.size() && !isOther; at += sizeof typed) {
+            const double value = storedValue(type, stored.data() + at);
+            const bool isEdge = value != before;
+            if (isEdge || voxels == 0)
+                see(value);
+            ++voxels;
+            inside += value > 0;
+            edges += value > 0 && isEdge;
+            before = value;
+        }
+    });
+}
+
+void LabelTally::add(const LabelTally& part) {
+    isOther = isOther || part.isOther;
+    for (std::size_t i = 0; i < part.values.size() && !isOther; ++i)
+        see(part.values[i]);
+    voxels += part.voxels;
+    inside += part.inside;
+    edges += part.edges;
+}
+
+std::string LabelTally::remark() const {
+    if (isOther || values.size() < 2 || voxels < kLeastVoxels ||
+        static_cast<double>(edges) > kMostEdges * static_cast<double>(inside))
+        return "";
+    char text[240];
+    std::snprintf(text, sizeof text,
+                  "%s (%zu whole values, %.0f to %.0f): drawn as one continuous scale, on which neighbouring "
+                  "labels look alike; --isosurface 0.5 shows the outside of all",
+                  kLabelMapRemark, values.size(), values.front(), values.back());
+    return text;
+}
+
+void VoxelTally::add(const VoxelTally& part) {
+    labels.add(part.labels);
+    rounded += part.rounded;
+}
+
+std::vector<std::string> VoxelTally::notes() const {
+    std::vector<std::string> lines;
+    if (std::string remark = labels.remark(); !remark.empty())
+        lines.push_back(std::move(remark));
+    if (rounded > 0)
+        lines.push_back(std::to_string(rounded) +
+                        " whole numbers beyond 2^24 rounded to float32: labels may have become one");
+    return lines;
+}
+
+} // namespace tessera

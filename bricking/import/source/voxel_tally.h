@@ -1,0 +1,46 @@
+// bricking/import/source/voxel_tally.h: what a volume's voxels tell of it, beyond the counts of VolumeInfo.
+// Tallies of parts of a volume are added; how a volume is cut into parts has a say, who read them has none.
+#pragma once
+
+#include "core/base/volume.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// Beginning of the remark on a label map.
+inline constexpr const char* kLabelMapRemark = "looks like a label map";
+
+/// A test for label maps: volumes whose values name regions instead of measuring. Such a volume has few whole
+/// numbers, and each fills neighbouring voxels.
+struct LabelTally {
+    std::vector<double> values; // ascending
+    bool isOther = false;       // too many values, or a value that is no label
+    std::uint64_t voxels = 0, inside = 0,
+                  edges = 0; // inside: above 0; edges: those of them unlike the one before
+    double before = 0;       // the last value
+
+    /// Stored values in the order of the volume. Nearly free once there are too many values.
+    void add(std::span<const std::byte> stored, ValueType type);
+    /// Of another part.
+    void add(const LabelTally& part);
+    /// "looks like a label map (43 whole values, 0 to 117): ..."; "" for other data.
+    std::string remark() const;
+
+  private:
+    void see(double value);
+};
+
+struct VoxelTally {
+    LabelTally labels;
+    std::uint64_t rounded = 0; // whole numbers that float32 cannot hold exactly
+    void add(const VoxelTally& part);
+    /// The remark on labels, and a loss that VolumeInfo does not count, a line each.
+    std::vector<std::string> notes() const;
+};
+
+} // namespace tessera
