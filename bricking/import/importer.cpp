@@ -5,6 +5,7 @@
 #include "bricking/import/part_facts.h"
 #include "bricking/import/part_import.h"
 #include "bricking/statistics/statistics.h"
+#include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h"
 #include "bricking/store/store_writer.h"
 #include "bricking/store/volume_parts.h"
@@ -111,12 +112,15 @@ ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudg
         const Charge floor =
             ram.charge(importFloorBytes(info, options.threads), "importing " + source.describe());
     }
-    if (options.shared && isStore(store))
+    if (options.shared && isStore(store)) {
+        recoverFolders(placeOfStore(store).parent_path());
         return reportOfOthers(store, info, ram);
+    }
     checkStoreTarget(store, info, options.force);
     Progress silent;
     Progress& progress = options.progress ? *options.progress : silent;
-    WorkFolder work(store, {options.key, options.shared});
+    const bool hasParts = info.extentVoxels.z > options.partSlices; // else nothing to go on with
+    WorkFolder work(store, {hasParts || options.shared ? options.key : "", options.shared});
     ImportReport report;
     try {
         progress.stage("importing " + source.describe());

@@ -31,7 +31,7 @@ struct ImportOptions {
     Progress* progress = nullptr; // null: silent
     std::string unit = {};        // of the physical values if the source has none; "": the source's
     /// 32 hex digits of everything that the store depends on: files, options, kImportVersion. After a kill
-    /// the next import with the same key goes on with the parts that are finished. "": none does.
+    /// the next import with the same key goes on with the finished ones of several parts. "": none does.
     std::string key = {};
     bool shared = false; // several processes with the same key may import together
     /// The source anew, for one that can only read on, if a part before its place is left to make.

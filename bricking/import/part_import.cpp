@@ -89,19 +89,21 @@ std::unique_ptr<Claim> PartImport::claimJoining() {
 /// Of a process that has nothing to do while others work.
 void PartImport::wait(bool othersWork) {
     constexpr std::chrono::milliseconds kBetweenLooks{50};
-    constexpr int kMostWaits = 100; // without any other process at work
-    if (othersWork && waits_ >= 0)
+    constexpr int kMostIdle = 100; // looks without any other process at work
+    if (othersWork && !isWaiting_)
         progress_.stage("waiting for other processes");
-    waits_ = othersWork ? -1 : std::max(waits_, 0) + 1;
-    if (waits_ > kMostWaits)
-        throw Error((work_.path() / WorkFolder::nameOfPart(0)).string() +
-                    ": its lock file could not be made (is the disk full?)");
+    isWaiting_ = isWaiting_ || othersWork;
+    idle_ = othersWork ? 0 : idle_ + 1;
+    if (idle_ > kMostIdle)
+        throw Error(work_.path().string() + ": lock files cannot be made in it (is the disk full?)");
     std::this_thread::sleep_for(kBetweenLooks);
 }
 
 void PartImport::make(int part) {
     std::error_code ignored;
     fs::remove_all(work_.part(part), ignored); // a damaged one
+    if (std::exchange(isWaiting_, false))
+        progress_.stage("importing " + source_->describe());
     try {
         work_.makePart(part, [&](const fs::path& folder) {
             facts_[static_cast<std::size_t>(part)] = write(part, folder);
@@ -158,7 +160,7 @@ PartFacts PartImport::write(int part, const fs::path& folder) {
     found.lossy = after.lossy;
     found.tally = source_->takeTally();
     found.notes = without(source_->notes(), notesBefore);
-    if (options_.durable && !options_.key.empty())
+    if (options_.durable && work_.outlives())
         syncAll(folder); // before what says that all is there
     writePartFacts(folder, all_, part, facts);
     return facts;

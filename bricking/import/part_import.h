@@ -61,7 +61,8 @@ class PartImport {
     std::vector<std::optional<PartFacts>> facts_;
     std::vector<std::string> notes_; // of opening the source
     int next_ = 0;                   // slice that the source reads next
-    int found_ = 0, waits_ = 0;
+    int found_ = 0, idle_ = 0; // idle_: looks in a row without a process at work
+    bool isWaiting_ = false;
 };
 
 } // namespace tessera

@@ -39,6 +39,8 @@ class WorkFolder {
     std::filesystem::path part(int number) const { return path_ / nameOfPart(number); }
     static std::string nameOfPart(int number);
     const Claims& claims() const { return *claims_; }
+    /// True if another process may go on with what is finished.
+    bool outlives() const { return !use_.key.empty(); }
     /// True once another process has given the store its name.
     bool isFinished() const;
 

@@ -38,15 +38,15 @@ class Kill : public Program {
     }
     void TearDown() override { ::unsetenv("TMPDIR"); }
     /// A raw volume whose values are not all the same, so that the store has shards of some size.
-    void makeSource(const std::string& name, unsigned seed) {
-        constexpr int kX = 96, kY = 96, kZ = 160;
+    void makeSource(const std::string& name, unsigned seed, int across = 96, int slices = 160) {
         std::mt19937 random(seed);
-        std::string voxels(static_cast<std::size_t>(kX) * kY * kZ, '\0');
+        std::string voxels(static_cast<std::size_t>(across * across * slices), '\0');
         for (char& voxel : voxels)
             voxel = static_cast<char>(random() & 0x1F);
         write(name + ".raw", voxels);
-        write(name + ".json",
-              R"({"data":")" + name + R"(.raw","type":"uint8","extent":[96,96,160],"spacing":[1,1,1]})");
+        write(name + ".json", R"({"data":")" + name + R"(.raw","type":"uint8","extent":[)" +
+                                  std::to_string(across) + "," + std::to_string(across) + "," +
+                                  std::to_string(slices) + R"(],"spacing":[1,1,1]})");
     }
     pid_t start(const std::string& arguments) const {
         std::vector<std::string> words = {"tessera"};
@@ -135,6 +135,46 @@ TEST_F(Kill, AnImportIsWholeOrNotThere) {
             EXPECT_EQ(names(), givenAnd({"out.zarr"}));
             EXPECT_EQ(contentOf(folder_ / "out.zarr"), whole);
             EXPECT_EQ(names("tmp"), std::vector<std::string>{});
+        });
+}
+
+TEST_F(Kill, TheSameImportGoesOn) {
+    makeSource("long", 3, 24, 1060); // three parts
+    const auto whole = imported("long");
+    const std::string import = "import long.json out.zarr";
+    int found = 0;
+    killAtRandom(
+        import, [&] { fs::remove_all(folder_ / "out.zarr"); },
+        [&] {
+            if (!exists("out.zarr")) {
+                const Outcome next = run(import);
+                EXPECT_EQ(next.exitCode, 0) << next.problems;
+                found += next.problems.find("of 3 parts were there") != std::string::npos;
+            }
+            EXPECT_EQ(run("import v.json other.zarr --force").exitCode, 0); // removes what is of no use
+            EXPECT_EQ(names(), givenAnd({"long.json", "long.raw", "other.zarr", "out.zarr"}));
+            EXPECT_TRUE(contentOf(folder_ / "out.zarr") == whole);
+        });
+    std::printf("parts were found in %d runs\n", found);
+}
+
+TEST_F(Kill, ASharedImportOutlivesAProcess) {
+    makeSource("long", 3, 24, 1060);
+    const auto whole = imported("long");
+    pid_t other = -1;
+    int status = 0;
+    killAtRandom(
+        "import long.json out.zarr --share",
+        [&] {
+            fs::remove_all(folder_ / "out.zarr");
+            other = start("import long.json out.zarr --share");
+        },
+        [&] {
+            ::waitpid(other, &status, 0);
+            EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << readAll(folder_ / ".err");
+            EXPECT_EQ(run("import long.json out.zarr --share").exitCode, 0);
+            EXPECT_EQ(names(), givenAnd({"long.json", "long.raw", "out.zarr"}));
+            EXPECT_TRUE(contentOf(folder_ / "out.zarr") == whole);
         });
 }
 

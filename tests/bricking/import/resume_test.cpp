@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <fcntl.h> // AT_FDCWD
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,6 +26,7 @@
 namespace {
 /// Changes of files that this process still makes; at the next one it is killed, in the middle of a write.
 int changesLeft = -1; // negative: never
+std::string order;    // of s(yncs of a file system) and names of p(arts)
 bool isLast() {
     return changesLeft >= 0 && changesLeft-- == 0;
 }
@@ -46,6 +48,8 @@ extern "C" ssize_t pwrite(int file, const void* bytes, std::size_t count, off_t 
 extern "C" int rename(const char* from, const char* to) noexcept {
     if (isLast())
         die();
+    if (std::string(from).find(".making-") != std::string::npos)
+        order += 'p';
     return static_cast<int>(::syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
 }
 extern "C" int renameat2(int fromFolder, const char* from, int toFolder, const char* to,
@@ -65,6 +69,7 @@ extern "C" int unlinkat(int folder, const char* path, int flags) noexcept {
     return static_cast<int>(::syscall(SYS_unlinkat, folder, path, flags));
 }
 extern "C" int syncfs(int) noexcept { // no test waits for a disk
+    order += 's';
     return 0;
 }
 
@@ -318,6 +323,23 @@ TEST_F(Resume, GoesOnAfterADiskFails) {
     EXPECT_EQ(report.partsFound, 2);
     EXPECT_EQ(report.bytesIn, 40u * 36 * 200 * 2);
     expectDone(expected);
+}
+
+// After a crash no part counts whose data are lost.
+TEST_F(Resume, PartsAreOnTheDiskBeforeTheyCount) {
+    for (const bool isDurable : {true, false})
+        for (const int slices : {64, 512}) { // of one part nothing is kept, so nothing waits
+            partSlices_ = slices;
+            ImportOptions how = options();
+            how.durable = isDurable;
+            order.clear();
+            import(std::to_string(slices) + (isDurable ? "d.zarr" : ".zarr"), how);
+            const std::string each = isDurable && slices < 200 ? "sp" : "p";
+            std::string expected = each;
+            for (int part = 1; part < (200 - 1) / slices + 1; ++part)
+                expected += each;
+            EXPECT_EQ(order, expected + (isDurable ? "s" : ""));
+        }
 }
 
 TEST_F(Resume, NothingIsKeptOfASourceAtFault) {
