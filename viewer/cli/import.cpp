@@ -24,9 +24,13 @@ struct ImportArguments {
 
 /// After an import that was ended: what the next one finds.
 void notePartsLeft(const std::filesystem::path& out, const std::string& key, const CommonOptions& common) {
-    if (const int parts = WorkFolder::partsOf(out, key); parts > 0)
-        common.note(std::to_string(parts) + (parts == 1 ? " finished part" : " finished parts") +
-                    " of the import stay beside " + out.string() + ": the same command goes on with them");
+    const int parts = WorkFolder::partsOf(out, key);
+    if (parts == 1)
+        common.note("a finished part of the import stays beside " + out.string() +
+                    ": the same command goes on with it");
+    else if (parts > 1)
+        common.note(std::to_string(parts) + " finished parts of the import stay beside " + out.string() +
+                    ": the same command goes on with them");
 }
 
 void runImport(const ImportArguments& arguments, const CommonOptions& common) {
