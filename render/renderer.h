@@ -17,6 +17,7 @@
 #include "render/light/reflections.h"
 #include "render/light/scene_light.h"
 #include "render/light/surface_light.h"
+#include "render/picture_tiles.h"
 #include "render/pixels/area_picture.h"
 #include "render/pixels/picture_layers.h"
 #include "render/plan/choose_levels.h"
@@ -65,6 +66,10 @@ struct RenderOptions {
     /// Where sums of samples are kept for a later run, and where they are taken from; null: nowhere. Of
     /// scenes with a transport, whose samples are a number from 2 on.
     KeptSamples* kept = nullptr;
+    /// The picture is drawn tile by tile, and kept there: the result has no image. Null: as a whole. Neither
+    /// of pixels that decide about their samples, nor of what needs all pixels: maxError with a measurement,
+    /// noise, denoise, layers, kept samples, first pictures, labels over a slice.
+    PictureTiles* tiles = nullptr;
     /// Of a slice with labels: shares by which pixels are multiplied before labels are laid over them;
     /// null: 1. Of the scene's size, and alive as long as the picture is drawn.
     const std::vector<float>* shares = nullptr;

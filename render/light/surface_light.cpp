@@ -67,9 +67,14 @@ std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count
     return directions;
 }
 
-SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSamples)
+/// A sample may lie outside its pixel, as far as filters of pixels reach (render/pixels/pixel_places.h).
+static_assert(SurfaceLight::kMargin == kWindow + 2);
+
+SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSamples,
+                           const std::optional<PictureTile>& part)
     : plan_(plan), threads_(threads), finestSamples_(finestSamples), seed_(plan.view.quality.pixels.seed),
-      size_(plan.view.imageSize), toVoxels_(glm::inverse(glm::dmat3(plan.info().patientFromVoxel))),
+      from_(part ? part->from : glm::ivec2(0)), size_(part ? part->size : plan.view.imageSize),
+      toVoxels_(glm::inverse(glm::dmat3(plan.info().patientFromVoxel))),
       toPatient_(plan.info().patientFromVoxel) {
     TESSERA_CHECK(plan.view.lighting.surfaceOcclusion);
     occlusion_ = *plan.view.lighting.surfaceOcclusion;
@@ -135,7 +140,8 @@ float SurfaceLight::openAt(const SurfaceHit& hit, const glm::vec2& place, const 
 
 glm::vec2 SurfaceLight::placeOf(std::size_t pixel) const {
     const auto width = static_cast<std::size_t>(size_.x);
-    return glm::vec2(static_cast<float>(pixel % width), static_cast<float>(pixel / width)) + 0.5f;
+    return glm::vec2(from_) +
+           glm::vec2(static_cast<float>(pixel % width), static_cast<float>(pixel / width)) + 0.5f;
 }
 
 void SurfaceLight::look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer,
@@ -229,7 +235,8 @@ Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm:
             const glm::vec2 place = places.empty() ? placeOf(i) : places[i];
             float open = -1;
             if (occlusion_.filter)
-                open = shared(hit, glm::clamp(glm::ivec2(glm::floor(place)), glm::ivec2(0), size_ - 1));
+                open =
+                    shared(hit, glm::clamp(glm::ivec2(glm::floor(place)) - from_, glm::ivec2(0), size_ - 1));
             else if (places.empty())
                 open = open_[i];
             if (open < 0) {

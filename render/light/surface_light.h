@@ -6,6 +6,7 @@
 
 #include "core/base/progress.h" // ShareDone
 #include "core/image/image.h"
+#include "core/image/picture_tile.h"
 #include "render/contract/ray_state.h"
 #include "render/light/light_ways.h"
 #include "render/plan/frame_plan.h"
@@ -16,6 +17,7 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,8 +53,12 @@ class SurfaceLight {
     /// The plan outlives it; its scene has occlusion of surfaces (checked).
     /// @param finestSamples  of level 0, whatever levels were chosen: for the reference
     /// @param threads  0: all processors
-    SurfaceLight(const FramePlan& plan, int threads, bool finestSamples = false);
+    /// @param part  of the picture, where hits are looked at; none: all of it
+    SurfaceLight(const FramePlan& plan, int threads, bool finestSamples = false,
+                 const std::optional<PictureTile>& part = {});
 
+    /// Pixels around a part whose hits its own pixels take results from.
+    static constexpr int kMargin = 5;
     /// Casts occlusion rays from the first hits of all pixel centres.
     void look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer, const ShareDone& progress = {});
     bool hasLooked() const { return !open_.empty(); }
@@ -101,7 +107,7 @@ class SurfaceLight {
     int threads_;
     bool finestSamples_;
     std::uint32_t seed_;
-    glm::ivec2 size_;
+    glm::ivec2 from_, size_;          // the pixels that are looked at
     glm::dmat3 toVoxels_, toPatient_; // linear parts
     std::vector<SurfaceHit> middles_;
     std::vector<float> open_;

@@ -21,11 +21,17 @@ std::unique_ptr<SurfaceTracer> tracerOf(const RayCaster& caster, const FramePlan
 
 } // namespace
 
-DeferredLight::DeferredLight(const FramePlan& plan, int threads, bool exact) : plan_(plan) {
+DeferredLight::DeferredLight(const FramePlan& plan, int threads, bool exact,
+                             const std::optional<PictureTile>& part)
+    : plan_(plan) {
     if (plan.view.lighting.surfaceOcclusion)
-        occlusion_.emplace(plan, threads, exact);
+        occlusion_.emplace(plan, threads, exact, part);
     if (plan.view.reflects)
         reflections_.emplace(plan, threads, exact);
+}
+
+PictureTile DeferredLight::around(const PictureTile& tile, const FramePlan& plan) {
+    return plan.view.lighting.surfaceOcclusion ? tile.with(SurfaceLight::kMargin, plan.view.imageSize) : tile;
 }
 
 void DeferredLight::lookAround(const RayCaster& caster, Progress& progress) {
@@ -47,7 +53,8 @@ Image DeferredLight::added(RayCaster& caster, Engine& engine, std::span<const gl
     Rays rays = raysOf(plan_);
     rays.frame.cuts = {};
     // In arrays of no more rays than are planned for.
-    const std::size_t most = std::max(rayCount(plan_.view.imageSize), kLeastPlacedRays) / kColumns * kColumns;
+    const std::size_t most =
+        std::max(rayCount(plan_.view.drawnSize()), kLeastPlacedRays) / kColumns * kColumns;
     std::vector<LightWay> array;
     const auto draw = [&](std::span<const LightWay> ways, std::span<glm::vec4> colours,
                           std::span<SurfaceHit> met) {
@@ -71,6 +78,24 @@ Image DeferredLight::added(RayCaster& caster, Engine& engine, std::span<const gl
         std::transform(mirrored.pixels.begin(), mirrored.pixels.end(), darkened->pixels.begin(),
                        mirrored.pixels.begin(), std::plus<>());
     return mirrored;
+}
+
+void DeferredLight::addReport(RenderResult& result) const {
+    const auto surfaces = result.surfaceLight;
+    const auto ways = result.reflections;
+    report(result);
+    if (surfaces && result.surfaceLight) {
+        result.surfaceLight->places += surfaces->places;
+        result.surfaceLight->alone += surfaces->alone;
+        result.surfaceLight->seconds += surfaces->seconds;
+    }
+    if (ways && result.reflections) {
+        for (std::size_t order = 0; order < ways->ways.size(); ++order)
+            result.reflections->ways[order] += ways->ways[order];
+        result.reflections->met += ways->met;
+        result.reflections->near += ways->near;
+        result.reflections->seconds += ways->seconds;
+    }
 }
 
 void DeferredLight::report(RenderResult& result) const {

@@ -2,6 +2,7 @@
 // first hits: ambient light that others take (surface_light.h), and what they mirror (reflections.h).
 #pragma once
 
+#include "core/image/picture_tile.h"
 #include "render/engine.h"
 #include "render/light/reflections.h"
 #include "render/light/surface_light.h"
@@ -22,7 +23,11 @@ class DeferredLight {
     }
     /// The plan outlives it, and has some.
     /// @param exact  for the reference
-    DeferredLight(const FramePlan& plan, int threads, bool exact);
+    /// @param part  of the picture, where surfaces' surroundings are looked at: around(); none: all of it
+    DeferredLight(const FramePlan& plan, int threads, bool exact,
+                  const std::optional<PictureTile>& part = {});
+    /// What a part of a picture needs to be looked at: it, with pixels around it where results are shared.
+    static PictureTile around(const PictureTile& tile, const FramePlan& plan);
 
     /// True until it knows the first hits of the rays through the middles of all pixels.
     bool needsMiddles() const { return occlusion_ && !occlusion_->hasLooked(); }
@@ -33,6 +38,8 @@ class DeferredLight {
     Image added(RayCaster& caster, Engine& engine, std::span<const glm::vec2> places, const glm::ivec2& size,
                 const Slicing& slicing, Work& work) const;
     void report(RenderResult& result) const;
+    /// In addition to those of other parts of the picture.
+    void addReport(RenderResult& result) const;
 
   private:
     const FramePlan& plan_;

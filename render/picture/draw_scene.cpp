@@ -59,9 +59,28 @@ std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderO
         bytes += PictureLayers::bytesPerPixel(samples);
     if (options.layers.errors)
         bytes += sizeof(glm::vec4);
+    if (options.tiles)
+        bytes += sizeof(glm::vec2); // the middles of pixels
     if (scene.quality.pixels.denoise)
         bytes += noiseFilterBytes(scene.imageSize, options.threads) / rayCount(scene.imageSize) + 1;
     return bytes;
+}
+
+/// The pixels of a picture's largest tile, and those around it that it needs.
+glm::ivec2 largestTile(const Scene& scene, const PictureTiles& tiles) {
+    const int around = scene.lighting.surfaceOcclusion ? SurfaceLight::kMargin : 0;
+    return glm::min(glm::ivec2(tiles.side() + 2 * around), scene.imageSize);
+}
+
+/// A plan does not depend on how a picture is drawn, as long as the budgets have room for all of its pixels.
+Planner planInTiles(const std::function<Planner(const PixelMemory&)>& planned, const PixelMemory& tile) {
+    try {
+        Planner p = planned(tile.bytesPerPixel);
+        p.drawInParts(tile);
+        return p;
+    } catch (const InputError&) {
+        return planned(tile);
+    }
 }
 
 /// Samples until every pixel's standard error is within the request, at any cost.
@@ -101,20 +120,25 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
     const bool wentOn = renderer.draw(task, result, added);
     const PixelOver over = layLabelsOver(task, result);
     const auto checking = Clock::now();
-    if (renderer.about().measures && task.options.verify != Verify::none &&
+    PictureTiles* const tiles = task.options.tiles;
+    if (renderer.about().measures && task.options.verify != Verify::none && (!tiles || tiles->finishes()) &&
         (!scene.lighting.transport || scene.quality.pixels.denoise)) {
         task.context.progress.stage("measuring the picture's errors");
         const bool full = scene.quality.maxError.value_or(0) > 0;
-        const DrawnPicture drawn{scene,
-                                 result.image,
-                                 result.work,
-                                 result.pixels.taken,
-                                 full ? Verify::full : task.options.verify,
-                                 task.round.number,
-                                 full ? ErrorGoal::kMostRounds : 1,
-                                 task.options.slicing,
-                                 task.options.verify == Verify::full,
-                                 over};
+        const DrawnPicture drawn{
+            scene,
+            tiles ? DrawnPixels{scene.imageSize, tiles->shown(),
+                                [tiles](const glm::ivec2& at) { return tiles->colour(at); },
+                                task.plan.view.drawnSize()}
+                  : pixelsOf(result.image),
+            result.work,
+            result.pixels.taken,
+            full ? Verify::full : task.options.verify,
+            task.round.number,
+            full ? ErrorGoal::kMostRounds : 1,
+            task.options.slicing,
+            task.options.verify == Verify::full,
+            over};
         if (const auto pixels = renderer.pixels(task))
             result.measured = measurePicture(drawn, *pixels, task.context.ram);
     }
@@ -199,8 +223,14 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
     if (fine)
         picture.quality.maxError = ErrorGoal(*scene.quality.maxError).ofRays();
     const Scene coarse = first ? firstScene(scene) : picture;
-    p = planned(coarse, limits, first ? LevelChoice::quick : options.levels,
-                bytesPerPixelOf(made.kind, scene, options));
+    const LevelChoice levels = first ? LevelChoice::quick : options.levels;
+    const PixelMemory pixels = bytesPerPixelOf(made.kind, scene, options);
+    TESSERA_CHECK(!options.tiles || !(first || fine || traits.renderer));
+    if (options.tiles)
+        p = planInTiles([&](const PixelMemory& of) { return planned(coarse, limits, levels, of); },
+                        {pixels.bytesPerPixel, largestTile(scene, *options.tiles)});
+    else
+        p = planned(coarse, limits, levels, pixels);
     p.setShadowLayers(options.shadowLayers);
     if (first) {
         RenderResult quick;

@@ -23,8 +23,8 @@ struct RendererInstance {
     RendererInstance(const RenderOptions& options, MemoryBudget& ram, MemoryBudget& gpu);
 };
 
-/// The plan of a scene for such limits, levels and RAM for a pixel.
-using Planned = std::function<Planner(const Scene&, const TextureLimits&, LevelChoice, std::size_t)>;
+/// The plan of a scene for such limits, levels and RAM of pixels.
+using Planned = std::function<Planner(const Scene&, const TextureLimits&, LevelChoice, const PixelMemory&)>;
 
 /// A picture by a renderer that holds nothing, or the bricks of the picture before.
 /// @param p  takes the plan; where bricks are kept, the renderer has what is in its place

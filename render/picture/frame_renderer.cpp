@@ -51,12 +51,12 @@ struct FrameRenderer::State {
         };
     }
     Planner plan(const Scene& scene, const TextureLimits& limits, LevelChoice choice,
-                 std::size_t bytesPerPixel) {
+                 const PixelMemory& pixels) {
         // As if the engine held nothing.
         MemoryBudget free(gpu.name(), gpu.option(), gpu.limitBytes());
         const Charge before = free.charge(gpuBefore, "the device");
         std::optional<KnownLayer> mine = std::exchange(known, std::nullopt);
-        return planScene(scene, *stores.front(), limits, {ram, free, options.threads}, choice, bytesPerPixel,
+        return planScene(scene, *stores.front(), limits, {ram, free, options.threads}, choice, pixels,
                          mine ? &*mine : nullptr);
     }
     /// True if the bricks of the last picture serve this one.
@@ -89,7 +89,7 @@ struct FrameRenderer::State {
 FrameRenderer::FrameRenderer(Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
                              const RenderOptions& options)
     : state_(std::make_unique<State>(stores, ram, gpu, options)) {
-    TESSERA_CHECK(!options.onFirstPicture);
+    TESSERA_CHECK(!options.onFirstPicture && !options.tiles);
 }
 
 FrameRenderer::FrameRenderer(const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
@@ -142,8 +142,8 @@ RenderResult FrameRenderer::draw(const Scene& given) {
     s.p = Planner(); // gives back the memory of the last picture, as if it had never been
     try {
         const auto planned = [&](const Scene& first, const TextureLimits& limits, LevelChoice choice,
-                                 std::size_t bytesPerPixel) {
-            Planner p = s.plan(first, limits, choice, bytesPerPixel);
+                                 const PixelMemory& pixels) {
+            Planner p = s.plan(first, limits, choice, pixels);
             if (s.reuse.kept && !s.serves(p, pageEdge, levels))
                 forget();
             s.reuse.pages = s.roomyPages(p, limits);

@@ -22,11 +22,6 @@ constexpr std::uint64_t kShareOfClusters = 2;
 constexpr char kTooManyBytes[] =
     "the bricks that some pixels need are more than a quarter of the picture's bytes";
 
-std::size_t shownPixels(const Image& image) {
-    return static_cast<std::size_t>(std::count_if(image.pixels.begin(), image.pixels.end(),
-                                                  [](const glm::vec4& p) { return !(p.a <= 1.0f / 255); }));
-}
-
 /// Every round takes pixels of its own. If those would be too few for each, all rounds take all pixels. Then
 /// no pixels are chosen, and the decision to go on has no effect on the choice.
 void leaveForOthers(VerifyPlan& plan, const VerifyInput& input, int rounds) {
@@ -50,11 +45,11 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
                     (lightChannels(lighting) > 0 || lighting.surfaceOcclusion);
     out.singleRays = picture.samplesPerPixel == 1;
     const PixelSource::About about = source.about();
-    const glm::ivec2 size = picture.image.size;
+    const glm::ivec2 size = picture.pixels.size;
     const bool large = size.x * size.y >= kLarge;
     VerifyInput input;
     input.size = size;
-    const std::size_t shown = shownPixels(picture.image), pixels = picture.image.pixels.size();
+    const std::size_t shown = picture.pixels.shown, pixels = rayCount(size);
     // A picture that shows nothing may have missed the contents: as many pixels as if a part did.
     input.shown = shown > 0 ? shown : (pixels + kSharesOfNothing - 1) / kSharesOfNothing;
     input.samplesPerPixel = std::max(1, static_cast<int>(std::lround(picture.samplesPerPixel)));
@@ -80,7 +75,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
     std::vector<PixelsAgain> again;
     std::size_t bytes = 0;
     for (const VerifyPlan& design : designs) {
-        again.emplace_back(picture.image, design, picture.scene.quality.pixels, picture.round, picture.over);
+        again.emplace_back(picture.pixels, design, picture.scene.quality.pixels, picture.round, picture.over);
         bytes += again.back().bytes();
     }
     if (again[0].pixels() == 0) {

@@ -9,7 +9,7 @@ namespace tessera {
 
 struct DrawnPicture {
     const Scene& scene;
-    const Image& image;
+    DrawnPixels pixels;
     const Work& work;           // that it took
     double samplesPerPixel = 1; // in the mean
     Verify mode = Verify::quick;

@@ -115,12 +115,19 @@ std::vector<std::string> describe(const PictureMeasurement& m) {
     return lines;
 }
 
-PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling,
+DrawnPixels pixelsOf(const Image& image) {
+    const auto shows = [](const glm::vec4& p) { return !(p.a <= kShown); };
+    return {image.size,
+            static_cast<std::size_t>(std::count_if(image.pixels.begin(), image.pixels.end(), shows)),
+            [&image](const glm::ivec2& at) { return image.at(at.x, at.y); }, image.size};
+}
+
+PixelsAgain::PixelsAgain(const DrawnPixels& picture, const VerifyPlan& plan, const PixelSampling& sampling,
                          int round, PixelOver over)
-    : size_(picture.size),
+    : together_(picture.together),
       sample_(
           choosePixels(picture.size, plan.design,
-                       static_cast<std::size_t>(plan.design.pixels) >= picture.pixels.size() ? 0 : round)),
+                       static_cast<std::size_t>(plan.design.pixels) >= rayCount(picture.size) ? 0 : round)),
       replicates_(plan.replicates),
       samples_(static_cast<int>(std::bit_ceil(static_cast<unsigned>(plan.samples)))),
       places_(sampling.seed, sampling.filter),
@@ -129,7 +136,7 @@ PixelsAgain::PixelsAgain(const Image& picture, const VerifyPlan& plan, const Pix
     step_.assign(pixels(), 0);
     picture_.reserve(pixels());
     for (const SampledPixel& p : sample_.pixels)
-        picture_.push_back(picture.at(p.at.x, p.at.y));
+        picture_.push_back(picture.colour(p.at));
 }
 
 std::size_t PixelsAgain::bytes() const {
@@ -150,7 +157,7 @@ bool PixelsAgain::drawStep(int step, PixelSource& source, const Limits& limits, 
     const std::size_t runsOfPixel = runsOfReplicate * static_cast<std::size_t>(replicates_);
     const int setsOfReplicate = (samples + kMostInSet - 1) / kMostInSet;
     const std::size_t runs = chosen.size() * runsOfPixel;
-    const std::size_t atOnce = std::max<std::size_t>(1, AreaPicture::mostRays(size_) / inRun);
+    const std::size_t atOnce = std::max<std::size_t>(1, AreaPicture::mostRays(together_) / inRun);
     std::vector<glm::vec2> array;
     glm::vec2 places[kRun];
     for (std::size_t first = 0; first < runs; first += atOnce) {

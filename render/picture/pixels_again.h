@@ -27,12 +27,21 @@ std::vector<std::string> describe(const PictureMeasurement& measurement);
 /// What lies over a pixel of a picture, whatever its rays come to; empty: nothing.
 using PixelOver = std::function<LabelsOver(const glm::ivec2& pixel)>;
 
+/// A drawn picture, wherever its pixels are.
+struct DrawnPixels {
+    glm::ivec2 size{0};
+    std::size_t shown = 0;                                    // pixels that show something
+    std::function<glm::vec4(const glm::ivec2& pixel)> colour; // linear, premultiplied
+    glm::ivec2 together{0}; // rays that are drawn at a time: as many as such a picture has
+};
+/// The image outlives it.
+DrawnPixels pixelsOf(const Image& image);
+
 class PixelsAgain {
   public:
-    /// @param picture  linear, premultiplied
     /// @param round    of choices: none has a pixel of an earlier one, unless all pixels are taken
     /// @param over     lies over all pixels, those drawn again too
-    PixelsAgain(const Image& picture, const VerifyPlan& plan, const PixelSampling& sampling, int round,
+    PixelsAgain(const DrawnPixels& picture, const VerifyPlan& plan, const PixelSampling& sampling, int round,
                 PixelOver over);
 
     std::size_t pixels() const { return sample_.pixels.size(); }
@@ -74,7 +83,7 @@ class PixelsAgain {
     int samplesOf(int step) const { return samples_ << (2 * step); }
     std::vector<glm::vec4> means(const std::vector<glm::vec4>& replicates) const;
 
-    glm::ivec2 size_;
+    glm::ivec2 together_; // DrawnPixels::together
     PixelSample sample_;
     std::vector<glm::vec4> picture_; // of the chosen pixels
     int replicates_, samples_;

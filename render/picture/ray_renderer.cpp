@@ -3,8 +3,10 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
+#include "core/image/picture_tile.h"
 #include "render/exposure/exposed_caster.h"
 #include "render/picture/picture.h"
+#include "render/picture_tiles.h"
 #include "render/pixels/kept_samples.h"
 #include "render/pixels/noise_filter.h"
 #include "render/plan/fusion.h"
@@ -18,7 +20,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,10 +46,11 @@ Rays picturesRays(const FramePlan& p, bool layers) {
 }
 
 /// The effect of steps and filtering on the picture.
+/// @param image  none: it was drawn in tiles
 PictureErrors estimate(StepSearch& search, const FrameTask& task, const Image& image) {
     const FramePlan& p = task.plan;
     const double most = brightest(task.scene.shading, task.scene.lighting, p.layer().function.materials());
-    const bool areas = p.view.quality.pixels.samples != 1;
+    const bool areas = p.view.quality.pixels.samples != 1 || task.options.tiles;
     PictureErrors errors = areas ? search.errors(most) : search.errorsOf(image, most);
     if (p.chosen.predicted)
         errors.levelsLuvP99 = predictedOf(p).p99;
@@ -87,6 +95,16 @@ struct RayRenderer::RaysDrawn {
         }
     }
     friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
+    /// By name, in words.
+    std::map<std::string, std::string> parts(const FramePlan& p, bool exact) const {
+        const RayFrame<double>& frame = p.view.frame;
+        const glm::dvec3 seen[] = {frame.centre, frame.right, frame.up, frame.toCentre};
+        return {{"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(levels)))},
+                {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
+                {"step in voxels", digitsOf(stepVoxels, 17)},
+                {"integrator", integratorNames()[static_cast<std::size_t>(integrator)]},
+                {"random numbers", exact ? "of the reference" : "of native and mirror"}};
+    }
 };
 
 struct RayRenderer::Samples {
@@ -168,16 +186,98 @@ void RayRenderer::takeKept(const FrameTask& task, const RaysDrawn& these, AreaPi
     if (!task.options.kept)
         return;
     const FramePlan& p = task.plan;
-    const RayFrame<double>& frame = p.view.frame;
-    const glm::dvec3 seen[] = {frame.centre, frame.right, frame.up, frame.toCentre};
-    result.pixels.ofEarlierRuns = task.options.kept->restore(
-        picture, p.view.quality.pixels.samples,
-        {{"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(these.levels)))},
-         {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
-         {"step in voxels", digitsOf(these.stepVoxels, 17)},
-         {"integrator", integratorNames()[static_cast<std::size_t>(these.integrator)]},
-         {"random numbers", exact_ ? "of the reference" : "of native and mirror"}});
+    result.pixels.ofEarlierRuns =
+        task.options.kept->restore(picture, p.view.quality.pixels.samples, these.parts(p, exact_));
     task.context.progress.startAt(picture.share(0));
+}
+
+/// One that starts from a plan has the bits of another with these.
+PictureTiles::Parts RayRenderer::partsOfTiles(const FramePlan& p) const {
+    PictureTiles::Parts parts = RaysDrawn(p).parts(p, exact_);
+    const ShadowQuality& maps = p.view.shadowQuality;
+    parts["shadow maps, as RAM allows:"] =
+        std::to_string(maps.mapSize) + " rays a side, " + std::to_string(maps.layers) + " points, offset " +
+        digitsOf(maps.offset, 17) + ", light maps 1/" + std::to_string(maps.lightMapPart);
+    parts["map of empty space, as budgets allow:"] =
+        std::string(p.layer().mapScale == MapScale::cells ? "cells" : "bricks") +
+        (p.layer().mapsSurfaces ? ", and isosurfaces" : "");
+    if (const auto& window = p.layer().look.window; p.view.exposure || p.layer().reduces())
+        parts["window"] = digitsOf(window.centre, 17) + " +- " + digitsOf(window.width, 17);
+    return parts;
+}
+
+void RayRenderer::drawTile(const FrameTask& task, const PictureTile& tile, RenderResult& result) {
+    const FramePlan& p = task.plan;
+    const PixelSampling& sampling = p.view.quality.pixels;
+    Slicing slicing = task.options.slicing;
+    slicing.progress = {}; // the tiles'
+    const auto draw = [&](const Rays& rays) {
+        caster_->begin(rays);
+        result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
+    };
+    Rays rays = picturesRays(p, false);
+    const auto drawMiddles = [&](const PictureTile& of, std::vector<glm::vec2>& middles) {
+        middles = of.middles();
+        Rays through = rays;
+        through.places = middles;
+        through.arraySize = of.size;
+        draw(through);
+    };
+    std::vector<glm::vec2> middles;
+    std::optional<DeferredLight> light;
+    if (DeferredLight::isOf(p)) {
+        const PictureTile around = DeferredLight::around(tile, p);
+        light.emplace(p, task.options.threads, exact_, around);
+        if (light->needsMiddles()) {
+            drawMiddles(around, middles);
+            light->lookAround(*caster_, task.context.progress);
+        }
+    }
+    Image colours, added;
+    if (sampling.samples == 1) {
+        drawMiddles(tile, middles);
+        colours = caster_->image();
+        if (light)
+            added = light->added(*caster_, *engine_, middles, tile.size, slicing, result.work);
+    } else {
+        AreaPicture picture(
+            rays, sampling, task.options.threads, {}, {}, {}, light ? 1 : 0,
+            AreaOfPicture{tile, glm::min(glm::ivec2(task.options.tiles->side()), p.view.imageSize)});
+        while (const std::optional<Rays> next = picture.next()) {
+            draw(*next);
+            const Image drawn = caster_->image();
+            if (!light) {
+                picture.add(drawn);
+                continue;
+            }
+            const Image more =
+                light->added(*caster_, *engine_, next->places, next->size(), slicing, result.work);
+            picture.add(drawn, std::span(&more, 1));
+        }
+        colours = picture.image();
+        if (light)
+            added = picture.other(0);
+    }
+    task.options.tiles->keep(tile, colours, added);
+    if (light)
+        light->addReport(result);
+}
+
+void RayRenderer::drawTiles(const FrameTask& task, RenderResult& result) {
+    PictureTiles& tiles = *task.options.tiles;
+    const PixelSampling& sampling = task.plan.view.quality.pixels;
+    TESSERA_CHECK(sampling.samples != PixelSampling::kAutomatic && !(sampling.noise > 0) &&
+                  !sampling.denoise && !task.options.layers.paths && !task.options.layers.errors &&
+                  !task.options.kept && !task.plan.layer().sliceLabels);
+    tiles.begin(partsOfTiles(task.plan));
+    const ShareDone done = task.context.progress.shares();
+    while (const std::optional<PictureTile> tile = tiles.next()) {
+        drawTile(task, *tile, result);
+        if (done)
+            done(tiles.share());
+    }
+    result.pixels.asked = result.pixels.most = sampling.samples;
+    result.pixels.taken = sampling.samples;
 }
 
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
@@ -300,7 +400,10 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     stepOfMeans_ = result.stepOfMeans.value_or(0);
     progress.stage("drawing");
     bool wentOn = false;
-    if (p.view.quality.pixels.samples != 1) {
+    if (options.tiles) {
+        light.reset();
+        drawTiles(task, result);
+    } else if (p.view.quality.pixels.samples != 1) {
         wentOn = drawAreas(task, std::move(light), result, added);
     } else {
         Slicing slicing = options.slicing;

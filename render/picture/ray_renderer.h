@@ -37,6 +37,10 @@ class RayRenderer : public Renderer {
                    Image& added);
     /// Samples of an earlier run, where they are kept.
     void takeKept(const FrameTask& task, const RaysDrawn& these, AreaPicture& picture, RenderResult& result);
+    PictureTiles::Parts partsOfTiles(const FramePlan& plan) const;
+    /// The picture's tiles, as long as there are any to draw.
+    void drawTiles(const FrameTask& task, RenderResult& result);
+    void drawTile(const FrameTask& task, const PictureTile& tile, RenderResult& result);
     Image drawSome(const FrameTask& task, const Rays& rays);
 
     std::unique_ptr<Engine> engine_;

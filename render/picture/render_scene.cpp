@@ -117,7 +117,9 @@ RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBud
 RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options) {
     TESSERA_CHECK(stores.size() == given.volumes.size());
-    if (stores.size() > 1 && reductionOf(asDrawn(given)) != Reduction::composite)
+    const bool alone = stores.size() > 1 && reductionOf(asDrawn(given)) != Reduction::composite;
+    TESSERA_CHECK(!alone || !options.tiles);
+    if (alone)
         return drawVolumesAlone(given, stores, ram, gpu, options);
     const DrawnVolumes volumes = withLabelOptics(given, stores);
     const Scene scene = asDrawn(volumes.scene);
@@ -130,8 +132,8 @@ RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, M
     Planner p;
     RenderResult result = drawScene(
         scene, p, *made, context, options, {},
-        [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, std::size_t bytesPerPixel) {
-            return planScene(first, volumes.stores, limits, context, levels, bytesPerPixel);
+        [&](const Scene& first, const TextureLimits& limits, LevelChoice levels, const PixelMemory& pixels) {
+            return planScene(first, volumes.stores, limits, context, levels, pixels);
         });
     made->renderer->close(); // it reads the plan, which goes first
     if (!reason.empty())

@@ -29,20 +29,18 @@ int partOf(int samples, int set) {
     return set == 0 ? (samples + 1) / 2 : samples / 2;
 }
 
-glm::ivec2 placeOf(std::uint32_t pixel, const glm::ivec2& size) {
-    const auto width = static_cast<std::uint32_t>(size.x);
-    return {static_cast<int>(pixel % width), static_cast<int>(pixel / width)};
-}
-
 } // namespace
 
 AreaPicture::AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads,
                          const PixelGoal& goal, Overlooked overlooked, std::optional<double> phasedStep,
-                         std::size_t others)
+                         std::size_t others, const std::optional<AreaOfPicture>& part)
     : picture_(picture), sampling_(sampling), goal_(goal), overlooked_(std::move(overlooked)),
-      threads_(threads), places_(sampling.seed, sampling.filter), sums_(picture.size(), sampling.samples),
-      others_(others, sums_), phasedStep_(phasedStep) {
+      threads_(threads), places_(sampling.seed, sampling.filter),
+      from_(part ? part->tile.from : glm::ivec2(0)), mostRays_(mostRays(part ? part->most : picture.size())),
+      sums_(part ? part->tile.size : picture.size(), sampling.samples), others_(others, sums_),
+      phasedStep_(phasedStep) {
     TESSERA_CHECK(picture.places.empty() && sampling.samples != 1);
+    TESSERA_CHECK(!part || !decides());
     TESSERA_CHECK(!phasedStep || decides());
     beginRound();
 }
@@ -102,6 +100,12 @@ std::optional<int> AreaPicture::samplesOfAll() const {
     if (decides() || drawing_ || pixels_.empty() || first_ < pixels_.size())
         return std::nullopt;
     return samplesAfter(round_);
+}
+
+/// On the picture.
+glm::ivec2 AreaPicture::pixelAt(std::uint32_t number) const {
+    const auto width = static_cast<std::uint32_t>(sums_.size().x);
+    return from_ + glm::ivec2(static_cast<int>(number % width), static_cast<int>(number / width));
 }
 
 void AreaPicture::take(std::uint32_t pixel, int upTo) {
@@ -199,36 +203,40 @@ void AreaPicture::chooseNeedy() {
 }
 
 /// Calls visit(pixel, set, first, count, ray) for the samples of a part of the current array, in order:
-/// missing samples of its pixels, as far as they fit. Returns the ray behind them.
-template <typename Visit> std::size_t AreaPicture::forEachRun(const Part& part, const Visit& visit) const {
-    const std::size_t most = mostRays(sums_.size());
+/// missing samples of its pixels, as far as they fit. Where all pixels have the same number, a run is in one
+/// array: so its sum does not depend on where in the picture arrays end.
+template <typename Visit>
+AreaPicture::Runs AreaPicture::forEachRun(const Part& part, const Visit& visit) const {
+    const std::size_t most = mostRays_;
     std::size_t ray = part.firstRay;
     for (std::size_t n = part.first; n < part.end && ray < most; ++n)
         for (int set = 0; set < 2; ++set) {
             const int has = sums_.samplesOf(pixels_[n], set);
             // Of one net at a time (pixel_places.h).
+            const int whole = std::min(partOf(upTo_[n] + 1, set) - has, kMostInSet - has % kMostInSet);
             const int count = std::min(
-                {static_cast<int>(std::min<std::size_t>(most - ray, static_cast<std::size_t>(kMostInSet))),
-                 partOf(upTo_[n] + 1, set) - has, kMostInSet - has % kMostInSet});
+                static_cast<int>(std::min<std::size_t>(most - ray, static_cast<std::size_t>(kMostInSet))),
+                whole);
+            if (count < whole && ray > 0 && !decides())
+                return {ray, true};
             if (count <= 0)
                 continue;
             visit(pixels_[n], set, has, count, ray);
             ray += static_cast<std::size_t>(count);
         }
-    return ray;
+    return {ray, ray >= most};
 }
 
 /// Fills parts_. Returns the number of the array's rays.
 std::size_t AreaPicture::divide() {
     constexpr std::size_t kPixelsOfPart = 256;
     parts_.clear();
-    std::size_t rays = 0;
-    const std::size_t most = mostRays(sums_.size());
-    for (std::size_t n = first_; n < pixels_.size() && rays < most; n += kPixelsOfPart) {
-        parts_.push_back({n, std::min(n + kPixelsOfPart, pixels_.size()), rays});
-        rays = forEachRun(parts_.back(), [](std::uint32_t, int, int, int, std::size_t) {});
+    Runs runs{0, false};
+    for (std::size_t n = first_; n < pixels_.size() && !runs.full; n += kPixelsOfPart) {
+        parts_.push_back({n, std::min(n + kPixelsOfPart, pixels_.size()), runs.end});
+        runs = forEachRun(parts_.back(), [](std::uint32_t, int, int, int, std::size_t) {});
     }
-    return rays;
+    return runs.end;
 }
 
 std::optional<Rays> AreaPicture::next() {
@@ -254,7 +262,7 @@ std::optional<Rays> AreaPicture::next() {
         glm::vec2 places[kMostInSet];
         forEachRun(parts_[part], [&](std::uint32_t pixel, int set, int first, int count, std::size_t ray) {
             const std::span mine = std::span(places).first(static_cast<std::size_t>(count));
-            places_.put(placeOf(pixel, sums_.size()), static_cast<std::uint32_t>(set), first, mine);
+            places_.put(pixelAt(pixel), static_cast<std::uint32_t>(set), first, mine);
             auto number = static_cast<std::uint32_t>(2 * first + set); // Rays::numbers
             for (const glm::vec2& place : mine) {
                 const std::size_t slot = raySlot(ray++, arraySize_);

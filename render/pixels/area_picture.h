@@ -3,6 +3,7 @@
 // refines the picture. The same samples give the same picture, by any engine and in any parts.
 #pragma once
 
+#include "core/image/picture_tile.h"
 #include "core/scene/scene.h"
 #include "render/engine.h"
 #include "render/pixels/pixel_places.h"
@@ -34,6 +35,12 @@ struct PixelGoal {
     int most = 64;                           // samples of a pixel; a power of two
 };
 
+/// A part of a picture that is drawn by itself.
+struct AreaOfPicture {
+    PictureTile tile;
+    glm::ivec2 most{0}; // of the parts, the largest: what arrays of rays have memory for
+};
+
 /// Pixels to sample whatever their centres show, by number, ascending. It is called once for automatic
 /// samples, after the centres; its memory, 8 bytes per pixel, is not used by ray arrays yet.
 using Overlooked = std::function<std::vector<std::uint32_t>(const Image& middles)>;
@@ -45,9 +52,10 @@ class AreaPicture {
     /// @param phasedStep  with automatic samples: the step of all rays but those through centres, voxels;
     ///     these rays have phases. None: the picture's own step, without phases
     /// @param others  pictures that add() takes beside the colours
+    /// @param part  with samples that are a number: this part alone, with the same samples
     AreaPicture(const Rays& picture, const PixelSampling& sampling, int threads = 0,
                 const PixelGoal& goal = {}, Overlooked overlooked = {}, std::optional<double> phasedStep = {},
-                std::size_t others = 0);
+                std::size_t others = 0, const std::optional<AreaOfPicture>& part = {});
 
     /// With automatic samples: continues until another goal is met. Allows as many more rays as the goal has,
     /// and one for every visible pixel.
@@ -106,7 +114,12 @@ class AreaPicture {
         std::size_t first, end, firstRay;
     };
     std::size_t divide();
-    template <typename Visit> std::size_t forEachRun(const Part& part, const Visit& visit) const;
+    glm::ivec2 pixelAt(std::uint32_t number) const;
+    struct Runs { // of a part: the ray behind them; no further one fits into the array
+        std::size_t end;
+        bool full;
+    };
+    template <typename Visit> Runs forEachRun(const Part& part, const Visit& visit) const;
 
     Rays picture_;
     PixelSampling sampling_;
@@ -114,6 +127,8 @@ class AreaPicture {
     Overlooked overlooked_; // none after its call
     int threads_;
     PixelPlaces places_;
+    glm::ivec2 from_;      // the first pixel on the picture
+    std::size_t mostRays_; // of an array
     PixelSums sums_;
     std::vector<PixelSums> others_;
     std::optional<double> noise_;

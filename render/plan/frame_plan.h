@@ -33,6 +33,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
@@ -49,7 +50,8 @@ class SliceLabels;
 struct ViewState {
     Camera camera;
     glm::ivec2 imageSize{0};
-    Quality quality; // current step, sampling and fetch; the requested integrator
+    glm::ivec2 mostTogether{0}; // of a picture that is drawn part by part: the largest part; else 0
+    Quality quality;            // current step, sampling and fetch; the requested integrator
     RayFrame<double> frame;
     DrawnPart part;        // of the volume
     Lighting lighting;     // the scene's, as are the next two
@@ -64,6 +66,9 @@ struct ViewState {
     bool amongOthers = false;         // of one of several volumes
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
+
+    /// The pixels that are drawn together: the picture's, or a part's.
+    glm::ivec2 drawnSize() const { return mostTogether.x > 0 ? mostTogether : imageSize; }
 };
 
 /// The parts that can change between two pictures.
@@ -144,6 +149,18 @@ std::size_t ramAfterCamera(const VolumeInfo& info, int threads, MapScale scale, 
 /// RAM per pixel for drawing and writing: two float pictures (as computed, and converted or on its
 /// background) and the encoded one.
 constexpr std::size_t kPictureBytesPerPixel = 2 * sizeof(glm::vec4) + 4 * sizeof(std::uint16_t);
+/// The RAM of pixels, and which are drawn together.
+struct PixelMemory {
+    std::size_t bytesPerPixel = kPictureBytesPerPixel; // that the engine and its caller take
+    glm::ivec2 most{
+        0}; // of a picture that is drawn part by part: the largest part; 0: it is drawn as a whole
+
+    PixelMemory(std::size_t bytes, const glm::ivec2& together = glm::ivec2(0)) // implicit: a whole picture's
+        : bytesPerPixel(bytes), most(together) {}
+    PixelMemory() = default;
+    /// The pixels that are drawn together.
+    glm::ivec2 of(const glm::ivec2& picture) const { return most.x > 0 ? glm::min(most, picture) : picture; }
+};
 /// RAM of a selection: levels and means.
 std::size_t selectionBytes(const VolumeInfo& info);
 

@@ -130,20 +130,22 @@ std::vector<std::size_t> sharesOf(std::size_t free, const std::vector<std::size_
 
 /// The plans of all volumes without cameras; all but the first hold their shares.
 /// @param changing  their functions and levels change: planChanging()
-/// @param bytesPerPixel  of the first's plan
+/// @param pixels  of the first's plan
 /// @param furtherPerPixel  of the others
 Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& context, bool changing,
-                    std::size_t bytesPerPixel, std::size_t furtherPerPixel = 0) {
+                    const PixelMemory& pixels, std::size_t furtherPerPixel = 0) {
     TESSERA_CHECK(stores.size() == scene.volumes.size());
     const auto planOne = changing ? planChanging : planVolume;
     // Of functions that change: the tables of rays and of visibility, whichever they may come to.
     constexpr std::size_t kTables = 2 * TransferTable::kMaxEntries * sizeof(glm::vec4);
+    const glm::ivec2 together = pixels.of(scene.imageSize);
+    const PixelMemory ofFurther(furtherPerPixel, pixels.most);
     std::vector<std::size_t> ramFloors, gpuFloors;
     for (std::size_t n = 0; n < stores.size(); ++n) {
-        ramFloors.push_back(renderFloorBytes(stores[n]->info(), scene.imageSize,
-                                             n == 0 ? bytesPerPixel : furtherPerPixel, context.threads,
+        ramFloors.push_back(renderFloorBytes(stores[n]->info(), together,
+                                             (n == 0 ? pixels : ofFurther).bytesPerPixel, context.threads,
                                              scene.quality.integrator));
-        gpuFloors.push_back(placedRaysBytes(scene.imageSize));
+        gpuFloors.push_back(placedRaysBytes(together));
         if (changing)
             gpuFloors.back() +=
                 kTables + visibilityBytes(scene.imageSize, brickGrid(stores[n]->info().extentVoxels));
@@ -153,14 +155,13 @@ Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& conte
     FurtherVolumes further;
     for (std::size_t n = 1; n < stores.size(); ++n) {
         auto volume = std::make_unique<FurtherVolume>(context, ram[n], gpu[n]);
-        volume->plan = planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads,
-                               furtherPerPixel, nullptr);
+        volume->plan =
+            planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, ofFurther, nullptr);
         volume->plan.view.meshesShade = false; // the first volume's maps hold them
         volume->plan.view.amongOthers = true;
         further.add(std::move(volume));
     }
-    Planner p =
-        planOne(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, bytesPerPixel, nullptr);
+    Planner p = planOne(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, pixels, nullptr);
     p.further = std::move(further);
     p.view.amongOthers = true;
     return p;
@@ -253,10 +254,10 @@ void fuse(const Scene& scene, Stores stores, Planner& p) {
 } // namespace
 
 Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits, const FrameContext& context,
-                  LevelChoice choice, std::size_t bytesPerPixel) {
+                  LevelChoice choice, const PixelMemory& pixels) {
     if (stores.size() == 1)
-        return planScene(scene, *stores.front(), limits, context, choice, bytesPerPixel);
-    Planner p = planVolumes(scene, stores, context, false, bytesPerPixel);
+        return planScene(scene, *stores.front(), limits, context, choice, pixels);
+    Planner p = planVolumes(scene, stores, context, false, pixels);
     fuse(scene, stores, p);
     takeCameras(scene, p);
     p.chooseAgain(scene, limits, context, choice);

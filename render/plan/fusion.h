@@ -42,7 +42,7 @@ Scene sceneInFusion(const Scene& scene, std::size_t number);
 /// As planScene(), of all volumes of a scene; of one the same.
 /// @param stores  of its volumes, in order
 Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits, const FrameContext& context,
-                  LevelChoice choice, std::size_t bytesPerPixel);
+                  LevelChoice choice, const PixelMemory& pixels);
 
 /// As planView(), of all volumes of a scene; of one the same. In modes of single values every volume has rays
 /// of its own.

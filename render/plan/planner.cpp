@@ -155,7 +155,7 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
 } // namespace
 
 Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget& ram, int threads,
-                     std::size_t bytesPerPixel, KnownLayer* kept) {
+                     const PixelMemory& pixels, KnownLayer* kept) {
     const Scene scene = asDrawn(given);
     checkScene(scene);
     Planner p;
@@ -172,12 +172,15 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
     p.layer().store = &store;
     const VolumeInfo& info = store.info();
     p.view.imageSize = scene.imageSize;
+    const glm::ivec2 together = pixels.of(scene.imageSize);
+    if (pixels.most.x > 0)
+        p.view.mostTogether = together;
     const std::size_t floor =
-        renderFloorBytes(info, scene.imageSize, bytesPerPixel, threads, scene.quality.integrator);
+        renderFloorBytes(info, together, pixels.bytesPerPixel, threads, scene.quality.integrator);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
-    p.view.imageCharge = ram.charge(bytesPerPixel * rayCount(scene.imageSize), "the picture");
+    p.view.imageCharge = ram.charge(pixels.bytesPerPixel * rayCount(together), "the picture");
     p.layer().selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     p.layer().statistics = kept ? std::move(kept->statistics) : loadStatistics(store, ram, threads);
     const ValueSummary values = summarise(p.layer().statistics, info, scene.volumes.at(0).unit);
@@ -197,6 +200,12 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
     return p;
 }
 
+void Planner::drawInParts(const PixelMemory& pixels) {
+    view.mostTogether = pixels.of(view.imageSize);
+    view.imageCharge = {};
+    view.imageCharge = ram->charge(pixels.bytesPerPixel * rayCount(view.mostTogether), "the picture");
+}
+
 namespace {
 
 /// Sets the scene's camera, which is that of lights too.
@@ -209,9 +218,9 @@ void takeCamera(const Scene& scene, Planner& p) {
 } // namespace
 
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                   std::size_t bytesPerPixel, KnownLayer* known) {
+                   const PixelMemory& pixels, KnownLayer* known) {
     const Scene used = withoutUnusedLight(scene);
-    Planner p = planChanging(used, store, ram, threads, bytesPerPixel, known);
+    Planner p = planChanging(used, store, ram, threads, pixels, known);
     if (used.lighting.transport) {
         p.view.lighting.transport = used.lighting.transport;
         p.view.pathLighting = scene.lighting;
@@ -223,17 +232,17 @@ Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& r
 }
 
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                 std::size_t bytesPerPixel) {
-    Planner p = planChanging(scene, store, ram, threads, bytesPerPixel);
+                 const PixelMemory& pixels) {
+    Planner p = planChanging(scene, store, ram, threads, pixels);
     takeCamera(scene, p);
     p.view.lighting.surfaceOcclusion.reset();
     return p;
 }
 
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
-                  const FrameContext& context, LevelChoice choice, std::size_t bytesPerPixel,
+                  const FrameContext& context, LevelChoice choice, const PixelMemory& pixels,
                   KnownLayer* known) {
-    Planner p = planVolume(scene, store, context.ram, context.threads, bytesPerPixel, known);
+    Planner p = planVolume(scene, store, context.ram, context.threads, pixels, known);
     takeCamera(scene, p);
     p.chooseAgain(scene, limits, context, choice);
     return p;

@@ -59,6 +59,8 @@ class Planner : public FramePlan {
     /// aim() takes what these set.
     void setCamera(const Camera& camera) { view.camera = camera; }
     void setPart(DrawnPart part) { view.part = std::move(part); }
+    /// The picture is drawn part by part, of the largest of which so many pixels: RAM of more goes back.
+    void drawInParts(const PixelMemory& pixels);
     /// Of the rays that aim() makes.
     void setImageSize(const glm::ivec2& size) { view.imageSize = size; }
     /// Another length of segments, in voxels, or another integrator, for the levels there are.
@@ -106,26 +108,26 @@ class Planner : public FramePlan {
 /// @param limits   of the device, without the scene's light, or the defaults where none is used
 /// @param context  its RAM is charged for all that the plan keeps
 /// @param choice  perBrick, unless in tests and comparisons
-/// @param bytesPerPixel  RAM that the engine and its caller take for a pixel
+/// @param pixels  their RAM
 /// @param known  what was read before, or null; moved from
 /// Throws InputError for a budget below the scene's minimum, naming that. Throws it too for a transfer
 /// function that does not suit the volume.
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice = LevelChoice::perBrick,
-                  std::size_t bytesPerPixel = kPictureBytesPerPixel, KnownLayer* known = nullptr);
+                  const PixelMemory& pixels = {}, KnownLayer* known = nullptr);
 
 /// The first part of that: the plan of a volume without a camera and levels.
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                   std::size_t bytesPerPixel, KnownLayer* known = nullptr);
+                   const PixelMemory& pixels, KnownLayer* known = nullptr);
 
 /// The same for pictures whose function and lights change: light that this function has no use for stays.
 Planner planChanging(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                     std::size_t bytesPerPixel, KnownLayer* known = nullptr);
+                     const PixelMemory& pixels, KnownLayer* known = nullptr);
 
 /// planScene() without levels, their maps and the cache: for a picture whose levels change, which has no
 /// occlusion of surfaces.
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                 std::size_t bytesPerPixel = kPictureBytesPerPixel);
+                 const PixelMemory& pixels = {});
 
 /// The scene's camera; one by side fitted to the visible part, or to the slice, at its scale if it names one.
 /// @param scene  as asDrawn() has it

@@ -32,7 +32,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     const int layers = view.shadowQuality.layers; // the requested one
     view.shadowQuality = shadowQualityFor(view.lighting, free.freeBytes());
     view.shadowQuality.layers = layers;
-    const std::size_t picture = placedRaysBytes(view.imageSize); // pixels are drawn again
+    const glm::ivec2 together = view.drawnSize();
+    const std::size_t picture = placedRaysBytes(together); // pixels are drawn again
     const std::size_t rays = view.quality.maxError
                                  ? picture + wantedBytes(bricks)
                                  : std::max(picture, visibilityBytes(view.imageSize, bricks));
@@ -42,10 +43,10 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
         floors.need("further volumes' bricks that rays wait for", 0,
                     wantedBytes(brickGrid(volume->plan.info().extentVoxels)));
     if (view.lighting.surfaceOcclusion || view.reflects)
-        floors.need("first hits of rays", 0, hitsBytes(view.imageSize));
+        floors.need("first hits of rays", 0, hitsBytes(together));
     if (view.part.cuts) // one and a half intervals each, and their starts
         floors.need("intervals of rays", 0,
-                    (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(view.imageSize));
+                    (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(together));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light per voxel while it is computed", lightBytes(*this, view.lighting), 0);

@@ -86,6 +86,7 @@ struct Measured {
     }
     PictureMeasurement operator()(std::size_t ramBytes = std::size_t{1} << 30) {
         MemoryBudget ram("RAM", "--ram", ramBytes);
+        picture.pixels = pixelsOf(image);
         const PictureMeasurement m = measurePicture(picture, source, ram);
         EXPECT_EQ(ram.usedBytes(), 0u);
         return m;
@@ -93,7 +94,7 @@ struct Measured {
     Scene scene;
     Image image;
     Work work;
-    DrawnPicture picture{scene, image, work, 1, Verify::quick, 0, 1, {}, false, {}};
+    DrawnPicture picture{scene, {}, work, 1, Verify::quick, 0, 1, {}, false, {}};
     KnownPixels source;
 };
 
