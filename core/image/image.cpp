@@ -9,11 +9,14 @@
 
 namespace tessera {
 
+glm::vec4 overBackground(const glm::vec4& pixel, const glm::vec3& background) {
+    return {glm::vec3(pixel) + (1 - pixel.a) * background, 1.0f};
+}
+
 Image overBackground(const Image& image, const glm::vec3& background) {
     Image out(image.size);
-    std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(), [&](const glm::vec4& p) {
-        return glm::vec4(glm::vec3(p) + (1 - p.a) * background, 1.0f);
-    });
+    std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(),
+                   [&](const glm::vec4& p) { return overBackground(p, background); });
     return out;
 }
 
@@ -37,7 +40,7 @@ Image thinned(const Image& image, int stride) {
 
 bool isBlank(const Image& image) {
     return std::all_of(image.pixels.begin(), image.pixels.end(),
-                       [](const glm::vec4& p) { return !(p.a > 1.0f / 510); });
+                       [](const glm::vec4& p) { return !(p.a > kBlankAlpha); });
 }
 
 PictureFormat pictureFormat(const std::filesystem::path& path) {

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,7 +38,18 @@ struct LayerChannel {
     std::size_t stride = 1; // floats from a pixel to the next
 };
 
+/// Rows of a picture that is given part by part, and may be larger than memory.
+struct ImageRows {
+    glm::ivec2 size{0};
+    bool opaque = false; // no alpha is below 1
+    /// So many rows from the first on, from the top down; valid until the next call.
+    std::function<std::span<const glm::vec4>(int first, int count)> rows;
+    /// How many are asked for at a time, at most.
+    static constexpr int kAtOnce = 64;
+};
+
 /// Puts the picture on an opaque background (linear rgb); alpha becomes 1.
+glm::vec4 overBackground(const glm::vec4& pixel, const glm::vec3& background);
 Image overBackground(const Image& image, const glm::vec3& background);
 /// A coarse grid over a picture: every stride-th pixel of every stride-th row, from the middle of the first
 /// stride on. A side that is shorter than a stride has one pixel. Its size in pixels; stride >= 1.
@@ -46,7 +59,9 @@ glm::ivec2 thinnedSize(const glm::ivec2& size, int stride);
 glm::ivec2 thinnedPixel(const glm::ivec2& at, const glm::ivec2& size, int stride);
 /// The picture's pixels on that grid, not averaged.
 Image thinned(const Image& image, int stride);
-/// True when no pixel has alpha above 1/510: nothing an 8-bit picture could show.
+/// The least alpha that an 8-bit picture could show is above this.
+constexpr float kBlankAlpha = 1.0f / 510;
+/// True when no pixel has alpha above kBlankAlpha.
 bool isBlank(const Image& image);
 
 enum class PictureFormat { png, exr, tiff };

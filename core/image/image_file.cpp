@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -25,28 +27,52 @@ bool isOpaque(const Image& image) {
 }
 
 /// Linear premultiplied to encoded, unassociated integers 0..max. NaN becomes 0.
-template <typename Integer> PictureFile<Integer> encode(const Image& image, const std::string& manifest) {
-    constexpr double kMax = static_cast<double>(static_cast<Integer>(~Integer{0}));
-    const auto quantise = [](double x) {
+template <typename Integer> class EncodedRows {
+  public:
+    EncodedRows(const ImageRows& picture, const std::string& manifest)
+        : rows{picture.size, picture.opaque ? 3 : 4, manifest,
+               [this](int first, int count) { return encode(first, count); }},
+          picture_(picture) {}
+    EncodedRows(const EncodedRows&) = delete;
+    EncodedRows& operator=(const EncodedRows&) = delete;
+    SampleRows<Integer> rows;
+
+  private:
+    static Integer quantise(double x) {
+        constexpr double kMax = static_cast<double>(static_cast<Integer>(~Integer{0}));
         return static_cast<Integer>(x > 0 ? std::lround(std::min(x, 1.0) * kMax) : 0);
-    };
-    PictureFile<Integer> file{image.size, isOpaque(image) ? 3 : 4, {}, manifest};
-    const auto channels = static_cast<std::size_t>(file.channels),
-               width = static_cast<std::size_t>(image.size.x);
-    file.samples.resize(image.pixels.size() * channels);
-    parallelFor(static_cast<std::size_t>(image.size.y), 0, [&](std::size_t row) {
-        Integer* out = file.samples.data() + row * width * channels;
-        for (const glm::vec4& p : std::span(image.pixels).subspan(row * width, width)) {
-            const double a = std::min(static_cast<double>(p.a), 1.0);
-            for (int c = 0; c < 3; ++c) {
-                const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
-                *out++ = quantise(srgbFromLinear(std::isnan(straight) ? 0.0 : straight));
+    }
+    std::span<const Integer> encode(int first, int count) {
+        const std::span<const glm::vec4> pixels = picture_.rows(first, count);
+        const auto channels = static_cast<std::size_t>(rows.channels),
+                   width = static_cast<std::size_t>(rows.size.x);
+        samples_.resize(pixels.size() * channels);
+        parallelFor(static_cast<std::size_t>(count), 0, [&](std::size_t row) {
+            Integer* out = samples_.data() + row * width * channels;
+            for (const glm::vec4& p : pixels.subspan(row * width, width)) {
+                const double a = std::min(static_cast<double>(p.a), 1.0);
+                for (int c = 0; c < 3; ++c) {
+                    const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
+                    *out++ = quantise(srgbFromLinear(std::isnan(straight) ? 0.0 : straight));
+                }
+                if (channels == 4)
+                    *out++ = quantise(a);
             }
-            if (channels == 4)
-                *out++ = quantise(a);
-        }
-    });
-    return file;
+        });
+        return samples_;
+    }
+    const ImageRows& picture_;
+    std::vector<Integer> samples_;
+};
+
+/// The image outlives them.
+ImageRows rowsOf(const Image& image) {
+    const auto width = static_cast<std::size_t>(image.size.x);
+    return {image.size, isOpaque(image), [&image, width](int first, int count) {
+                return std::span(image.pixels)
+                    .subspan(static_cast<std::size_t>(first) * width,
+                             static_cast<std::size_t>(count) * width);
+            }};
 }
 
 std::string oneLine(std::string text) {
@@ -54,18 +80,34 @@ std::string oneLine(std::string text) {
     return text;
 }
 
-void write(CheckedOutput& out, Format format, const Image& image, const std::string& manifest,
+void write(CheckedOutput& out, Format format, const ImageRows& picture, const std::string& manifest,
            std::span<const LayerChannel> layers) {
-    if (image.pixels.empty())
+    if (picture.size.x < 1 || picture.size.y < 1)
         throw PictureProblem("there are no pixels");
     switch (format) {
     case Format::png:
-        return writePng(out, encode<std::uint8_t>(image, manifest));
+        return writePng(out, EncodedRows<std::uint8_t>(picture, manifest).rows);
     case Format::tiff:
-        return writeTiff(out, encode<std::uint16_t>(image, manifest));
+        return writeTiff(out, EncodedRows<std::uint16_t>(picture, manifest).rows);
     case Format::exr:
-        return writeExr(out, image, layers, manifest);
+        return writeExr(out, picture, layers, manifest);
     }
+}
+
+void writeFile(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest,
+               std::span<const LayerChannel> layers) {
+    const Format format = pictureFormat(path);
+    TESSERA_CHECK(layers.empty() || format == Format::exr);
+    OutputFile file(path);
+    CheckedOutput out(file);
+    try {
+        write(out, format, picture, manifest, layers);
+    } catch (const PictureProblem& problem) {
+        out.check(); // names the system's reason
+        throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
+    }
+    out.check(); // errors that the library did not report
+    file.finish();
 }
 
 PictureFile<float> read(const std::filesystem::path& path, PictureParts parts) {
@@ -104,7 +146,7 @@ void CheckedOutput::check() const {
 void checkPicture(const glm::ivec2& size, int channels) {
     if (size.x < 1 || size.y < 1 || size.x > kMostPicturePixels || size.y > kMostPicturePixels ||
         (channels != 3 && channels != 4))
-        throw PictureProblem("not 3 or 4 channels and at most 16384 pixels an axis");
+        throw PictureProblem("not 3 or 4 channels and at most 32768 pixels an axis");
 }
 
 void checkImagePath(const std::filesystem::path& path) {
@@ -113,18 +155,12 @@ void checkImagePath(const std::filesystem::path& path) {
 
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
                 std::span<const LayerChannel> layers) {
-    const Format format = pictureFormat(path);
-    TESSERA_CHECK(layers.empty() || format == Format::exr);
-    OutputFile file(path);
-    CheckedOutput out(file);
-    try {
-        write(out, format, image, manifest, layers);
-    } catch (const PictureProblem& problem) {
-        out.check(); // names the system's reason
-        throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
-    }
-    out.check(); // errors that the library did not report
-    file.finish();
+    writeFile(path, rowsOf(image), manifest, layers);
+}
+
+void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
+                    const std::string& manifest) {
+    writeFile(path, picture, manifest, {});
 }
 
 Image readImage(const std::filesystem::path& path) {

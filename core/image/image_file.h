@@ -22,6 +22,9 @@ void checkImagePath(const std::filesystem::path& path);
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
                 std::span<const LayerChannel> layers = {});
 
+/// The same file from rows, of which kAtOnce are in memory.
+void writeImageRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest);
+
 /// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming
 /// path.
 Image readImage(const std::filesystem::path& path);

@@ -5,9 +5,11 @@
 #include "core/base/output_file.h"
 #include "core/image/image.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -15,7 +17,7 @@
 
 namespace tessera {
 
-constexpr int kMostPicturePixels = 16384; // per axis; larger headers are refused
+constexpr int kMostPicturePixels = 32768; // per axis; larger headers are refused
 
 /// A problem of a library or a file, in its own words.
 class PictureProblem : public std::runtime_error {
@@ -32,6 +34,26 @@ template <typename Sample> struct PictureFile {
 
     std::size_t rowSamples() const {
         return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(channels);
+    }
+};
+
+/// Rows to write: numbers as stored, as PictureFile has them.
+template <typename Sample> struct SampleRows {
+    glm::ivec2 size{0};
+    int channels = 0;
+    std::string description;
+    /// As ImageRows::rows.
+    std::function<std::span<const Sample>(int first, int count)> rows;
+
+    std::size_t rowSamples() const {
+        return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(channels);
+    }
+    /// Calls visit(rows, first, count) for all of them, from the top down.
+    template <typename Visit> void eachBand(const Visit& visit) const {
+        for (int y = 0; y < size.y; y += ImageRows::kAtOnce) {
+            const int count = std::min(ImageRows::kAtOnce, size.y - y);
+            visit(rows(y, count), y, count);
+        }
     }
 };
 
@@ -55,10 +77,10 @@ class CheckedOutput {
 
 enum class PictureParts { header, all };
 
-// All throw PictureProblem; those that write throw the file's Error too.
-void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture);
-void writeTiff(CheckedOutput& out, const PictureFile<std::uint16_t>& picture);
-void writeExr(CheckedOutput& out, const Image& image, std::span<const LayerChannel> layers,
+// All throw PictureProblem; those that write throw the file's Error too, and what the rows throw.
+void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture);
+void writeTiff(CheckedOutput& out, const SampleRows<std::uint16_t>& picture);
+void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const LayerChannel> layers,
               const std::string& description);
 /// Integers become shares of the largest.
 PictureFile<float> readPng(const std::string& path, PictureParts parts);

@@ -2,6 +2,8 @@
 // and those of layers, by their full names (openexr.com, "Layers").
 #include "core/image/picture_codecs.h"
 
+#include "core/base/error.h"
+
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -11,6 +13,7 @@
 #include <ImfStringAttribute.h>
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string_view>
 
 namespace tessera {
@@ -91,26 +94,35 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
 
 } // namespace
 
-void writeExr(CheckedOutput& out, const Image& image, std::span<const LayerChannel> layers,
+void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const LayerChannel> layers,
               const std::string& description) {
     try {
-        Imf::Header header(image.size.x, image.size.y);
+        Imf::Header header(picture.size.x, picture.size.y);
         header.compression() = Imf::ZIP_COMPRESSION;
         header.insert(kExrDescription, Imf::StringAttribute(description));
         header.insert("Software", Imf::StringAttribute("Tessera"));
-        Imf::FrameBuffer buffer;
-        for (std::size_t c = 0; c < kChannels.size(); ++c) {
-            header.channels().insert(kChannels[c], Imf::Channel(Imf::FLOAT));
-            buffer.insert(kChannels[c], sliceOf(&image.pixels[0].x, 4, c, header.dataWindow()));
-        }
-        for (const LayerChannel& layer : layers) {
+        for (const char* channel : kChannels)
+            header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+        for (const LayerChannel& layer : layers)
             header.channels().insert(layer.name, Imf::Channel(Imf::FLOAT));
-            buffer.insert(layer.name, sliceOf(layer.first, layer.stride, 0, header.dataWindow()));
-        }
         Stream stream(out);
         Imf::OutputFile file(stream, header, 0);
-        file.setFrameBuffer(buffer);
-        file.writePixels(image.size.y);
+        for (int y = 0; y < picture.size.y; y += ImageRows::kAtOnce) {
+            Imath::Box2i band = header.dataWindow();
+            band.min.y = y;
+            band.max.y = std::min(y + ImageRows::kAtOnce, picture.size.y) - 1;
+            const int count = band.max.y - y + 1;
+            const std::span<const glm::vec4> rows = picture.rows(y, count);
+            Imf::FrameBuffer buffer;
+            for (std::size_t c = 0; c < kChannels.size(); ++c)
+                buffer.insert(kChannels[c], sliceOf(&rows[0].x, 4, c, band));
+            for (const LayerChannel& layer : layers)
+                buffer.insert(layer.name, sliceOf(layer.first, layer.stride, 0, header.dataWindow()));
+            file.setFrameBuffer(buffer);
+            file.writePixels(count);
+        }
+    } catch (const Error&) { // of the rows
+        throw;
     } catch (const std::exception& problem) {
         throw PictureProblem(problem.what());
     }

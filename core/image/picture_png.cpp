@@ -68,7 +68,7 @@ constexpr png_alloc_size_t kMostTextBytes = 16u << 20; // a manifest has some th
 
 } // namespace
 
-void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture) {
+void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture) {
     Png file(true);
     const png_structp png = file.png;
     const png_infop info = file.info;
@@ -90,10 +90,14 @@ void writePng(CheckedOutput& out, const PictureFile<std::uint8_t>& picture) {
         png_set_text(png, info, both, 2);
         png_set_filter(png, 0, PNG_FILTER_NONE); // the other filters cost more time than they save
         png_write_info(png, info);
-        for (std::size_t row = 0; row < picture.samples.size(); row += picture.rowSamples())
-            png_write_row(png, &picture.samples[row]);
-        png_write_end(png, nullptr);
     });
+    picture.eachBand([&](std::span<const std::uint8_t> rows, int, int) {
+        file.calls([&] {
+            for (std::size_t row = 0; row < rows.size(); row += picture.rowSamples())
+                png_write_row(png, &rows[row]);
+        });
+    });
+    file.calls([&] { png_write_end(png, nullptr); });
 }
 
 PictureFile<float> readPng(const std::string& path, PictureParts parts) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <tiffio.h>
@@ -56,7 +57,7 @@ Options optionsFor(std::string& words) {
     return options;
 }
 
-void setTags(TIFF* tiff, const PictureFile<std::uint16_t>& picture) {
+void setTags(TIFF* tiff, const SampleRows<std::uint16_t>& picture) {
     constexpr int kRowsPerStrip = 32;
     TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, picture.size.x);
     TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, picture.size.y);
@@ -90,23 +91,29 @@ template <typename Sample> void readRows(TIFF* tiff, PictureFile<float>& picture
 
 } // namespace
 
-void writeTiff(CheckedOutput& out, const PictureFile<std::uint16_t>& picture) {
+void writeTiff(CheckedOutput& out, const SampleRows<std::uint16_t>& picture) {
     std::string words;
     const Options options = optionsFor(words);
-    Tiff tiff(TIFFClientOpenExt("", "w", &out, onRead, onWrite, onSeek, onClose, onSize, nullptr, nullptr,
+    // A file of 4 GiB and more is a BigTIFF; compression may make it longer than its samples.
+    constexpr std::uint64_t kMostOfClassic = std::uint64_t{5} << 29;
+    const std::uint64_t bytes =
+        picture.rowSamples() * sizeof(std::uint16_t) * static_cast<std::uint64_t>(picture.size.y);
+    Tiff tiff(TIFFClientOpenExt("", bytes > kMostOfClassic ? "w8" : "w", &out, onRead, onWrite, onSeek, onClose, onSize, nullptr, nullptr,
                                 options.get()),
               TIFFClose);
     if (!tiff)
         throw PictureProblem(words);
     setTags(tiff.get(), picture);
     std::vector<std::uint16_t> row; // the library changes what it is given
-    for (int y = 0; y < picture.size.y; ++y) {
-        const auto first = picture.samples.begin() +
-                           static_cast<std::ptrdiff_t>(picture.rowSamples() * static_cast<std::size_t>(y));
-        row.assign(first, first + static_cast<std::ptrdiff_t>(picture.rowSamples()));
-        if (TIFFWriteScanline(tiff.get(), row.data(), static_cast<std::uint32_t>(y), 0) != 1)
-            throw PictureProblem(words);
-    }
+    picture.eachBand([&](std::span<const std::uint16_t> rows, int first, int count) {
+        for (int y = 0; y < count; ++y) {
+            const auto mine =
+                rows.subspan(picture.rowSamples() * static_cast<std::size_t>(y), picture.rowSamples());
+            row.assign(mine.begin(), mine.end());
+            if (TIFFWriteScanline(tiff.get(), row.data(), static_cast<std::uint32_t>(first + y), 0) != 1)
+                throw PictureProblem(words);
+        }
+    });
     if (TIFFFlush(tiff.get()) != 1)
         throw PictureProblem(words);
 }

@@ -204,7 +204,7 @@ struct Scene {
 
     static constexpr std::size_t kMaxVolumes = 8;
     static constexpr std::size_t kMaxSurfaces = 8;
-    static constexpr int kMaxImageExtent = 16384; // pixels an axis: 4 GiB of float pixels
+    static constexpr int kMaxImageExtent = 32768; // pixels an axis: products of two fit an int
 };
 
 /// The scene of one of its volumes alone, as the picture of all shows it.

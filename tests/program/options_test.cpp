@@ -248,7 +248,7 @@ TEST_F(Program, AnOptionIsAKeyOfTheScene) {
     EXPECT_EQ(run(render + "-o a.png --set image.size=9x8").exitCode, 0);
     EXPECT_EQ(readAll(folder_ / "a.png"), readAll(folder_ / "b.png"));
     expectRefused(render + "-o a.png --set image.size=9x0",
-                  {"--set image.size: expected WIDTHxHEIGHT with numbers from 1 to 16384, found \"9x0\""});
+                  {"--set image.size: expected WIDTHxHEIGHT with numbers from 1 to 32768, found \"9x0\""});
     expectRefused(render + "-o a.png --set quality.samples=many",
                   {"--set quality.samples: expected auto or a whole number from 1 to 65536, found \"many\""});
     expectRefused(render + "-o a.png --set shading.ambient=2",

@@ -13,9 +13,14 @@
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <random>
+#include <span>
+#include <string>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -50,6 +55,52 @@ TEST_F(ImageFile, ExrKeepsEveryBit) {
     ASSERT_EQ(again.size, image.size);
     EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), again.pixels.begin()));
     EXPECT_EQ(readManifest(path), R"({"a":1})");
+}
+
+/// Rows that are given band by band make the file that the picture makes.
+TEST_F(ImageFile, RowsMakeTheSameFile) {
+    for (const bool opaque : {false, true})
+        for (const char* name : {"a.png", "a.tif", "a.exr"}) {
+            Image image(glm::ivec2(19, 2 * ImageRows::kAtOnce + 7));
+            std::mt19937 random(3);
+            std::uniform_real_distribution<float> uniform(0, 1);
+            for (glm::vec4& p : image.pixels)
+                p = glm::vec4(uniform(random), uniform(random), uniform(random),
+                              opaque ? 1 : uniform(random));
+            writeImage(folder_ / name, image, R"({"a":1})");
+            const auto bytes = [&] {
+                std::ifstream file(folder_ / name, std::ios::binary);
+                return std::string(std::istreambuf_iterator<char>(file), {});
+            };
+            const std::string whole = bytes();
+            std::vector<glm::vec4> band;
+            int next = 0;
+            writeImageRows(folder_ / name,
+                           {image.size, opaque,
+                            [&](int first, int count) -> std::span<const glm::vec4> {
+                                EXPECT_EQ(std::exchange(next, first + count), first) << "from the top down";
+                                EXPECT_LE(count, ImageRows::kAtOnce);
+                                const auto begin = image.pixels.begin() + first * image.size.x;
+                                band.assign(begin, begin + count * image.size.x);
+                                return band;
+                            }},
+                           R"({"a":1})");
+            EXPECT_EQ(next, image.size.y);
+            EXPECT_EQ(bytes(), whole) << name;
+            // What the rows throw leaves the file as it was.
+            EXPECT_THROW(
+                writeImageRows(
+                    folder_ / name,
+                    {image.size, opaque,
+                     [&](int first, int count) -> std::span<const glm::vec4> {
+                         if (first > 0)
+                             throw InputError("no rows");
+                         return std::span(image.pixels).first(static_cast<std::size_t>(count * image.size.x));
+                     }},
+                    ""),
+                InputError);
+            EXPECT_EQ(bytes(), whole) << name;
+        }
 }
 
 /// Read by others under the names that compositing programs expect; our own reader takes the colour.

@@ -9,6 +9,7 @@ namespace tessera {
 struct PictureModule {
     ModuleHead head;
     decltype(&writeImage) write;
+    decltype(&writeImageRows) writeRows;
     decltype(&readImage) read;
     decltype(&readManifest) manifest;
 };

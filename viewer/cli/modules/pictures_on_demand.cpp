@@ -20,6 +20,10 @@ void writeImage(const std::filesystem::path& path, const Image& image, const std
                 std::span<const LayerChannel> layers) {
     pictureModule().write(path, image, manifest, layers);
 }
+void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
+                    const std::string& manifest) {
+    pictureModule().writeRows(path, picture, manifest);
+}
 Image readImage(const std::filesystem::path& path) {
     return pictureModule().read(path);
 }
