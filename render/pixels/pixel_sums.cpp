@@ -7,6 +7,7 @@
 #include "core/image/image.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -65,26 +66,60 @@ Image PixelSums::image() const {
 }
 
 Image PixelSums::errors() const {
-    Image errors(size_);
-    for (std::size_t i = 0; i < pixels_.size(); ++i)
-        if (hasBothSets(i))
-            errors.pixels[i] = glm::abs(offset(i));
+    Image errors = offsets();
+    for (glm::vec4& pixel : errors.pixels)
+        pixel = glm::abs(pixel);
     return errors;
 }
 
-namespace {
-/// Pixels that show something: f(mean, offset).
-template <typename Visit> void forEachShown(const PixelSums& sums, const Visit& visit) {
-    for (std::size_t i = 0; i < sums.count(); ++i)
-        if (const glm::vec4 mean = sums.mean(i); mean.a > 1.0f / 255)
-            visit(mean, sums.hasBothSets(i) ? sums.offset(i) : glm::vec4(0));
+Image PixelSums::offsets() const {
+    Image offsets(size_);
+    for (std::size_t i = 0; i < pixels_.size(); ++i)
+        if (hasBothSets(i))
+            offsets.pixels[i] = offset(i);
+    return offsets;
 }
+
+namespace {
+bool shows(const glm::vec4& mean) {
+    return mean.a > 1.0f / 255;
+}
+/// All pixels: f(mean, offset).
+template <typename Visit> void forEachPixelOf(const PixelSums& sums, const Visit& visit) {
+    for (std::size_t i = 0; i < sums.count(); ++i)
+        visit(sums.mean(i), sums.hasBothSets(i) ? sums.offset(i) : glm::vec4(0));
+}
+
+/// The value of a rank in ascending order, of numbers from 0 on, which are ordered as their bits are. Sixteen
+/// bits are found at a time.
+/// @param each  calls a function with every number
+template <typename Each> double valueOfRank(const Each& each, std::uint64_t rank) {
+    constexpr int kBits = 16;
+    std::uint64_t found = 0;
+    for (int shift = 64 - kBits; shift >= 0; shift -= kBits) {
+        std::vector<std::uint64_t> counts(std::size_t{1} << kBits, 0);
+        const std::uint64_t above = shift + kBits < 64 ? ~std::uint64_t{0} << (shift + kBits) : 0;
+        each([&](double value) {
+            const auto bits = std::bit_cast<std::uint64_t>(value);
+            if ((bits & above) == found)
+                ++counts[bits >> shift & (counts.size() - 1)];
+        });
+        std::uint64_t bin = 0;
+        for (; bin + 1 < counts.size() && rank >= counts[bin]; ++bin)
+            rank -= counts[bin];
+        found |= bin << shift;
+    }
+    return std::bit_cast<double>(found);
+}
+
 } // namespace
 
 double rmsError(const PixelSums& sums) {
     double squares = 0;
     std::size_t shown = 0;
-    forEachShown(sums, [&](const glm::vec4&, const glm::vec4& off) {
+    forEachPixelOf(sums, [&](const glm::vec4& mean, const glm::vec4& off) {
+        if (!shows(mean))
+            return;
         squares += static_cast<double>(glm::dot(off, off));
         ++shown;
     });
@@ -92,22 +127,48 @@ double rmsError(const PixelSums& sums) {
 }
 
 StandardError standardError(const PixelSums& sums) {
+    return standardError([&](const auto& visit) { forEachPixelOf(sums, visit); });
+}
+
+StandardError standardError(const PixelOffsets& eachPixel, std::size_t kept) {
     const auto seen = [](const glm::vec4& v) {
         return luvFromLinear(glm::dvec3(glm::clamp(glm::vec3(v), 0.0f, 1.0f)));
     };
+    const auto errorOf = [&](const glm::vec4& mean, const glm::vec4& off) {
+        return glm::length(seen(mean + off) - seen(mean));
+    };
     StandardError e;
     std::vector<double> luv;
-    forEachShown(sums, [&](const glm::vec4& mean, const glm::vec4& off) {
-        luv.push_back(glm::length(seen(mean + off) - seen(mean)));
-        e.luvMean += luv.back();
+    std::size_t shown = 0;
+    double squares = 0;
+    eachPixel([&](const glm::vec4& mean, const glm::vec4& off) {
+        if (!shows(mean))
+            return;
+        const double error = errorOf(mean, off);
+        if (shown++ < kept)
+            luv.push_back(error);
+        e.luvMean += error;
+        squares += static_cast<double>(glm::dot(off, off));
     });
-    if (luv.empty())
+    if (shown == 0)
         return {};
-    e.rms = rmsError(sums);
-    e.luvMean /= static_cast<double>(luv.size());
-    const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(luv.size() - 1));
-    std::nth_element(luv.begin(), luv.begin() + rank, luv.end());
-    e.luvP99 = luv[static_cast<std::size_t>(rank)];
+    e.rms = std::sqrt(squares / (4 * static_cast<double>(shown)));
+    e.luvMean /= static_cast<double>(shown);
+    const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(shown - 1));
+    if (shown <= kept) {
+        std::nth_element(luv.begin(), luv.begin() + rank, luv.end());
+        e.luvP99 = luv[static_cast<std::size_t>(rank)];
+        return e;
+    }
+    luv = {};
+    e.luvP99 = valueOfRank(
+        [&](const auto& take) {
+            eachPixel([&](const glm::vec4& mean, const glm::vec4& off) {
+                if (shows(mean))
+                    take(errorOf(mean, off));
+            });
+        },
+        static_cast<std::uint64_t>(rank));
     return e;
 }
 

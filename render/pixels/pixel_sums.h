@@ -7,6 +7,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <glm/vec4.hpp>
 #include <span>
 #include <vector>
 
@@ -44,6 +46,8 @@ class PixelSums {
     glm::vec4 offset(std::size_t pixel) const;
 
     Image image() const;
+    /// offset() of all pixels; 0 of those without two sets.
+    Image offsets() const;
     /// The size of offset() by component: standard errors of means; 0 of pixels without two sets.
     Image errors() const;
 
@@ -75,6 +79,12 @@ class PixelSums {
 
 /// Over pixels with two sets; the others count as exact.
 StandardError standardError(const PixelSums& sums);
+/// The same of pixels that are given one by one, always in the same order. Takes no memory that grows with
+/// the picture: of large ones the order is gone through several times.
+using PixelOffsets =
+    std::function<void(const std::function<void(const glm::vec4& mean, const glm::vec4& offset)>& visit)>;
+/// @param kept  pixels of pictures that are not large: 8 bytes each
+StandardError standardError(const PixelOffsets& eachPixel, std::size_t kept = std::size_t{1} << 22);
 /// Its rms alone, which takes no memory.
 double rmsError(const PixelSums& sums);
 

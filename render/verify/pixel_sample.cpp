@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <map>
 #include <utility>
 
 namespace tessera {
@@ -35,7 +36,68 @@ std::uint64_t hilbertPlace(int side, int x, int y) {
     return place;
 }
 
-using Tile = std::vector<glm::ivec2>; // pixels to choose from
+/// Pixels to choose from: those of rectangles, without those that were taken. Takes memory for what was
+/// taken, not for pixels: pictures may be larger than memory.
+class Tile {
+  public:
+    /// From low up to, not with, high.
+    void add(const glm::ivec2& low, const glm::ivec2& high) {
+        if (high.x <= low.x || high.y <= low.y)
+            return;
+        TESSERA_CHECK(isWhole());
+        parts_.push_back({low, high.x - low.x, size_});
+        all_ = size_ += static_cast<std::size_t>(high.x - low.x) * static_cast<std::size_t>(high.y - low.y);
+    }
+    /// What is left of another, behind what is left of this.
+    void add(const Tile& other) {
+        if (!isWhole())
+            *this = single();
+        const Tile copy = other.isWhole() ? other : other.single();
+        for (const Part& part : copy.parts_)
+            parts_.push_back({part.low, part.width, part.first + size_});
+        all_ = size_ += copy.size_;
+    }
+    /// Of those that were not taken.
+    std::size_t size() const { return size_; }
+    glm::ivec2 operator[](std::size_t number) const {
+        const auto found = moved_.find(number);
+        const std::size_t n = found == moved_.end() ? number : found->second;
+        const auto part = std::upper_bound(parts_.begin(), parts_.end(), n,
+                                           [](std::size_t of, const Part& p) { return of < p.first; }) -
+                          1;
+        const auto in = static_cast<int>(n - part->first);
+        return part->low + glm::ivec2(in % part->width, in / part->width);
+    }
+    /// The last one takes its number.
+    void take(std::size_t number) {
+        --size_;
+        const auto last = moved_.find(size_);
+        const std::size_t of = last == moved_.end() ? size_ : last->second;
+        if (last != moved_.end())
+            moved_.erase(last);
+        if (number != size_)
+            moved_[number] = of;
+    }
+    void clear() { *this = {}; }
+
+  private:
+    bool isWhole() const { return size_ == all_; }
+    /// The same, of rectangles of one pixel.
+    Tile single() const {
+        Tile out;
+        for (std::size_t n = 0; n < size_; ++n)
+            out.add((*this)[n], (*this)[n] + 1);
+        return out;
+    }
+    struct Part {
+        glm::ivec2 low{0};
+        int width = 0;
+        std::size_t first = 0; // its first pixel's number
+    };
+    std::vector<Part> parts_;
+    std::size_t size_ = 0, all_ = 0;           // all_: with those that were taken
+    std::map<std::size_t, std::size_t> moved_; // numbers of pixels that are others'
+};
 
 /// Along the curve. Tiles of one picture differ by at most one pixel in width and height.
 std::vector<Tile> tilesInARow(const glm::ivec2& size, int side, std::span<const std::uint8_t> frame) {
@@ -54,11 +116,17 @@ std::vector<Tile> tilesInARow(const glm::ivec2& size, int side, std::span<const 
     std::vector<Tile> tiles;
     for (const auto& [place, at] : order) {
         Tile& tile = tiles.emplace_back();
-        for (int y = edge(at.y, count.y, size.y); y < edge(at.y + 1, count.y, size.y); ++y)
-            for (int x = edge(at.x, count.x, size.x); x < edge(at.x + 1, count.x, size.x); ++x)
-                if (frame.empty() || frame[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
-                                           static_cast<std::size_t>(x)])
-                    tile.emplace_back(x, y);
+        const glm::ivec2 low(edge(at.x, count.x, size.x), edge(at.y, count.y, size.y)),
+            high(edge(at.x + 1, count.x, size.x), edge(at.y + 1, count.y, size.y));
+        if (frame.empty()) {
+            tile.add(low, high);
+            continue;
+        }
+        for (int y = low.y; y < high.y; ++y)
+            for (int x = low.x; x < high.x; ++x)
+                if (frame[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                          static_cast<std::size_t>(x)])
+                    tile.add({x, y}, {x + 1, y + 1});
     }
     return tiles;
 }
@@ -70,10 +138,10 @@ std::vector<Tile> merged(std::vector<Tile> tiles, std::size_t enough) {
         if (out.empty() || out.back().size() >= enough)
             out.push_back(std::move(tile));
         else
-            out.back().insert(out.back().end(), tile.begin(), tile.end());
+            out.back().add(tile);
     }
     if (out.size() > 1 && out.back().size() < enough) {
-        out[out.size() - 2].insert(out[out.size() - 2].end(), out.back().begin(), out.back().end());
+        out[out.size() - 2].add(out.back());
         out.pop_back();
     }
     return out;
@@ -92,8 +160,8 @@ PixelSample takeRound(std::vector<Tile>& tiles, const SampleDesign& design, int 
         sample.all = true;
         sample.chance = 1;
         for (Tile& tile : tiles) {
-            for (const glm::ivec2& at : tile)
-                sample.pixels.push_back({at, sample.clusters++});
+            for (std::size_t n = 0; n < tile.size(); ++n)
+                sample.pixels.push_back({tile[n], sample.clusters++});
             tile.clear();
         }
         return sample;
@@ -114,8 +182,7 @@ PixelSample takeRound(std::vector<Tile>& tiles, const SampleDesign& design, int 
             for (std::size_t i = 0; i < each; ++i) {
                 const auto chosen = static_cast<std::size_t>(random.below(tile.size()));
                 sample.pixels.push_back({tile[chosen], sample.clusters});
-                tile[chosen] = tile.back();
-                tile.pop_back();
+                tile.take(chosen);
             }
             ++sample.clusters;
         }

@@ -18,6 +18,7 @@ constexpr double kClusters = 64;
 constexpr int kPerCluster = 8, kTilesOfBrick = 4, kLeastTile = 12;
 // Pixels that show something. With the least number for a 99th percentile, 299 are reached with a margin of 2
 // standard deviations.
+constexpr double kMostTiles = 1 << 17;
 constexpr double kMany = 1000, kSome = 400, kFull = 2000, kLeast = 340;
 
 } // namespace
@@ -63,6 +64,9 @@ VerifyPlan verifyPlan(const VerifyInput& input) {
         count = std::min(count, kClusters * kPerCluster);
         plan.tellsP99 = false;
     }
+    // Of large pictures tiles are larger, so that their list is short.
+    const double least = std::sqrt(pixels / kMostTiles);
+    plan.design.tile = std::max(plan.design.tile, static_cast<int>(std::ceil(least)));
     plan.design.pixels = static_cast<int>(std::ceil(std::max(1.0, count) * pixels / shown));
     plan.replicates = kReplicates;
     plan.samples = samples / kReplicates;

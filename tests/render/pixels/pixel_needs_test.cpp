@@ -104,6 +104,27 @@ TEST(PixelErrors, AreThoseOfTheirSets) {
 
 // Needs that are brought up to date are those that are estimated anew: corners, edges and small pictures,
 // too.
+/// Of large pictures no value is kept, and the 99th percentile is found by its bits.
+TEST(PixelErrors, AreThoseOfPixelsOneByOne) {
+    for (const glm::ivec2 size : {glm::ivec2(3, 2), {37, 29}}) {
+        const Sampled picture(size, false);
+        const StandardError expected = standardError(picture.sums);
+        ASSERT_GT(expected.luvP99, 0);
+        const Image means = picture.sums.image(), offsets = picture.sums.offsets();
+        for (const std::size_t kept : {0, 5, 100000}) {
+            const StandardError e = standardError(
+                [&](const auto& visit) {
+                    for (std::size_t i = 0; i < means.pixels.size(); ++i)
+                        visit(means.pixels[i], offsets.pixels[i]);
+                },
+                kept);
+            EXPECT_EQ(e.rms, expected.rms);
+            EXPECT_EQ(e.luvMean, expected.luvMean);
+            EXPECT_EQ(e.luvP99, expected.luvP99) << kept;
+        }
+    }
+}
+
 TEST(PixelNeeds, FollowNewSamples) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> light(0, 1);

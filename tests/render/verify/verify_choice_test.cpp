@@ -188,5 +188,27 @@ TEST(VerifyPlans, OfClustersAreThoseOfThePage) {
     EXPECT_EQ(verifyPlan(input).design.perCluster, 1);
 }
 
+// Pictures may be larger than memory: pixels are chosen without a list of them, evenly over the picture.
+TEST(PixelChoice, IsMadeOfAPictureOfAnySize) {
+    VerifyInput input;
+    input.size = {32768, 30001};
+    input.shown = static_cast<std::size_t>(input.size.x) * 30001;
+    const VerifyPlan plan = verifyPlan(input);
+    EXPECT_LE(static_cast<double>(input.shown) / plan.design.tile / plan.design.tile, 1 << 17);
+    std::set<Place> taken;
+    int right = 0, below = 0;
+    for (const int round : {0, 1}) {
+        const PixelSample sample = choosePixels(input.size, plan.design, round);
+        EXPECT_EQ(sample.population, input.shown - taken.size());
+        for (const SampledPixel& p : sample.pixels) {
+            EXPECT_TRUE(taken.insert(placeOf(p)).second);
+            right += p.at.x >= input.size.x / 2 ? 1 : 0;
+            below += p.at.y >= input.size.y / 2 ? 1 : 0;
+        }
+    }
+    EXPECT_NEAR(right, 0.5 * static_cast<double>(taken.size()), 100);
+    EXPECT_NEAR(below, 0.5 * static_cast<double>(taken.size()), 100);
+}
+
 } // namespace
 } // namespace tessera
