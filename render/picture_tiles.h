@@ -6,6 +6,7 @@
 #include "core/image/picture_tile.h"
 
 #include <cstddef>
+#include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 #include <map>
@@ -13,6 +14,14 @@
 #include <string>
 
 namespace tessera {
+
+/// A tile as it was drawn. Pictures that there are not have no pixels.
+struct DrawnTile {
+    PictureTile tile;
+    Image colours;
+    Image added;   // to the colours once the picture's errors are known, which are those without it
+    Image offsets; // of means of several samples: PixelSums::offset()
+};
 
 class PictureTiles {
   public:
@@ -26,9 +35,7 @@ class PictureTiles {
     virtual void begin(const Parts& plan) = 0;
     /// The next tile that this process draws. Waits while others draw the last ones. None: all are there.
     virtual std::optional<PictureTile> next() = 0;
-    /// @param added  to the colours once the picture's errors are known, which are those without it; of no
-    ///     pixels: nothing
-    virtual void keep(const PictureTile& tile, const Image& colours, const Image& added) = 0;
+    virtual void keep(const DrawnTile& tile) = 0;
     /// The part of the picture that is there.
     virtual double share() const = 0;
 
@@ -39,6 +46,9 @@ class PictureTiles {
     /// Pixels that show something, and the colours of one, without what is added.
     virtual std::size_t shown() const = 0;
     virtual glm::vec4 colour(const glm::ivec2& pixel) const = 0;
+    /// All pixels of the picture, row by row: these colours, and their offsets, if there are any.
+    virtual void
+    eachPixel(const std::function<void(const glm::vec4& colour, const glm::vec4& offset)>& visit) const = 0;
 };
 
 } // namespace tessera

@@ -60,7 +60,7 @@ std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderO
     if (options.layers.errors)
         bytes += sizeof(glm::vec4);
     if (options.tiles)
-        bytes += sizeof(glm::vec2); // the middles of pixels
+        bytes += sizeof(glm::vec2) + sizeof(glm::vec4); // the middles of pixels, offsets of their means
     if (scene.quality.pixels.denoise)
         bytes += noiseFilterBytes(scene.imageSize, options.threads) / rayCount(scene.imageSize) + 1;
     return bytes;

@@ -233,32 +233,33 @@ void RayRenderer::drawTile(const FrameTask& task, const PictureTile& tile, Rende
             light->lookAround(*caster_, task.context.progress);
         }
     }
-    Image colours, added;
+    DrawnTile drawn{tile, {}, {}, {}};
     if (sampling.samples == 1) {
         drawMiddles(tile, middles);
-        colours = caster_->image();
+        drawn.colours = caster_->image();
         if (light)
-            added = light->added(*caster_, *engine_, middles, tile.size, slicing, result.work);
+            drawn.added = light->added(*caster_, *engine_, middles, tile.size, slicing, result.work);
     } else {
         AreaPicture picture(
             rays, sampling, task.options.threads, {}, {}, {}, light ? 1 : 0,
             AreaOfPicture{tile, glm::min(glm::ivec2(task.options.tiles->side()), p.view.imageSize)});
         while (const std::optional<Rays> next = picture.next()) {
             draw(*next);
-            const Image drawn = caster_->image();
+            const Image colours = caster_->image();
             if (!light) {
-                picture.add(drawn);
+                picture.add(colours);
                 continue;
             }
             const Image more =
                 light->added(*caster_, *engine_, next->places, next->size(), slicing, result.work);
-            picture.add(drawn, std::span(&more, 1));
+            picture.add(colours, std::span(&more, 1));
         }
-        colours = picture.image();
+        drawn.colours = picture.image();
         if (light)
-            added = picture.other(0);
+            drawn.added = picture.other(0);
+        drawn.offsets = picture.sums().offsets();
     }
-    task.options.tiles->keep(tile, colours, added);
+    task.options.tiles->keep(drawn);
     if (light)
         light->addReport(result);
 }
@@ -278,6 +279,10 @@ void RayRenderer::drawTiles(const FrameTask& task, RenderResult& result) {
     }
     result.pixels.asked = result.pixels.most = sampling.samples;
     result.pixels.taken = sampling.samples;
+    if (sampling.samples > 1 && tiles.finishes()) {
+        task.context.progress.stage("measuring the picture's noise");
+        result.pixels.error = standardError([&](const auto& visit) { tiles.eachPixel(visit); });
+    }
 }
 
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.

@@ -17,7 +17,8 @@ namespace {
 /// Tiles in memory.
 class KeptTiles : public PictureTiles {
   public:
-    KeptTiles(const glm::ivec2& size, int side) : grid(size, side), colours(size), added(size) {
+    KeptTiles(const glm::ivec2& size, int side)
+        : grid(size, side), colours(size), added(size), offsets(size) {
         for (std::size_t n = 0; n < grid.count(); ++n)
             left.push_back(n);
     }
@@ -30,16 +31,17 @@ class KeptTiles : public PictureTiles {
         left.pop_back();
         return grid.at(number);
     }
-    void keep(const PictureTile& tile, const Image& drawn, const Image& more) override {
-        EXPECT_EQ(drawn.size, tile.size);
+    void keep(const DrawnTile& drawn) override {
+        EXPECT_EQ(drawn.colours.size, drawn.tile.size);
         ++kept;
-        for (int y = 0; y < tile.size.y; ++y)
-            for (int x = 0; x < tile.size.x; ++x) {
-                const glm::ivec2 at = tile.from + glm::ivec2(x, y);
-                colours.at(at.x, at.y) = drawn.at(x, y);
-                if (!more.pixels.empty())
-                    added.at(at.x, at.y) = more.at(x, y);
-            }
+        const auto put = [&](const Image& from, Image& to) {
+            for (int y = 0; !from.pixels.empty() && y < drawn.tile.size.y; ++y)
+                for (int x = 0; x < drawn.tile.size.x; ++x)
+                    to.at(drawn.tile.from.x + x, drawn.tile.from.y + y) = from.at(x, y);
+        };
+        put(drawn.colours, colours);
+        put(drawn.added, added);
+        put(drawn.offsets, offsets);
     }
     double share() const override { return static_cast<double>(kept) / static_cast<double>(grid.count()); }
     bool finishes() const override { return isMine; }
@@ -48,6 +50,10 @@ class KeptTiles : public PictureTiles {
                                                       [](const glm::vec4& p) { return p.a > 1.0f / 255; }));
     }
     glm::vec4 colour(const glm::ivec2& pixel) const override { return colours.at(pixel.x, pixel.y); }
+    void eachPixel(const std::function<void(const glm::vec4&, const glm::vec4&)>& visit) const override {
+        for (std::size_t i = 0; i < colours.pixels.size(); ++i)
+            visit(colours.pixels[i], offsets.pixels[i]);
+    }
     /// As the picture shows it.
     Image image(bool lit) const {
         Image out = colours;
@@ -56,7 +62,7 @@ class KeptTiles : public PictureTiles {
         return out;
     }
     TileGrid grid;
-    Image colours, added;
+    Image colours, added, offsets;
     std::vector<std::size_t> left; // the last is next
     std::size_t kept = 0;
     bool isMine = true;
@@ -128,6 +134,11 @@ TEST_P(TilesOf, HaveTheBitsOfTheWhole) {
         EXPECT_EQ(result.stepVoxels, whole.stepVoxels);
         EXPECT_EQ(result.bricksOfLevel, whole.bricksOfLevel);
         EXPECT_EQ(result.pixels.taken, whole.pixels.taken);
+        ASSERT_EQ(result.pixels.error.has_value(), whole.pixels.error.has_value());
+        if (whole.pixels.error) {
+            EXPECT_EQ(result.pixels.error->rms, whole.pixels.error->rms);
+            EXPECT_EQ(result.pixels.error->luvP99, whole.pixels.error->luvP99);
+        }
     }
 }
 
@@ -164,12 +175,12 @@ INSTANTIATE_TEST_SUITE_P(
                       TiledScene{"OccludedIsosurfaces", EngineKind::native, 0,
                                  [](Scene& s) {
                                      takeSurfaces(s, {-300, 200});
-                                     s.lighting.surfaceOcclusion = SurfaceOcclusion{};
+                                     s.lighting.surfaceOcclusion = SurfaceOcclusion{.radiusMm = 90};
                                  }},
                       TiledScene{"OccludedIsosurfacesWithSamples", EngineKind::native, 1,
                                  [](Scene& s) {
                                      takeSurfaces(s, {-300});
-                                     s.lighting.surfaceOcclusion = SurfaceOcclusion{};
+                                     s.lighting.surfaceOcclusion = SurfaceOcclusion{.radiusMm = 90};
                                      takeSamples(s, 3);
                                      s.quality.pixels.filter = PixelFilter::gaussian;
                                  }},
