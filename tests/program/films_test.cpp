@@ -72,16 +72,6 @@ class Films : public Program {
             all.push_back(pixelsOf(readAll(folder_ / folder / frameName(n))));
         return all;
     }
-    pid_t start(const std::string& arguments) const {
-        std::vector<std::string> words = {"tessera"};
-        std::istringstream text(arguments);
-        for (std::string word; text >> word;)
-            words.push_back(word);
-        const pid_t child = ::fork();
-        if (child == 0)
-            ::_exit(runInChild(words));
-        return child;
-    }
     static constexpr std::size_t kFrames = 11;
 };
 

@@ -38,6 +38,13 @@ class Program : public ::testing::Test {
     /// Runs `tessera arguments` inside the temporary folder, in a child process; words split at blanks, and
     /// '' is an empty one.
     Outcome run(const std::string& arguments) {
+        int status = 0;
+        ::waitpid(start(arguments), &status, 0);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readAll(folder_ / ".out"),
+                readAll(folder_ / ".err")};
+    }
+    /// The same, without waiting for its end.
+    pid_t start(const std::string& arguments) const {
         std::vector<std::string> words = {"tessera"};
         std::istringstream text(arguments);
         for (std::string word; text >> word;)
@@ -45,10 +52,7 @@ class Program : public ::testing::Test {
         const pid_t child = ::fork();
         if (child == 0)
             ::_exit(runInChild(words));
-        int status = 0;
-        ::waitpid(child, &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readAll(folder_ / ".out"),
-                readAll(folder_ / ".err")};
+        return child;
     }
     int runInChild(std::vector<std::string>& words) const {
         fs::current_path(folder_.path());

@@ -65,6 +65,13 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--seconds", a->seconds, "duration of the flight, in place of a speed")
         .inUnit("s")
         .check(numberWithin(0.01, 1e6, "seconds from 0.01 to 1000000"));
+    command
+        .option(
+            "--tiles", a->tiles,
+            "draw the picture in tiles of so many pixels along a side, so that memory is that of a tile; any "
+            "number of processes with the same command draw it together")
+        .check(numberWithin(64, 16384, "pixels from 64 to 16384"))
+        .check(wholeNumberFrom(64));
     // Options of keys are named here only for their place in the help.
     a->keys.word("{single-ray engines}", singleRayEngines());
     a->keys.add(command, {"image.size"});

@@ -35,23 +35,17 @@ std::string hashOf(const std::string& text) {
     return hex;
 }
 
-/// All inputs that determine the pixels of the frames. No paths: they may name a patient.
+/// All inputs that determine the pixels of the frames.
 json recordOf(const FilmJob& job, const EngineMaker& engine) {
-    Scene scene = withoutPaths(job.scene, job.stores);
+    Scene scene = job.scene;
     scene.camera = Camera{}; // comes from the path
-    json record = {{"tesseraFilm", 1},
-                   {"program", "tessera " TESSERA_VERSION},
-                   {"volume", job.stores.front()->contentHash()},
-                   {"size", {scene.imageSize.x, scene.imageSize.y}},
+    json record = recordOfPixels(scene, job.stores, engine);
+    record.update({{"tesseraFilm", 1},
                    {"framesPerSecond", job.film->path().framesPerSecond},
                    {"frames", job.film->frames()},
                    {"path", hashOf(pathJson(job.film->path()))},
-                   {"scene", json::parse(sceneJson(scene))},
-                   {"engine", name(engine.kind())},
                    {"budgets", {{"ram", job.ram->limitBytes()}, {"gpuMemory", job.gpu->limitBytes()}}},
-                   {"verify", verifyNames()[static_cast<std::size_t>(job.options.verify)]}};
-    if (traitsOf(engine.kind()).onContext) // the others draw the same bits everywhere
-        record["device"] = engine.about();
+                   {"verify", verifyNames()[static_cast<std::size_t>(job.options.verify)]}});
     return record;
 }
 

@@ -23,7 +23,7 @@ std::string factsOf(const std::filesystem::path& path, const std::string& leftOu
 /// Of source files, and of all others that hold their voxels.
 /// @param path  as the importer gets it: names in a header are relative to its folder, not to a link's
 /// target
-std::string factsOfSource(const std::filesystem::path& given);
+std::string factsOfSource(const std::filesystem::path& path);
 
 /// ImportOptions::key of source files.
 /// @param options  all that affects the result besides the files

@@ -252,6 +252,17 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
     return manifest;
 }
 
+nlohmann::json recordOfPixels(const Scene& scene, Stores stores, const EngineMaker& engine) {
+    nlohmann::json record = {{"program", "tessera " TESSERA_VERSION},
+                             {"volume", stores.front()->contentHash()},
+                             {"size", {scene.imageSize.x, scene.imageSize.y}},
+                             {"scene", nlohmann::json::parse(sceneJson(withoutPaths(scene, stores)))},
+                             {"engine", name(engine.kind())}};
+    if (traitsOf(engine.kind()).onContext) // the others draw the same bits everywhere
+        record["device"] = engine.about();
+    return record;
+}
+
 nlohmann::json damageJson(Stores stores) {
     std::uint64_t count = 0;
     nlohmann::json chunks = nlohmann::json::array();

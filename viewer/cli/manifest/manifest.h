@@ -8,6 +8,7 @@
 #include "core/scene/colour_legend.h"
 #include "core/scene/measurement.h"
 #include "core/scene/scene.h"
+#include "render/backends/engine_maker.h"
 #include "render/picture/render_scene.h"
 
 #include <nlohmann/json_fwd.hpp>
@@ -23,6 +24,9 @@ Scene withoutPaths(Scene scene, Stores stores);
 /// work counters, program version, "not for diagnosis". Include from .cpp files only.
 nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResult& result,
                             const MemoryBudget& ram, const MemoryBudget& gpu);
+/// All that pixels depend on besides budgets and cameras of a path, by readable names: for processes that
+/// draw parts of one work. No paths: they may name a patient.
+nlohmann::json recordOfPixels(const Scene& scene, Stores stores, const EngineMaker& engine);
 /// The manifest's "damagedChunks": what coarser levels stood in for, of all volumes; null: nothing.
 nlohmann::json damageJson(Stores stores);
 /// The manifest's "scaleBar": the bar that was drawn into the picture.

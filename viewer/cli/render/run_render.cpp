@@ -23,7 +23,9 @@
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/scene_from_arguments.h"
+#include "viewer/cli/render/tiled_picture.h"
 
+#include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -36,25 +38,26 @@ namespace fs = std::filesystem;
 
 /// Refuses a budget that is too small even for reading the store. The message names the minimum of the scene,
 /// not only of the reader.
-void requireFloor(const fs::path& path, const Scene& scene, EngineKind engine, const MemoryBudget& ram) {
+/// @param together  pixels that are drawn together
+void requireFloor(const fs::path& path, const Scene& scene, const glm::ivec2& together, EngineKind engine,
+                  const MemoryBudget& ram) {
     constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
     if (ram.limitBytes() >= kReaderBytes)
         return;
     MemoryBudget trial(ram.name(), ram.option(), kReaderBytes);
     const VolumeInfo info = StoreReader(path, trial).info();
-    const std::size_t floor =
-        renderFloorBytes(info, scene.imageSize,
-                         pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0);
+    const std::size_t floor = renderFloorBytes(
+        info, together, pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
 }
 
 /// Without requested samples, pixels get one ray if RAM is too small for sums of samples.
-void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& ram, Scene& scene,
-                const CommonOptions& common) {
+void fitSamples(const VolumeInfo& info, const glm::ivec2& together, EngineKind engine,
+                const MemoryBudget& ram, Scene& scene, const CommonOptions& common) {
     const auto floor = [&] {
-        return renderFloorBytes(info, scene.imageSize,
+        return renderFloorBytes(info, together,
                                 pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene),
                                 0, scene.quality.integrator);
     };
@@ -67,6 +70,16 @@ void fitSamples(const VolumeInfo& info, EngineKind engine, const MemoryBudget& r
         pixels = asked; // samples are not the cause
     else
         common.note("--ram has no room for more than one ray per pixel: " + formatBytes(ram.limitBytes()));
+}
+
+/// Of tiles without requested samples, for which all pixels of a picture would share its rays. True if there
+/// are other samples now.
+bool takesSingleRays(const RenderArguments& arguments, bool samplesNamed, Scene& scene) {
+    PixelSampling& pixels = scene.quality.pixels;
+    if (arguments.tiles == 0 || samplesNamed || pixels.samples != PixelSampling::kAutomatic)
+        return false;
+    pixels.samples = 1;
+    return true;
 }
 
 /// The default functions show bones and organs from outside. If no function was named, the lumen's wall is
@@ -112,6 +125,11 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     applyArguments(arguments, scene, common);
     const LayerChoice layers = layersOf(arguments, scene);
     checkKeptState(arguments, scene);
+    const bool singleRays = takesSingleRays(arguments, samplesNamed, scene);
+    checkTiles(arguments, scene);
+    if (singleRays)
+        common.note("--tiles: one ray per pixel; --samples takes more");
+    const glm::ivec2 together = pixelsTogether(arguments, scene);
     if (path)
         showWallWhereNothingIsNamed(arguments, *path, scene, common);
 
@@ -127,7 +145,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     volume.path = storeFor(volume, arguments.input, ram, common);
     volume.source = {};
-    requireFloor(volume.path, scene, engine, ram);
+    requireFloor(volume.path, scene, together, engine, ram);
     // Kept samples would outlive the damage.
     const Damage damage =
         arguments.allowDamaged && arguments.keepState.empty() ? Damage::isDrawnCoarser : Damage::isRefused;
@@ -140,7 +158,7 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     if (const std::string words = otherFramesText(scene, stores); !words.empty())
         common.note(words);
     if (!samplesNamed && !layers.error && arguments.keepState.empty())
-        fitSamples(store.info(), engine, ram, scene, common);
+        fitSamples(store.info(), together, engine, ram, scene, common);
     if (arguments.path.empty()) {
         const bool sideNamed = !arguments.fit.empty() || !arguments.projection.empty();
         if (const std::string words = faceThinVolume(scene, store.info(), sideNamed); !words.empty())
@@ -170,6 +188,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         renderWall(task);
     else if (arguments.isFilm())
         renderFilm(task);
+    else if (arguments.tiles > 0)
+        renderTiledPicture(task);
     else
         renderOnePicture(task);
     sayDamage(task.scene, stores, common);

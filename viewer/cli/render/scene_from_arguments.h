@@ -38,6 +38,7 @@ struct RenderArguments {
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
+    int tiles = 0; // pixels along a side; 0: the picture is drawn as a whole
     bool unfold = false, mayLeak = false;
     bool noCheck = false, explain = false, json = false, scaleBar = false;
     bool allowDamaged = false; // a coarser level stands in for what is damaged
