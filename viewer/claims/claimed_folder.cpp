@@ -17,7 +17,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <string_view>
 #include <unistd.h>
 #include <vector>
 

@@ -1,5 +1,6 @@
 // bricking/import/files/data_files.h: data that a header describes, as one run of numbers, forward only:
-// behind the header or in files of their own; plain, packed by gzip or zlib, or text. For NRRD and MetaImage.
+// behind the header or in files of their own; plain, packed by gzip or zlib, or text. For NRRD, MetaImage
+// and Volume Graphics.
 #pragma once
 
 #include "bricking/import/files/file_reading.h"

@@ -138,6 +138,8 @@ ForeignFormat foreignFile(const fs::path& file) {
     if (bytes.starts_with("# vtk DataFile"))
         return made("a VTK file", 1);
     const std::string name = lowerName(file);
+    if (name.ends_with(".vol"))
+        return {"the voxels of a Volume Graphics volume", "open its header (.vgi)"};
     if (bytes.starts_with("\x1f\x8b"))
         return made(
             name.find(".dcm") != std::string::npos ? "a DICOM file packed with gzip" : "a gzip archive", 2);

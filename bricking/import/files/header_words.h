@@ -1,5 +1,5 @@
-// bricking/import/files/header_words.h: words of headers that are text (NRRD, MetaImage): numbers, lists, and
-// patterns of file names.
+// bricking/import/files/header_words.h: words of headers that are text (NRRD, MetaImage, Volume Graphics):
+// numbers, lists, and patterns of file names.
 #pragma once
 
 #include "bricking/import/source/source_files.h"
