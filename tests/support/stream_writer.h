@@ -122,6 +122,8 @@ struct Jpeg2000Options {
     int layers = 1;
     float ratio = 0;            // of the last layer; 0: all there is
     bool packetMarkers = false; // SOP before every packet
+    int tile = 0;               // its side; 0: one tile
+    int components = 1;         // all alike
 };
 inline std::string encodeJpeg2000(const std::vector<std::int32_t>& values, int columns, int rows,
                                   const Jpeg2000Options& options = {}) {
@@ -137,16 +139,23 @@ inline std::string encodeJpeg2000(const std::vector<std::int32_t>& values, int c
     p.numresolution = 4;
     if (options.packetMarkers)
         p.csty |= 2;
+    if (options.tile > 0) {
+        p.tile_size_on = OPJ_TRUE;
+        p.cp_tdx = p.cp_tdy = options.tile;
+    }
     opj_image_cmptparm_t component{};
     component.dx = component.dy = 1;
     component.w = static_cast<OPJ_UINT32>(columns);
     component.h = static_cast<OPJ_UINT32>(rows);
     component.prec = static_cast<OPJ_UINT32>(options.bits);
     component.sgnd = options.isSigned ? 1 : 0;
-    opj_image_t* image = opj_image_create(1, &component, OPJ_CLRSPC_GRAY);
+    std::vector<opj_image_cmptparm_t> components(static_cast<std::size_t>(options.components), component);
+    opj_image_t* image =
+        opj_image_create(static_cast<OPJ_UINT32>(options.components), components.data(), OPJ_CLRSPC_GRAY);
     image->x1 = component.w;
     image->y1 = component.h;
-    std::copy(values.begin(), values.end(), image->comps[0].data);
+    for (int c = 0; c < options.components; ++c)
+        std::copy(values.begin(), values.end(), image->comps[c].data);
     opj_codec_t* codec = opj_create_compress(OPJ_CODEC_J2K);
     opj_stream_t* stream = opj_stream_default_create(OPJ_FALSE);
     struct Sink {

@@ -1,12 +1,15 @@
-// bricking/import/files/stack/picture_walk.h: walks over the structure of TIFF and PNG files before a library
-// reads their pixels: size and type of every page, and that all its data lie in the file. Private to stacks.
+// bricking/import/files/stack/picture_walk.h: walks over the structure of TIFF, PNG and JPEG 2000 files
+// before a library reads their pixels: size and type of every page, and that all its data lie in the file.
+// Private to stacks.
 #pragma once
 
 #include "bricking/import/pictures/picture_rows.h"
 #include "bricking/import/source/source_files.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/vec2.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -17,7 +20,7 @@ struct PictureHead {
     PictureShape shape;
     int pages = 1;
     int tileRows = 0;        // rows of a tile; 0: rows one after another
-    bool isLossy = false;    // JPEG
+    bool isLossy = false;    // JPEG, JPEG 2000
     std::string description; // TIFF's ImageDescription, of the first page
     /// Pixels per unit of length along x and y, and millimetres of the unit; 0: of a unit that is not said.
     std::optional<glm::dvec2> perUnit;
@@ -36,12 +39,22 @@ PictureHead walkPicture(const InputFile& file);
 /// entry.
 bool hasSeveralPages(const InputFile& file);
 
-// The two formats.
+/// PictureShape::format of files that OpenImageIO does not read here.
+inline constexpr const char* kJpeg2000 = "JPEG 2000";
+
+// The formats.
 bool beginsAsTiff(const InputFile& file);
 PictureHead walkTiff(const InputFile& file);
 PictureHead walkPng(const InputFile& file);
 /// Of a PNG that was walked over: reads all of it. Throws InputError naming the file for a checksum that does
 /// not fit.
 void checkPngSums(const InputFile& file);
+
+/// JP2 files and codestreams without a frame, of 2^26 pixels at most.
+bool beginsAsJpeg2000(const InputFile& file);
+PictureHead walkJpeg2000Picture(const InputFile& file);
+/// Rows of a picture that was walked over, decoded as a whole: some 12 bytes a pixel meanwhile, 4 afterwards.
+/// Throws InputError naming the file for every complaint of the decoder.
+std::unique_ptr<PictureRows> openJpeg2000Rows(const std::filesystem::path& file, const PictureShape& shape);
 
 } // namespace tessera

@@ -131,10 +131,12 @@ void checkPngSums(const InputFile& file) {
 PictureHead walkPicture(const InputFile& file) {
     if (beginsAsTiff(file))
         return walkTiff(file);
+    if (beginsAsJpeg2000(file))
+        return walkJpeg2000Picture(file);
     std::array<char, kPngMark.size()> mark{};
     if (file.readSome(0, std::as_writable_bytes(std::span(mark))) < mark.size() ||
         std::string_view(mark.data(), mark.size()) != kPngMark)
-        throw badFile(file.path().string(), "a TIFF or PNG file",
+        throw badFile(file.path().string(), "a TIFF, PNG or JPEG 2000 file",
                       file.sizeBytes() == 0 ? "an empty file" : "another beginning");
     return walkPng(file);
 }

@@ -1,6 +1,6 @@
 // bricking/import/files/stack/stack.cpp: volumes whose slices are pictures: TIFF files of several pages, and
-// folders of TIFF or PNG files. A walk over a file's structure checks it; OpenImageIO reads its rows, some at
-// a time.
+// folders of TIFF, PNG or JPEG 2000 files. A walk over a file's structure checks it; OpenImageIO reads its
+// rows, some at a time, and OpenJPEG a picture.
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
 #include "bricking/import/files/stack/imagej_lines.h"
@@ -67,7 +67,9 @@ class StackSource final : public RandomSlabSource {
             opened.rows.reset(); // closes the file before
             if (std::string_view(head_.shape.format) == "png")
                 checkPngSums(InputFile(files_[file])); // libpng would print what it finds
-            opened.rows = openPictureRows(files_[file], head_.shape);
+            opened.rows = std::string_view(head_.shape.format) == kJpeg2000
+                              ? openJpeg2000Rows(files_[file], head_.shape)
+                              : openPictureRows(files_[file], head_.shape);
             opened.file = file;
         }
         const int height = head_.shape.size.y, unit = std::max(1, head_.tileRows);
@@ -226,13 +228,13 @@ bool isVolumeByItself(const fs::path& path) {
 } // namespace
 
 FileFormat stackFormat() {
-    return {.inFolders = "slices in TIFF or PNG files",
+    return {.inFolders = "slices in TIFF, PNG or JPEG 2000 files",
             .named = ".tif or .tiff of several pages",
             .open = openPages,
             .isMeant = isVolumeByItself,
             .takesSpacing = true,
             .openStack = openFolder,
-            .sliceEndings = {".tif", ".tiff", ".png"}};
+            .sliceEndings = {".tif", ".tiff", ".png", ".jp2", ".j2k", ".j2c", ".jpc"}};
 }
 
 } // namespace tessera
