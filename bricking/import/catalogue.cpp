@@ -308,6 +308,8 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
         std::set<fs::path> used; // single-file volumes and their data
         for (const fs::path& file : found.files) {
             const FileFormat* format = fileFormatOf(file);
+            if (used.contains(file) || used.contains(file.lexically_normal()))
+                continue; // a part of one before
             if (!format || !(format->isMeant ? format->isMeant(file) : !isNeverASlice(file)))
                 continue;
             used.insert(file);

@@ -35,9 +35,13 @@ struct PictureHead {
 /// other orders of rows, other numbers of bits, pages that differ.
 PictureHead walkPicture(const InputFile& file);
 
-/// True for a TIFF file whose first page is followed by another, or by pages that ImageJ appended without an
-/// entry.
-bool hasSeveralPages(const InputFile& file);
+/// Of the first page of a TIFF file, which may be no slice.
+struct TiffBeginning {
+    bool isFollowed = false; // by another page
+    std::string description; // TIFF's ImageDescription
+};
+/// Of another file: nothing.
+TiffBeginning tiffBeginningOf(const InputFile& file);
 
 /// PictureShape::format of files that OpenImageIO does not read here.
 inline constexpr const char* kJpeg2000 = "JPEG 2000";

@@ -4,6 +4,8 @@
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
 #include "bricking/import/files/stack/imagej_lines.h"
+#include "bricking/import/files/stack/ome_planes.h"
+#include "bricking/import/files/stack/ome_text.h"
 #include "bricking/import/files/stack/picture_walk.h"
 #include "bricking/import/files/stack/slice_gaps.h"
 #include "bricking/import/files/stack/slice_names.h"
@@ -23,12 +25,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Slices are the pages of one file, or the only pages of several.
+/// Slices are pages of files.
 class StackSource final : public RandomSlabSource {
   public:
-    StackSource(std::vector<fs::path> files, PictureHead head, VolumeInfo info, std::string description)
-        : files_(std::move(files)), head_(std::move(head)), info_(std::move(info)),
-          description_(std::move(description)),
+    StackSource(std::vector<fs::path> files, std::vector<SlicePage> slices, PictureHead head, VolumeInfo info,
+                std::string description)
+        : files_(std::move(files)), slices_(std::move(slices)), head_(std::move(head)),
+          info_(std::move(info)), description_(std::move(description)),
           converter_(head_.shape.type, false, [this](const auto& visit) {
               Opened second;
               for (int z = 0; z < info_.extentVoxels.z; ++z)
@@ -61,8 +64,7 @@ class StackSource final : public RandomSlabSource {
     /// Rows of slice z from the top, some at a time: f(rows, number of the first).
     template <typename Each> void readBands(int z, Opened& opened, const Each& each) {
         checkInterrupted();
-        const bool isOneFile = files_.size() == 1;
-        const std::size_t file = isOneFile ? 0 : static_cast<std::size_t>(z);
+        const auto [file, page] = slices_[static_cast<std::size_t>(z)];
         if (opened.file != file) {
             opened.rows.reset(); // closes the file before
             if (std::string_view(head_.shape.format) == "png")
@@ -83,13 +85,14 @@ class StackSource final : public RandomSlabSource {
             const int count = static_cast<int>(std::min<std::int64_t>(rows, height - first));
             const std::span<std::byte> band =
                 std::span(opened.band).first(static_cast<std::size_t>(count) * rowBytes);
-            opened.rows->read(isOneFile ? z : 0, first, count, band);
+            opened.rows->read(page, first, count, band);
             each(std::span<const std::byte>(band), first);
             first += count;
         }
     }
 
     std::vector<fs::path> files_;
+    std::vector<SlicePage> slices_;
     PictureHead head_;
     VolumeInfo info_;
     std::string description_;
@@ -148,11 +151,52 @@ std::unique_ptr<SlabSource> openAppended(InputFile file, const PictureHead& head
         described("TIFF of " + std::to_string(lattice.images) + " pages behind one another (ImageJ)", type));
 }
 
+/// One channel at one point of time.
+/// @param volume  from 0 on, of those that omeVolumeList() lists; none: the only one
+std::unique_ptr<SlabSource> openOme(const fs::path& path, const PictureHead& head, const OmeText& text,
+                                    std::optional<std::int64_t> volume, const SourceOptions& options) {
+    const std::string where = path.string();
+    const std::int64_t volumes = omeVolumesOf(text);
+    if (!volume && volumes > 1)
+        throw badFile(where, "one channel at one point of time",
+                      std::to_string(volumes) + " volumes: " + omeVolumeList(text));
+    OmePlanes planes = omePlanesOf(text, volume.value_or(0), path, head);
+    const auto slices = static_cast<int>(planes.slices.size());
+    if (planes.files.size() == 1 && text.images.size() == 1 && slices * volumes != head.pages)
+        throw badFile(where, std::to_string(slices * volumes) + " pages, as its description says",
+                      std::to_string(head.pages));
+    std::string what = "OME-TIFF of " + std::to_string(slices) + " slices";
+    if (planes.files.size() > 1)
+        what += " in " + std::to_string(planes.files.size()) + " files";
+    if (volumes > 1)
+        what += ", volume " + std::to_string(volume.value_or(0) + 1) + " of " + std::to_string(volumes);
+    VolumeInfo info = infoOf(planes.head, slices, latticeOf(planes.image), options, where);
+    const FileType type = planes.head.shape.type;
+    return std::make_unique<StackSource>(std::move(planes.files), std::move(planes.slices),
+                                         std::move(planes.head), std::move(info), described(what, type));
+}
+
+/// The pages of one file, or the first pages of several.
+std::vector<SlicePage> pagesInOrder(std::size_t count, bool isOneFile) {
+    std::vector<SlicePage> slices(count);
+    for (std::size_t z = 0; z < count; ++z)
+        slices[z] = isOneFile ? SlicePage{0, static_cast<int>(z)} : SlicePage{z, 0};
+    return slices;
+}
+
 std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions& options) {
     InputFile file(path);
     const PictureHead head = walkPicture(file);
-    const StackLattice lattice = latticeOf(head);
     const std::string where = path.string();
+    if (!isOfImageJ(head.description) && isOfOme(head.description)) {
+        const OmeText text = readOmeText(head.description);
+        if (!text.describedBy.empty())
+            throw badFile(where, "the file of a set that describes it: " + shownWord(text.describedBy),
+                          "another one of the set");
+        if (!text.images.empty() && (head.pages > 1 || !otherOmeFiles(text, path).empty()))
+            return openOme(path, head, text, std::nullopt, options);
+    }
+    const StackLattice lattice = latticeOf(head);
     if (head.pages == 1 && lattice.images > 1 && isOfImageJ(head.description))
         return openAppended(std::move(file), head, lattice, options);
     if (head.pages == 1)
@@ -163,7 +207,7 @@ std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions&
                       std::to_string(head.pages));
     VolumeInfo info = infoOf(head, head.pages, lattice, options, where);
     return std::make_unique<StackSource>(
-        std::vector{path}, head, std::move(info),
+        std::vector{path}, pagesInOrder(static_cast<std::size_t>(head.pages), true), head, std::move(info),
         described("TIFF of " + std::to_string(head.pages) + " pages", head.shape.type));
 }
 
@@ -210,18 +254,35 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
         info.remarks.push_back(std::to_string(names.missingCount) +
                                " slices missing by their numbers, interpolated: " + names.missing);
     const std::string what = std::to_string(names.files.size()) + " slices, " + names.pattern;
-    auto slices = std::make_unique<StackSource>(std::move(names.files), head, std::move(info),
-                                                described(what, head.shape.type));
+    const std::size_t count = names.files.size();
+    auto slices = std::make_unique<StackSource>(std::move(names.files), pagesInOrder(count, false), head,
+                                                std::move(info), described(what, head.shape.type));
     if (names.missingCount == 0)
         return slices;
     return fillGaps(std::move(slices), names.places);
 }
 
+/// Pages behind the first, of which ImageJ appends some without an entry, or pages of other files.
 bool isVolumeByItself(const fs::path& path) {
     try {
-        return hasSeveralPages(InputFile(path));
+        const TiffBeginning first = tiffBeginningOf(InputFile(path));
+        if (!isOfImageJ(first.description) && isOfOme(first.description)) {
+            const OmeText text = readOmeText(first.description);
+            return text.describedBy.empty() && (first.isFollowed || !otherOmeFiles(text, path).empty());
+        }
+        return first.isFollowed || first.description.find("\nimages=") != std::string::npos;
     } catch (const Error&) {
         return false; // as a slice it is refused by its name
+    }
+}
+
+std::vector<fs::path> otherFilesOf(const fs::path& path) {
+    try {
+        const TiffBeginning first = tiffBeginningOf(InputFile(path));
+        return isOfOme(first.description) ? otherOmeFiles(readOmeText(first.description), path)
+                                          : std::vector<fs::path>();
+    } catch (const Error&) {
+        return {};
     }
 }
 
@@ -232,6 +293,7 @@ FileFormat stackFormat() {
             .named = ".tif or .tiff of several pages",
             .open = openPages,
             .isMeant = isVolumeByItself,
+            .parts = otherFilesOf,
             .takesSpacing = true,
             .openStack = openFolder,
             .sliceEndings = {".tif", ".tiff", ".png", ".jp2", ".j2k", ".j2c", ".jpc"}};

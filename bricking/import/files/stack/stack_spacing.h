@@ -2,6 +2,7 @@
 // resolution, the descriptions of ImageJ and of OME. Private to stacks.
 #pragma once
 
+#include "bricking/import/files/stack/ome_text.h"
 #include "bricking/import/files/stack/picture_walk.h"
 
 #include <cstdint>
@@ -23,5 +24,7 @@ struct StackLattice {
 };
 
 StackLattice latticeOf(const PictureHead& head);
+/// Of one volume of an OME-TIFF.
+StackLattice latticeOf(const OmeImage& image);
 
 } // namespace tessera

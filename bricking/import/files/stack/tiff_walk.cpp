@@ -49,7 +49,7 @@ constexpr std::array kCodings = {
     Coding{7, 1e4, true},                                  // JPEG
     Coding{34925, 1e5, false}, Coding{50000, 1e5, false}}; // LZMA, zstd
 
-constexpr std::uint64_t kMostEntries = 4096, kMostDescription = std::uint64_t{1} << 20;
+constexpr std::uint64_t kMostEntries = 4096, kMostDescription = std::uint64_t{16} << 20;
 constexpr double kMostTileBytes = 256 << 20; // of a row of tiles, which are read together
 
 /// A field of a page. Its values are in the file at `at`.
@@ -133,17 +133,24 @@ class TiffWalk {
         head.shape.type = typeOf(single(kBits, 1), single(kSampleFormat, 1));
         head.isHalf = head.shape.type == FileType::f32 && single(kBits, 1) == 16;
         checkData(head);
-        if (const Entry* text = entry(kDescription); text && text->type == 2) {
-            head.description.resize(std::min(text->count, kMostDescription));
-            file_.readAt(text->at, std::as_writable_bytes(std::span(head.description)));
-            head.description.resize(std::strlen(head.description.c_str()));
-        }
+        head.description = description();
         if (entry(kPerX) && entry(kPerY)) {
             head.perUnit = glm::dvec2(ratio(kPerX), ratio(kPerY));
             const std::uint64_t unit = single(kResolutionUnit, 2);
             head.unitMm = unit == 2 ? 25.4 : unit == 3 ? 10 : 0;
         }
         return head;
+    }
+
+    /// Of a page that may be no slice.
+    std::string description() const {
+        std::string text;
+        if (const Entry* said = entry(kDescription); said && said->type == 2) {
+            text.resize(std::min(said->count, kMostDescription));
+            file_.readAt(said->at, std::as_writable_bytes(std::span(text)));
+            text.resize(std::strlen(text.c_str()));
+        }
+        return text;
     }
 
     [[noreturn]] void refuse(const std::string& expected, const std::string& found) const {
@@ -365,13 +372,13 @@ PictureHead walkTiff(const InputFile& file) {
     return head;
 }
 
-bool hasSeveralPages(const InputFile& file) {
+TiffBeginning tiffBeginningOf(const InputFile& file) {
     if (!beginsAsTiff(file))
-        return false;
+        return {};
     TiffWalk walk(file);
     if (!walk.toNextPage())
-        return false;
-    return !walk.isLastPage() || walk.head().description.find("\nimages=") != std::string::npos;
+        return {};
+    return {!walk.isLastPage(), walk.description()};
 }
 
 } // namespace tessera
