@@ -140,8 +140,12 @@ ExportReport writeGrid(BoxSource& box, const ExportRequest& request, bool asHalf
     grid->setTransform(vdbTransform(info));
     grid->setSaveFloatAsHalf(asHalf);
     grid->insertMeta("unit", openvdb::StringMetadata(info.unit));
-    const std::string what = "the grid, which OpenVDB holds as a whole; a box or a --level takes less";
+    // So that a volume with margins of the background comes back as it was.
     const glm::ivec3 n = info.extentVoxels;
+    grid->insertMeta("tessera_extent", openvdb::Vec3IMetadata(openvdb::Vec3i(n.x, n.y, n.z)));
+    if (info.orientationKnown)
+        grid->insertMeta("tessera_space", openvdb::StringMetadata("left-posterior-superior, mm"));
+    const std::string what = "the grid, which OpenVDB holds as a whole; a box or a --level takes less";
     const std::size_t sliceValues = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y);
     request.progress.stage("making the grid of " + request.out.string());
     std::optional<Charge> held;

@@ -108,7 +108,6 @@ constexpr std::array kEndings = {
     Ending{".mgh", "a FreeSurfer volume", 1},
     Ending{".mnc", "a MINC volume", 1},
     Ending{".vtk", "a VTK file", 1},
-    Ending{".vdb", "an OpenVDB file", 0},
     Ending{".h5", "an HDF5 file", 1},
     Ending{".zip", "a ZIP archive", 2},
     Ending{".tar", "a tar archive", 2},

@@ -642,7 +642,7 @@ TEST_F(Folder, EveryEndingHasTheAdviceOfItsKind) {
     };
     expectAdvice({".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".RAR"}, "unpack it");
     expectAdvice({".hdr", ".img", ".mgz", ".mgh", ".mnc", ".vtk", ".h5"}, "convert it to .nii.gz");
-    expectAdvice({".vdb", ".stl", ".ply", ".obj"}, "");
+    expectAdvice({".stl", ".ply", ".obj"}, "");
 }
 
 TEST_F(Folder, SeveralNiftiFilesAreAChoiceByName) {

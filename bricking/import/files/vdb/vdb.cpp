@@ -1,0 +1,156 @@
+// bricking/import/files/vdb/vdb.cpp: grids of floats and halves in OpenVDB files, as slices of the box of
+// their active voxels. The tree is walked over and read here, not by the library: that holds a grid as a
+// whole, and copies as many bytes as a damaged file says.
+#include "bricking/import/files/file_format.h"
+#include "bricking/import/files/header_words.h"
+#include "bricking/import/files/vdb/vdb_slices.h"
+#include "bricking/import/source/plausible.h"
+#include "bricking/import/source/slice_converter.h"
+#include "core/base/error.h"
+#include "core/base/shown_text.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+class VdbSource final : public RandomSlabSource {
+  public:
+    VdbSource(VdbSlices slices, VolumeInfo info, std::string description)
+        : slices_(std::move(slices)), info_(std::move(info)), description_(std::move(description)),
+          converter_(FileType::f32, false, [this](const auto& visit) {
+              for (int z = 0; z < info_.extentVoxels.z; ++z)
+                  visit(std::as_bytes(slices_.slice(z)));
+          }) {}
+
+    const VolumeInfo& info() const override { return info_; }
+    std::string describe() const override { return description_; }
+    std::vector<std::string> notes() const override { return converter_.notes(info_); }
+
+    void readSliceAt(int z, std::span<std::byte> out) override {
+        TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
+        const std::span<const float> slice = slices_.slice(z);
+        slice_.assign(slice.begin(), slice.end()); // another pass may read others meanwhile
+        converter_.convert(std::as_bytes(std::span(slice_)), out, info_);
+    }
+
+  private:
+    VdbSlices slices_;
+    VolumeInfo info_;
+    std::string description_;
+    SliceConverter converter_;
+    std::vector<float> slice_;
+};
+
+std::string kindOf(const VdbGrid& grid) {
+    return shownWord(grid.name) + " (" + shownWord(grid.type) + ")";
+}
+
+/// The only grid of floats, or the one that is chosen.
+/// @param chosen  from 0 on, among the grids of floats as they are listed
+const VdbGrid& gridOf(const std::vector<VdbGrid>& grids, std::optional<std::size_t> chosen,
+                      const std::string& where, std::string& others) {
+    constexpr std::size_t kMostListed = 24;
+    std::vector<const VdbGrid*> floats;
+    std::string named;
+    for (const VdbGrid& grid : grids)
+        if (grid.isFloat()) {
+            floats.push_back(&grid);
+            if (floats.size() <= kMostListed)
+                named +=
+                    (named.empty() ? "" : ", ") + std::to_string(floats.size()) + ": " + shownWord(grid.name);
+        } else {
+            others += (others.empty() ? "" : ", ") + kindOf(grid);
+        }
+    if (floats.empty())
+        throw badFile(where, "a grid of floats or halves (Tree_float_5_4_3)",
+                      others.empty() ? "no grid" : others);
+    if (!chosen && floats.size() > 1)
+        throw badFile(where, "one grid of floats",
+                      std::to_string(floats.size()) + " of them: " + named +
+                          (floats.size() > kMostListed ? ", ..." : ""));
+    const VdbGrid& grid = *floats[chosen.value_or(0)];
+    if (!grid.treeOf.empty())
+        throw badFile(where, "a grid with a tree of its own", "one with that of " + shownWord(grid.treeOf));
+    return grid;
+}
+
+/// Of voxels: that of its active ones, or the one that `tessera export` says.
+VdbBox boxOf(const VdbTree& tree, const VdbHead& head, const std::string& where) {
+    const bool isEmpty = tree.high.x < tree.low.x;
+    const auto text = [](const glm::dvec3& v) {
+        const auto whole = [](double n) { return std::to_string(static_cast<std::int64_t>(n)); };
+        return whole(v.x) + "x" + whole(v.y) + "x" + whole(v.z);
+    };
+    VdbBox box{tree.low, tree.high};
+    if (head.extent) {
+        const glm::ivec3 last = *head.extent - 1;
+        for (int axis = 0; axis < 3; ++axis)
+            if (last[axis] < 0 || (!isEmpty && (tree.low[axis] < 0 || tree.high[axis] > last[axis])))
+                throw badFile(
+                    where, "active voxels within the grid's tessera_extent " + text(glm::dvec3(*head.extent)),
+                    "others");
+        box = {glm::ivec3(0), last};
+    } else if (isEmpty) {
+        throw badFile(where, "a grid with active voxels", "none");
+    }
+    const glm::dvec3 extent = glm::dvec3(box.high) - glm::dvec3(box.low) + 1.0;
+    // Nothing else bounds a place that is wrong.
+    constexpr double kMostSparse = 16384, kLeastHeld = 16384, kMostOfSlice = double{1 << 29};
+    const double voxels = extent.x * extent.y * extent.z;
+    if (voxels > kMostSparse * std::max(tree.heldVoxels, kLeastHeld) || extent.x * extent.y > kMostOfSlice ||
+        extent.z > std::numeric_limits<int>::max())
+        throw badFile(where,
+                      "a box that the tree fills to a 16384th at least, with slices of 2^29 voxels at most",
+                      text(extent) + " voxels for " + numberText(tree.heldVoxels) + " of the tree");
+    return box;
+}
+
+std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const SourceOptions&) {
+    InputFile file(path);
+    const std::string where = path.string();
+    std::string others;
+    const VdbGrid grid = gridOf(readVdbGrids(file), std::nullopt, where, others);
+    const VdbHead head = readVdbHead(file, grid);
+    VdbTree tree = readVdbTree(file, grid, head);
+    const VdbBox box = boxOf(tree, head, where);
+    VolumeInfo info;
+    info.extentVoxels = box.extent();
+    info.type = ValueType::f32;
+    info.fillStored = std::isfinite(tree.background) ? tree.background : 0;
+    glm::dvec3 first = head.origin;
+    for (int axis = 0; axis < 3; ++axis)
+        first += static_cast<double>(box.low[axis]) * head.step[static_cast<std::size_t>(axis)];
+    info.patientFromVoxel = patientFromVoxelOf(first, head.step[0], head.step[1], head.step[2]);
+    requirePlausibleGeometry(info, {"the transform", "the transform", "the transform"}, where);
+    info.orientationKnown = head.space == kVdbSpace;
+    if (head.unit == "HU" || head.unit == kSuvUnit) // as `tessera export` writes it
+        info.unit = head.unit;
+    if (head.space.empty())
+        info.remarks.emplace_back(
+            "OpenVDB files do not say which way their axes point, and in which unit; taken as LPS, mm");
+    if (!others.empty())
+        info.remarks.push_back("grids that are no volumes are left out: " + others);
+    info.validate(where);
+    std::string description = std::string("OpenVDB ") + (grid.isHalf ? "float16" : "float32");
+    if (head.gridClass == "level set")
+        description +=
+            ", a level set: distances from its surface, negative inside, within its narrow band of " +
+            numberText(std::abs(tree.background)) + " to either side";
+    return std::make_unique<VdbSource>(VdbSlices(std::move(file), grid, head, std::move(tree), box),
+                                       std::move(info), std::move(description));
+}
+
+} // namespace
+
+FileFormat vdbFormat() {
+    return {"OpenVDB grids", ".vdb", openVdb};
+}
+
+} // namespace tessera
