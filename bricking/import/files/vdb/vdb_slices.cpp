@@ -69,10 +69,11 @@ void VdbSlices::fill(int first, int end) {
             putTiles(node, kVdbUpper / kVdbLower, kVdbLower);
         for (const VdbNode& node : tree_.lowers)
             putTiles(node, kVdbLower / kVdbLeaf, kVdbLeaf);
-        const auto leaves = std::ranges::equal_range(tree_.leaves, alignedDown(first, kVdbLeaf), {},
-                                                     [](const VdbNode& leaf) { return leaf.origin.z; });
-        for (const VdbNode& leaf : leaves)
-            putLeaf(leaf);
+        const auto isBelow = [](const VdbNode& leaf, int z) { return leaf.origin.z < z; };
+        const int layer = alignedDown(first, kVdbLeaf);
+        for (auto leaf = std::lower_bound(tree_.leaves.begin(), tree_.leaves.end(), layer, isBelow);
+             leaf != tree_.leaves.end() && leaf->origin.z == layer; ++leaf)
+            putLeaf(*leaf);
     } catch (...) {
         first_ = end_ = 0;
         throw;
