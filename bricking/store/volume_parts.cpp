@@ -27,8 +27,8 @@ glm::ivec3 extentOfPart(const VolumeInfo& info, const VolumeParts& parts, int pa
 }
 
 /// A file of a part below its folder.
-FileHandle openPart(const PartFiles& part, const std::string& relative) {
-    std::optional<FileHandle> file = openIn(openFolder(part.folder), relative, part.folder);
+StoreFile openPart(const PartFiles& part, const std::string& relative) {
+    std::optional<StoreFile> file = openIn(openFolder(part.folder), relative, part.folder);
     if (!file)
         throw badFile((part.folder / relative).string(), "a file of an unfinished import", "none");
     return std::move(*file);
@@ -81,7 +81,7 @@ class ShardJoiner {
                          std::uint64_t end) {
         const std::string relative = shardPath(fragment.file->level, fragment.file->at);
         const std::string shown = (fragment.part->folder / relative).string();
-        const FileHandle in = openPart(*fragment.part, relative);
+        const StoreFile in = openPart(*fragment.part, relative);
         if (fragment.file->bytes < layout_.indexBytes())
             throw badFile(shown, "a shard's index at the end",
                           std::to_string(fragment.file->bytes) + " bytes");

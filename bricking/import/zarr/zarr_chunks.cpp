@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -131,6 +132,15 @@ std::span<const std::byte> ZarrChunks::decoded(std::span<const std::byte> bytes)
     if (bytes.size() != whole)
         throw badFile(where_, std::to_string(whole) + " bytes of values", std::to_string(bytes.size()));
     return bytes;
+}
+
+void ZarrChunks::tell(const std::vector<std::vector<std::int64_t>>& places) const {
+    if (!folder_.remote || !array_.shard.empty())
+        return;
+    std::vector<RemoteRange> ranges;
+    for (const std::vector<std::int64_t>& at : places)
+        ranges.push_back({folder_.remote->nameOf(keyOf(at)), 0, array_.encodedBound()});
+    folder_.remote->files->willRead(std::move(ranges));
 }
 
 std::span<const std::byte> ZarrChunks::read(std::span<const std::int64_t> at) {

@@ -20,6 +20,9 @@ class ZarrChunks {
     /// Most memory that it takes.
     static std::size_t bytesNeeded(const ZarrArray& array);
 
+    /// Tells an array behind an address that these chunks will be read (RemoteFiles::willRead()). Chunks of
+    /// shards are not told.
+    void tell(const std::vector<std::vector<std::int64_t>>& places) const;
     /// The chunk at a place of the grid of chunks, as its bytes are ordered; empty: the array has none there,
     /// and all is fill. Valid until the next call. Memory is taken for what its first bytes justify. Throws
     /// InputError naming file and chunk for damage, and for a chunk of another size than the array says.

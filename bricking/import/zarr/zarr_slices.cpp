@@ -77,6 +77,14 @@ void ZarrSlices::readLayer() {
     parts_.clear();
     spool_.reset();
     spooled_ = 0;
+    std::vector<std::vector<std::int64_t>> all;
+    for (std::int64_t y = 0; y < lengthOf(1); y += chunkOf(1))
+        for (std::int64_t x = 0; x < lengthOf(2); x += chunkOf(2)) {
+            at[place_.axes[1]] = y / chunkOf(1);
+            at[place_.axes[2]] = x / chunkOf(2);
+            all.push_back(at);
+        }
+    chunks_.tell(all);
     for (std::int64_t y = 0; y < lengthOf(1); y += chunkOf(1))
         for (std::int64_t x = 0; x < lengthOf(2); x += chunkOf(2)) {
             checkInterrupted();

@@ -31,7 +31,7 @@ class VdbSource final : public RandomSlabSource {
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
-    std::vector<std::string> notes() const override { return converter_.notes(info_); }
+    VoxelTally takeTally() override { return converter_.takeTally(); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));

@@ -54,10 +54,11 @@ class ZarrSource final : public SlabSource {
         return image_.what + ", " + name(type) + (losesPrecision(type) ? ", converted to float32" : "");
     }
 
+    VoxelTally takeTally() override { return converter_.takeTally(); }
     std::vector<std::string> notes() const override {
-        std::vector<std::string> notes = image_.hasPlace ? image_.grid.notes : std::vector<std::string>{};
-        for (std::string& note : converter_.notes(info_))
-            notes.push_back(std::move(note));
+        std::vector<std::string> notes = SlabSource::notes();
+        if (image_.hasPlace)
+            notes.insert(notes.end(), image_.grid.notes.begin(), image_.grid.notes.end());
         return notes;
     }
 
