@@ -149,6 +149,8 @@ ForeignFormat foreignFile(const fs::path& file) {
     for (const Ending& row : kEndings)
         if (name.ends_with(row.ending))
             return made(row.what, row.advice);
+    if (bytes.starts_with("\xff\x4f\xff\x51") || bytes.starts_with(std::string_view("\0\0\0\x0cjP  ", 8)))
+        return {"a JPEG 2000 picture", "slices in such files are opened by their folder"};
     if (bytes.starts_with("\x89PNG") || bytes.starts_with("\xff\xd8\xff") || bytes.starts_with("%PDF"))
         return {"a picture or document",
                 bytes.starts_with("\x89PNG") ? "slices in PNG files are opened by their folder" : ""};

@@ -48,17 +48,13 @@ class VdbSource final : public RandomSlabSource {
     std::vector<float> slice_;
 };
 
-std::string kindOf(const VdbGrid& grid) {
-    return shownWord(grid.name) + " (" + shownWord(grid.type) + ")";
-}
-
 /// The only grid of floats, or the one that is chosen.
 /// @param chosen  from 0 on, among the grids of floats as they are listed
 const VdbGrid& gridOf(const std::vector<VdbGrid>& grids, std::optional<std::size_t> chosen,
-                      const std::string& where, std::string& others) {
+                      const std::string& where) {
     constexpr std::size_t kMostListed = 24;
     std::vector<const VdbGrid*> floats;
-    std::string named;
+    std::string named, others;
     for (const VdbGrid& grid : grids)
         if (grid.isFloat()) {
             floats.push_back(&grid);
@@ -66,7 +62,7 @@ const VdbGrid& gridOf(const std::vector<VdbGrid>& grids, std::optional<std::size
                 named +=
                     (named.empty() ? "" : ", ") + std::to_string(floats.size()) + ": " + shownWord(grid.name);
         } else {
-            others += (others.empty() ? "" : ", ") + kindOf(grid);
+            others += (others.empty() ? "" : ", ") + shownWord(grid.name) + " (" + shownWord(grid.type) + ")";
         }
     if (floats.empty())
         throw badFile(where, "a grid of floats or halves (Tree_float_5_4_3)",
@@ -90,13 +86,13 @@ VdbBox boxOf(const VdbTree& tree, const VdbHead& head, const std::string& where)
     };
     VdbBox box{tree.low, tree.high};
     if (head.extent) {
-        const glm::ivec3 last = *head.extent - 1;
+        const glm::ivec3 extent = *head.extent;
         for (int axis = 0; axis < 3; ++axis)
-            if (last[axis] < 0 || (!isEmpty && (tree.low[axis] < 0 || tree.high[axis] > last[axis])))
-                throw badFile(
-                    where, "active voxels within the grid's tessera_extent " + text(glm::dvec3(*head.extent)),
-                    "others");
-        box = {glm::ivec3(0), last};
+            if (extent[axis] < 1 || (!isEmpty && (tree.low[axis] < 0 || tree.high[axis] >= extent[axis])))
+                throw badFile(where,
+                              "active voxels within the grid's tessera_extent " + text(glm::dvec3(extent)),
+                              "others");
+        box = {glm::ivec3(0), extent - 1};
     } else if (isEmpty) {
         throw badFile(where, "a grid with active voxels", "none");
     }
@@ -115,8 +111,8 @@ VdbBox boxOf(const VdbTree& tree, const VdbHead& head, const std::string& where)
 std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const SourceOptions&) {
     InputFile file(path);
     const std::string where = path.string();
-    std::string others;
-    const VdbGrid grid = gridOf(readVdbGrids(file), std::nullopt, where, others);
+    const std::vector<VdbGrid> grids = readVdbGrids(file);
+    const VdbGrid grid = gridOf(grids, std::nullopt, where);
     const VdbHead head = readVdbHead(file, grid);
     VdbTree tree = readVdbTree(file, grid, head);
     const VdbBox box = boxOf(tree, head, where);
@@ -135,8 +131,9 @@ std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const Sou
     if (head.space.empty())
         info.remarks.emplace_back(
             "OpenVDB files do not say which way their axes point, and in which unit; taken as LPS, mm");
-    if (!others.empty())
-        info.remarks.push_back("grids that are no volumes are left out: " + others);
+    if (grids.size() > 1)
+        info.remarks.push_back("other grids of the file, which are no volumes, are left out: " +
+                               std::to_string(grids.size() - 1));
     info.validate(where);
     std::string description = std::string("OpenVDB ") + (grid.isHalf ? "float16" : "float32");
     if (head.gridClass == "level set")

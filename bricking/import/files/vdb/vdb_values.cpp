@@ -101,7 +101,8 @@ void VdbValues::readNumbers(VdbBytes& bytes, std::span<float> out) {
         bytes.read(plain_);
     }
     if (!isHalf_) {
-        std::memcpy(out.data(), plain_.data(), plain_.size());
+        if (!out.empty())
+            std::memcpy(out.data(), plain_.data(), plain_.size());
         return;
     }
     for (std::size_t n = 0; n < out.size(); ++n) {

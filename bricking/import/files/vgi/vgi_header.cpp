@@ -342,14 +342,19 @@ class VgiReader {
         requirePlausibleGeometry(info, {"\"resolution\"", "\"resolution\"", "\"resolution\""}, where_);
     }
 
-    /// Keys of the voxels whose meaning is not known.
+    /// Keys of the voxels whose meaning is not known. A remark has plain code words alone.
     void passOver() {
         std::string others;
+        const auto isCodeWord = [](const std::string& key) {
+            constexpr std::size_t kLongest = 32;
+            return key.size() <= kLongest &&
+                   key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
+        };
         for (const auto& [key, value] : *voxels_)
             if (std::ranges::find(kFileKeys, key) == kFileKeys.end())
-                others += (others.empty() ? "" : ", ") + shownWord(key);
+                others += (others.empty() ? "" : ", ") + (isCodeWord(key) ? shownWord(key) : "another");
         if (!others.empty())
-            header_.info.remarks.push_back("keys of [" + file_ + "] that are passed over: " + others);
+            header_.info.remarks.push_back("keys of the file of voxels that are passed over: " + others);
     }
 
     std::filesystem::path path_;

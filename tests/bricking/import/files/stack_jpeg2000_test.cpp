@@ -126,6 +126,10 @@ TEST(ImportJpeg2000Stack, WhatIsNoSliceIsRefused) {
         EXPECT_THAT(refusalOfOpening(folder.path(), kCubes), AllOf(HasSubstr("s1.jp2"), HasSubstr(what)));
     };
     const std::string good = streamOf(0, {.bits = 12});
+    for (const std::string& alone : {good, Jp2{.stream = good}.bytes()}) {
+        writeFile(folder / "s1.jp2", alone);
+        EXPECT_THAT(refusalOfOpening(folder / "s1.jp2"), HasSubstr("opened by their folder"));
+    }
     expectRefusal(streamOf(0, {.bits = 8, .components = 3}), "3 channels");
     expectRefusal(streamOf(0, {.bits = 7}), "8 to 16 bits");
     expectRefusal(Jp2{.stream = good, .colours = 16}.bytes(), "colour space 16");
