@@ -82,8 +82,11 @@ tests_of() { # FILE
     core/image/*picture* | core/image/image_file* | tests/core/image/*) echo core_test core_image_file_test ;;
     core/* | tests/core/*) echo core_test core_scene_test ;;
     bricking/validate/* | tests/bricking/validate/*) echo bricking_validate_test ;;
+    bricking/remote/* | bricking/store/remote* | tests/bricking/remote/*) echo bricking_remote_test ;;
     bricking/store/* | bricking/mask/* | bricking/statistics/* | bricking/import/importer*) echo bricking_store_test ;;
     bricking/cache/*) echo bricking_cache_test ;;
+    bricking/import/zarr/* | bricking/import/files/zarr/*) echo import_zarr_test ;;
+    tests/fuzz/*) echo fuzz_test ;;
     bricking/levels/*) echo bricking_selection_test ;;
     bricking/labels/* | bricking/import/labels/* | tests/bricking/labels/*) echo bricking_labels_test bricking_label_formats_test ;;
     bricking/analysis/*) echo bricking_lumen_test bricking_body_test ;;

@@ -202,11 +202,9 @@ std::int64_t omeVolumesOf(const OmeText& text) {
     return volumes;
 }
 
-std::string omeVolumeList(const OmeText& text) {
-    constexpr std::int64_t kMostListed = 24;
-    const std::int64_t all = omeVolumesOf(text);
-    std::string list;
-    for (std::int64_t n = 0; n < std::min(all, kMostListed); ++n) {
+std::vector<std::string> omeVolumeNames(const OmeText& text) {
+    std::vector<std::string> names;
+    for (std::int64_t n = 0; n < omeVolumesOf(text); ++n) {
         const auto [image, channel, time] = chosenOf(text, n);
         std::string one;
         const auto add = [&](const std::string& part) { one += (one.empty() ? "" : ", ") + part; };
@@ -220,9 +218,9 @@ std::string omeVolumeList(const OmeText& text) {
         }
         if (image->times > 1)
             add("time " + std::to_string(time + 1));
-        list += (n == 0 ? "" : "; ") + std::to_string(n + 1) + ": " + one;
+        names.push_back(std::move(one));
     }
-    return list + (all > kMostListed ? "; ..." : "");
+    return names;
 }
 
 std::vector<fs::path> otherOmeFiles(const OmeText& text, const fs::path& file) {

@@ -28,8 +28,8 @@ struct OmePlanes {
 
 /// Volumes of all images: each is a channel at a point of time; channels go up first.
 std::int64_t omeVolumesOf(const OmeText& text);
-/// "1: channel 1 (DAPI), 2: channel 2 (GFP)": for messages.
-std::string omeVolumeList(const OmeText& text);
+/// "channel 1 (DAPI), time 2".
+std::vector<std::string> omeVolumeNames(const OmeText& text);
 
 /// Other files that hold planes, in the folder of the file that names them.
 std::vector<std::filesystem::path> otherOmeFiles(const OmeText& text, const std::filesystem::path& file);

@@ -152,15 +152,17 @@ std::unique_ptr<SlabSource> openAppended(InputFile file, const PictureHead& head
 }
 
 /// One channel at one point of time.
-/// @param volume  from 0 on, of those that omeVolumeList() lists; none: the only one
+/// @param volume  from 1 on, of omeVolumeNames(); 0: the only one
 std::unique_ptr<SlabSource> openOme(const fs::path& path, const PictureHead& head, const OmeText& text,
-                                    std::optional<std::int64_t> volume, const SourceOptions& options) {
+                                    std::int64_t volume, const SourceOptions& options) {
     const std::string where = path.string();
     const std::int64_t volumes = omeVolumesOf(text);
-    if (!volume && volumes > 1)
-        throw badFile(where, "one channel at one point of time",
-                      std::to_string(volumes) + " volumes: " + omeVolumeList(text));
-    OmePlanes planes = omePlanesOf(text, volume.value_or(0), path, head);
+    if (volume == 0 && volumes > 1)
+        throw badFile(where, "one channel at one point of time, or the name of the file and --series N",
+                      std::to_string(volumes) + " volumes");
+    if (volume > volumes)
+        throw badFile(where, "--series between 1 and " + std::to_string(volumes), std::to_string(volume));
+    OmePlanes planes = omePlanesOf(text, std::max<std::int64_t>(volume, 1) - 1, path, head);
     const auto slices = static_cast<int>(planes.slices.size());
     if (planes.files.size() == 1 && text.images.size() == 1 && slices * volumes != head.pages)
         throw badFile(where, std::to_string(slices * volumes) + " pages, as its description says",
@@ -169,7 +171,7 @@ std::unique_ptr<SlabSource> openOme(const fs::path& path, const PictureHead& hea
     if (planes.files.size() > 1)
         what += " in " + std::to_string(planes.files.size()) + " files";
     if (volumes > 1)
-        what += ", volume " + std::to_string(volume.value_or(0) + 1) + " of " + std::to_string(volumes);
+        what += ", volume " + std::to_string(volume) + " of " + std::to_string(volumes);
     VolumeInfo info = infoOf(planes.head, slices, latticeOf(planes.image), options, where);
     const FileType type = planes.head.shape.type;
     return std::make_unique<StackSource>(std::move(planes.files), std::move(planes.slices),
@@ -184,18 +186,30 @@ std::vector<SlicePage> pagesInOrder(std::size_t count, bool isOneFile) {
     return slices;
 }
 
+/// OME's description of pages that are planes; nullopt: none. Throws InputError for a file that another one
+/// describes.
+std::optional<OmeText> omeTextOf(const fs::path& path, const PictureHead& head) {
+    if (isOfImageJ(head.description) || !isOfOme(head.description))
+        return std::nullopt;
+    OmeText text = readOmeText(head.description);
+    if (!text.describedBy.empty())
+        throw badFile(path.string(), "the file of a set that describes it: " + shownWord(text.describedBy),
+                      "another one of the set");
+    const bool hasPlanes = !text.images.empty() && (head.pages > 1 || !otherOmeFiles(text, path).empty());
+    return hasPlanes ? std::optional(std::move(text)) : std::nullopt;
+}
+
+std::vector<std::string> volumesOfPages(const fs::path& path) {
+    const std::optional<OmeText> text = omeTextOf(path, walkPicture(InputFile(path)));
+    return text && omeVolumesOf(*text) > 1 ? omeVolumeNames(*text) : std::vector<std::string>{};
+}
+
 std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions& options) {
     InputFile file(path);
     const PictureHead head = walkPicture(file);
     const std::string where = path.string();
-    if (!isOfImageJ(head.description) && isOfOme(head.description)) {
-        const OmeText text = readOmeText(head.description);
-        if (!text.describedBy.empty())
-            throw badFile(where, "the file of a set that describes it: " + shownWord(text.describedBy),
-                          "another one of the set");
-        if (!text.images.empty() && (head.pages > 1 || !otherOmeFiles(text, path).empty()))
-            return openOme(path, head, text, std::nullopt, options);
-    }
+    if (const std::optional<OmeText> text = omeTextOf(path, head))
+        return openOme(path, head, *text, options.series, options);
     const StackLattice lattice = latticeOf(head);
     if (head.pages == 1 && lattice.images > 1 && isOfImageJ(head.description))
         return openAppended(std::move(file), head, lattice, options);
@@ -296,7 +310,8 @@ FileFormat stackFormat() {
             .parts = otherFilesOf,
             .takesSpacing = true,
             .openStack = openFolder,
-            .sliceEndings = {".tif", ".tiff", ".png", ".jp2", ".j2k", ".j2c", ".jpc"}};
+            .sliceEndings = {".tif", ".tiff", ".png", ".jp2", ".j2k", ".j2c", ".jpc"},
+            .volumes = volumesOfPages};
 }
 
 } // namespace tessera

@@ -9,13 +9,16 @@
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <limits>
-#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -49,29 +52,25 @@ class VdbSource final : public RandomSlabSource {
 };
 
 /// The only grid of floats, or the one that is chosen.
-/// @param chosen  from 0 on, among the grids of floats as they are listed
-const VdbGrid& gridOf(const std::vector<VdbGrid>& grids, std::optional<std::size_t> chosen,
-                      const std::string& where) {
-    constexpr std::size_t kMostListed = 24;
+/// @param chosen  from 1 on, of the grids of floats; 0: none is
+const VdbGrid& gridOf(const std::vector<VdbGrid>& grids, std::size_t chosen, const std::string& where) {
     std::vector<const VdbGrid*> floats;
-    std::string named, others;
+    std::string others;
     for (const VdbGrid& grid : grids)
-        if (grid.isFloat()) {
+        if (grid.isFloat())
             floats.push_back(&grid);
-            if (floats.size() <= kMostListed)
-                named +=
-                    (named.empty() ? "" : ", ") + std::to_string(floats.size()) + ": " + shownWord(grid.name);
-        } else {
+        else
             others += (others.empty() ? "" : ", ") + shownWord(grid.name) + " (" + shownWord(grid.type) + ")";
-        }
     if (floats.empty())
         throw badFile(where, "a grid of floats or halves (Tree_float_5_4_3)",
                       others.empty() ? "no grid" : others);
-    if (!chosen && floats.size() > 1)
-        throw badFile(where, "one grid of floats",
-                      std::to_string(floats.size()) + " of them: " + named +
-                          (floats.size() > kMostListed ? ", ..." : ""));
-    const VdbGrid& grid = *floats[chosen.value_or(0)];
+    if (chosen == 0 && floats.size() > 1)
+        throw badFile(where, "one grid of floats, or the name of the file and --series N",
+                      std::to_string(floats.size()) + " of them");
+    if (chosen > floats.size())
+        throw badFile(where, "--series between 1 and " + std::to_string(floats.size()),
+                      std::to_string(chosen));
+    const VdbGrid& grid = *floats[std::max<std::size_t>(chosen, 1) - 1];
     if (!grid.treeOf.empty())
         throw badFile(where, "a grid with a tree of its own", "one with that of " + shownWord(grid.treeOf));
     return grid;
@@ -108,11 +107,19 @@ VdbBox boxOf(const VdbTree& tree, const VdbHead& head, const std::string& where)
     return box;
 }
 
-std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const SourceOptions&) {
+std::vector<std::string> volumesOfVdb(const std::filesystem::path& path) {
+    std::vector<std::string> names;
+    for (const VdbGrid& grid : readVdbGrids(InputFile(path)))
+        if (grid.isFloat())
+            names.push_back(shownWord(grid.name));
+    return names.size() > 1 ? names : std::vector<std::string>{};
+}
+
+std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const SourceOptions& options) {
     InputFile file(path);
     const std::string where = path.string();
     const std::vector<VdbGrid> grids = readVdbGrids(file);
-    const VdbGrid grid = gridOf(grids, std::nullopt, where);
+    const VdbGrid grid = gridOf(grids, static_cast<std::size_t>(options.series), where);
     const VdbHead head = readVdbHead(file, grid);
     VdbTree tree = readVdbTree(file, grid, head);
     const VdbBox box = boxOf(tree, head, where);
@@ -131,9 +138,10 @@ std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const Sou
     if (head.space.empty())
         info.remarks.emplace_back(
             "OpenVDB files do not say which way their axes point, and in which unit; taken as LPS, mm");
-    if (grids.size() > 1)
+    if (const auto others =
+            std::count_if(grids.begin(), grids.end(), [](const VdbGrid& each) { return !each.isFloat(); }))
         info.remarks.push_back("other grids of the file, which are no volumes, are left out: " +
-                               std::to_string(grids.size() - 1));
+                               std::to_string(others));
     info.validate(where);
     std::string description = std::string("OpenVDB ") + (grid.isHalf ? "float16" : "float32");
     if (head.gridClass == "level set")
@@ -147,7 +155,7 @@ std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const Sou
 } // namespace
 
 FileFormat vdbFormat() {
-    return {"OpenVDB grids", ".vdb", openVdb};
+    return {.inFolders = "OpenVDB grids", .named = ".vdb", .open = openVdb, .volumes = volumesOfVdb};
 }
 
 } // namespace tessera

@@ -1,5 +1,6 @@
 // tests/bricking/import/files/vdb_grids_test.cpp: grids of OpenVDB files, against the library: every coding,
 // level of the tree and transform; our own exports; what is no volume; damage.
+#include "bricking/import/catalogue.h"
 #include "bricking/import/files/vdb/vdb_values.h"
 #include "tests/support/export_tools.h"
 #include "tests/support/import_test_tools.h"
@@ -249,7 +250,15 @@ TEST(ImportVdb, WhatIsNoVolumeIsRefusedByItsName) {
                heat = named(scatteredGrid(0, 0, 2), "heat"),
                speed = named(openvdb::Vec3SGrid::create(), "speed"),
                ids = named(openvdb::Int32Grid::create(), "ids");
-    expectRefusal({density, heat, speed}, "2 of them: 1: \"density\", 2: \"heat\"");
+    expectRefusal({density, heat, speed}, "2 volumes");
+    SourceOptions second;
+    second.series = 2;
+    EXPECT_EQ(lookThrough(folder / "a.vdb").rows.at(1).what, "\"heat\"");
+    EXPECT_EQ(readAll<float>(*openSource(folder / "a.vdb", second)), [&] {
+        const ScratchFolder alone;
+        writeGrids(alone / "b.vdb", {heat}, openvdb::io::COMPRESS_ZIP);
+        return readAll<float>(*openSource(alone / "b.vdb", {}));
+    }());
     expectRefusal({speed, ids}, "\"ids\" (\"Tree_int32_5_4_3\")");
     expectRefusal({named(openvdb::DoubleGrid::create(), "d")}, "Tree_double_5_4_3");
     expectRefusal({openvdb::FloatGrid::create()}, "none");
