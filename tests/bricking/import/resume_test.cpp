@@ -316,6 +316,13 @@ TEST_F(Resume, OneAtATimeUnlessTheyShare) {
     EXPECT_TRUE(fs::exists(first.path()));
 }
 
+TEST_F(Resume, OneAtATimeGoesOn) {
+    stopAt(150);
+    const WorkFolder first(scratch_ / "v.zarr", {kKey, false});
+    EXPECT_THAT([&] { import("v.zarr", options()); }, ThrowsMessage<InputError>(HasSubstr("--share")));
+    EXPECT_EQ(WorkFolder::partsOf(scratch_ / "v.zarr", kKey), 2);
+}
+
 TEST_F(Resume, GoesOnAfterADiskFails) {
     const Files expected = oneRun();
     stopAt(150);
@@ -383,12 +390,13 @@ TEST_F(Resume, ADamagedPartIsMadeAgain) {
         [](const fs::path& part) { fs::remove_all(part / "1"); },
         [](const fs::path& part) {
             std::string text = fileText(part / "part.json");
-            text[text.find("lowest") + 10] ^= 1;
+            const std::string counted = "\"nonFiniteVoxels\": 0";
+            text.replace(text.find(counted), counted.size(), "\"nonFiniteVoxels\": 7");
             setFileText(part / "part.json", text);
         },
-        [](const fs::path& part) {
-            fs::copy(part.parent_path() / "part-0000/part.json", part / "part.json",
-                     fs::copy_options::overwrite_existing);
+        [](const fs::path& part) { // another's place
+            fs::remove_all(part);
+            fs::copy(part.parent_path() / "part-0000", part, fs::copy_options::recursive);
         }};
     for (const auto& damage : damages) {
         stopAt(195);
