@@ -8,6 +8,7 @@
 #include "core/base/interrupt.h"
 #include "tests/support/bricking_store_tools.h"
 
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -19,6 +20,7 @@
 #include <random>
 #include <string>
 #include <sys/syscall.h>
+#include <sys/vfs.h> // statfs
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
@@ -26,6 +28,7 @@
 namespace {
 /// Kills of processes lose nothing of a file system, and one in memory is many times as fast.
 const bool isInMemory = ::access("/dev/shm", W_OK) == 0 && ::setenv("TMPDIR", "/dev/shm", 1) == 0;
+bool hasLocks = true;
 /// Changes of files that this process still makes; at the next one it is killed, in the middle of a write.
 int changesLeft = -1; // negative: never
 std::string order;    // of s(yncs of a file system) and names of p(arts)
@@ -69,6 +72,20 @@ extern "C" int unlinkat(int folder, const char* path, int flags) noexcept {
     if (isLast())
         die();
     return static_cast<int>(::syscall(SYS_unlinkat, folder, path, flags));
+}
+// As on a file system that other machines share, without locks.
+extern "C" int flock(int file, int operation) noexcept {
+    if (hasLocks)
+        return static_cast<int>(::syscall(SYS_flock, file, operation));
+    errno = EOPNOTSUPP;
+    return -1;
+}
+extern "C" int statfs(const char* path, struct statfs* facts) noexcept {
+    constexpr int kNfs = 0x6969;
+    const auto result = static_cast<int>(::syscall(SYS_statfs, path, facts));
+    if (!hasLocks)
+        facts->f_type = kNfs;
+    return result;
 }
 extern "C" int syncfs(int) noexcept { // no test waits for a disk
     order += 's';
@@ -301,6 +318,34 @@ TEST_F(Resume, SeveralProcessesShareOne) {
             info_.unit.clear();
             fs::remove_all(scratch_ / "v.zarr");
         }
+}
+
+TEST_F(Resume, WhereOtherMachinesMayBeAtWork) {
+    const Files expected = oneRun();
+    hasLocks = false;
+    ImportOptions how = options();
+    how.shared = true;
+    std::vector<pid_t> children;
+    for (int i = 0; i < 3; ++i)
+        children.push_back(started(how));
+    for (const pid_t child : children)
+        EXPECT_EQ(ended(child), 0);
+    expectDone(expected);
+    fs::remove_all(scratch_ / "v.zarr");
+    for (const bool isShared : {true, false}) {
+        how.shared = isShared;
+        EXPECT_TRUE(killedAt(150, how));
+        const int kept = WorkFolder::partsOf(scratch_ / "v.zarr", kKey);
+        EXPECT_GT(kept, 0);
+        recoverFolders(scratch_.path());
+        for (const auto& entry : fs::directory_iterator(work()))
+            if (Claims::nameOf(entry.path().filename().string())) // a minute goes by
+                fs::last_write_time(entry.path(), fs::file_time_type::clock::now() - std::chrono::minutes(2));
+        EXPECT_EQ(import("v.zarr", how).partsFound, kept);
+        expectDone(expected);
+        fs::remove_all(scratch_ / "v.zarr");
+    }
+    hasLocks = true;
 }
 
 TEST_F(Resume, OneAtATimeUnlessTheyShare) {
