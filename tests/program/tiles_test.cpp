@@ -3,11 +3,12 @@
 // written.
 #include "tests/support/program_fixture.h"
 
-#include "core/base/error.h"
+#include "core/base/progress.h"
 #include "core/image/image_file.h"
 #include "viewer/tiles/tile_file.h"
 #include "viewer/tiles/tile_folder.h"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -204,6 +205,54 @@ TEST_F(TiledPictures, WhatNeedsAllPixelsIsRefused) {
     EXPECT_EQ(json::parse(readManifest(folder_ / "a.exr"))["pixels"]["samples"], 1);
 }
 
+// Tiles of one folder by two that have it open.
+
+TEST(TileFolders, AreFinishedByOne) {
+    const ScratchFolder scratch;
+    Progress progress;
+    const auto say = [](const std::string& words) { ADD_FAILURE() << words; };
+    const json record = {{"a", 1}};
+    TileFolder a(scratch / "t", record, {150, 70}, 64, progress, say);
+    TileFolder b(scratch / "t", record, {150, 70}, 64, progress, say);
+    a.begin({{"step", "1"}});
+    b.begin({{"step", "1"}});
+    const auto grey = [](const PictureTile& tile) {
+        Image image(tile.size);
+        std::fill(image.pixels.begin(), image.pixels.end(), glm::vec4(0.25f, 0.25f, 0.25f, 0.5f));
+        return image;
+    };
+    const auto held = b.next(); // a draws all but this
+    ASSERT_TRUE(held);
+    for (int n = 0; n < 5; ++n) {
+        const auto tile = a.next();
+        ASSERT_TRUE(tile);
+        EXPECT_NE(*tile, *held);
+        a.keep({*tile, grey(*tile), {}, {}});
+    }
+    EXPECT_EQ(a.share(), 5.0 / 6);
+    b.keep({*held, grey(*held), {}, {}});
+    EXPECT_FALSE(a.next());
+    ASSERT_TRUE(a.finishes());
+    EXPECT_EQ(a.shown(), 150u * 70);
+    EXPECT_EQ(a.report().byOthers, 1u);
+    std::size_t pixels = 0;
+    a.eachPixel([&](const glm::vec4& colour, const glm::vec4& offset) {
+        pixels += colour == glm::vec4(0.25f, 0.25f, 0.25f, 0.5f) && offset == glm::vec4(0) ? 1 : 0;
+    });
+    EXPECT_EQ(pixels, 150u * 70);
+    EXPECT_FALSE(a.rows({}).opaque);
+    EXPECT_TRUE(a.rows(glm::vec3(0, 0, 1)).opaque);
+    EXPECT_EQ(a.rows(glm::vec3(0, 0, 1)).rows(69, 1)[149], glm::vec4(0.25f, 0.25f, 0.75f, 1));
+    std::thread other([&] {
+        EXPECT_FALSE(b.next());
+        EXPECT_FALSE(b.finishes());
+        b.finish();
+    });
+    a.finish();
+    other.join();
+    EXPECT_FALSE(fs::exists(scratch / "t"));
+}
+
 // Files of tiles.
 
 Image randomTile(const glm::ivec2& size, std::uint32_t seed) {
@@ -265,27 +314,28 @@ TEST_F(TileFiles, KeepEveryBit) {
 }
 
 TEST_F(TileFiles, TellEveryDamage) {
-    writeTile(path_, {tile_, randomTile(tile_.size, 3), randomTile(tile_.size, 4), randomTile(tile_.size, 6)},
+    const PictureTile tile{{64, 0}, {3, 2}};
+    writeTile(path_, {tile, randomTile(tile.size, 3), randomTile(tile.size, 4), randomTile(tile.size, 6)},
               key_);
     const std::string whole = readAll(path_);
-    ASSERT_EQ(wrong(tile_, key_), "");
+    ASSERT_EQ(wrong(tile, key_), "");
     for (std::size_t n = 0; n < whole.size(); ++n) {
         std::string bytes = whole;
         bytes[n] = static_cast<char>(bytes[n] ^ (1 << n % 8));
         std::ofstream(path_, std::ios::binary) << bytes;
-        EXPECT_NE(wrong(tile_, key_), "") << "byte " << n;
+        EXPECT_NE(wrong(tile, key_), "") << "byte " << n;
         std::ofstream(path_, std::ios::binary) << whole.substr(0, n);
-        EXPECT_NE(wrong(tile_, key_), "") << n << " bytes";
+        EXPECT_NE(wrong(tile, key_), "") << n << " bytes";
     }
     std::ofstream(path_, std::ios::binary) << whole + "x";
-    EXPECT_NE(wrong(tile_, key_), "");
+    EXPECT_NE(wrong(tile, key_), "");
     std::ofstream(path_, std::ios::binary) << whole;
-    EXPECT_EQ(wrong(tile_, "0123456789abcdeF"), "a tile of another picture");
+    EXPECT_EQ(wrong(tile, "0123456789abcdeF"), "a tile of another picture");
     EXPECT_EQ(wrong({{0, 0}, {5, 3}}, key_), "another tile");
     fs::remove(path_);
-    EXPECT_EQ(wrong(tile_, key_), "no file that can be read");
+    EXPECT_EQ(wrong(tile, key_), "no file that can be read");
     fs::create_directory(path_);
-    EXPECT_EQ(wrong(tile_, key_), "no file that can be read");
+    EXPECT_EQ(wrong(tile, key_), "no file that can be read");
 }
 
 } // namespace

@@ -64,15 +64,21 @@ TEST_F(ImageFile, RowsMakeTheSameFile) {
             Image image(glm::ivec2(19, 2 * ImageRows::kAtOnce + 7));
             std::mt19937 random(3);
             std::uniform_real_distribution<float> uniform(0, 1);
-            for (glm::vec4& p : image.pixels)
-                p = glm::vec4(uniform(random), uniform(random), uniform(random),
-                              opaque ? 1 : uniform(random));
+            for (glm::vec4& p : image.pixels) {
+                const float a = opaque ? 1 : uniform(random);
+                p = glm::vec4(uniform(random) * a, uniform(random) * a, uniform(random) * a, a);
+            }
             writeImage(folder_ / name, image, R"({"a":1})");
             const auto bytes = [&] {
                 std::ifstream file(folder_ / name, std::ios::binary);
                 return std::string(std::istreambuf_iterator<char>(file), {});
             };
             const std::string whole = bytes();
+            const Image again = readImage(folder_ / name);
+            ASSERT_EQ(again.size, image.size);
+            for (std::size_t i = 0; i < image.pixels.size(); ++i)
+                for (int c = 0; c < 4; ++c)
+                    ASSERT_NEAR(again.pixels[i][c], image.pixels[i][c], 0.02) << name << " " << i;
             std::vector<glm::vec4> band;
             int next = 0;
             writeImageRows(folder_ / name,
