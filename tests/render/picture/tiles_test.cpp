@@ -102,6 +102,7 @@ class Tiles : public ::testing::Test {
     static RenderOptions optionsOf(const TiledScene& row) {
         RenderOptions options;
         options.engine = row.engine;
+        options.device.text = "software";
         options.searching = true;
         return options;
     }
@@ -193,6 +194,12 @@ INSTANTIATE_TEST_SUITE_P(
                                  }},
                       TiledScene{"Largest", EngineKind::native, 0, [](Scene& s) { s.mode = Mode::maximum; }},
                       TiledScene{"Means", EngineKind::native, 1, [](Scene& s) { s.mode = Mode::average; }},
+                      TiledScene{"Gpu", EngineKind::gpu, 0,
+                                 [](Scene& s) {
+                                     takeSurfaces(s, {-300, 200});
+                                     s.lighting.surfaceOcclusion = SurfaceOcclusion{.radiusMm = 90};
+                                     takeSamples(s, 2);
+                                 }},
                       TiledScene{"Paths", EngineKind::native, 0,
                                  [](Scene& s) {
                                      s.lighting.transport = Transport{.bounces = 2};
