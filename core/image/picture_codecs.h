@@ -35,6 +35,12 @@ template <typename Sample> struct PictureFile {
     std::size_t rowSamples() const {
         return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(channels);
     }
+    /// Room for samples that come row by row; of larger pictures it grows with them, for a header may be
+    /// false.
+    void reserve() {
+        constexpr std::size_t kMost = std::size_t{1} << 30;
+        samples.reserve(std::min(kMost, rowSamples() * static_cast<std::size_t>(size.y)));
+    }
 };
 
 /// Rows to write: numbers as stored, as PictureFile has them.

@@ -73,7 +73,7 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
     if (parts == PictureParts::header)
         return picture;
     const auto channels = static_cast<std::size_t>(picture.channels);
-    picture.samples.reserve(picture.rowSamples() * static_cast<std::size_t>(picture.size.y));
+    picture.reserve();
     constexpr int kRows = 64; // at a time, so that a false header takes no memory for missing rows
     std::vector<float> rows;
     for (int y = 0; y < picture.size.y; y += kRows) {

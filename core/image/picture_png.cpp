@@ -136,7 +136,7 @@ PictureFile<float> readPng(const std::string& path, PictureParts parts) {
 
     if (interlaced)
         throw PictureProblem("an interlaced PNG");
-    picture.samples.reserve(picture.rowSamples() * static_cast<std::size_t>(picture.size.y));
+    picture.reserve();
     std::vector<png_byte> row(picture.rowSamples() * static_cast<std::size_t>(bits / 8));
     for (int y = 0; y < picture.size.y; ++y) {
         file.calls([&] { png_read_row(png, row.data(), nullptr); });

@@ -79,7 +79,7 @@ void setTags(TIFF* tiff, const SampleRows<std::uint16_t>& picture) {
 
 template <typename Sample> void readRows(TIFF* tiff, PictureFile<float>& picture, const std::string& words) {
     std::vector<Sample> row(picture.rowSamples());
-    picture.samples.reserve(row.size() * static_cast<std::size_t>(picture.size.y));
+    picture.reserve();
     constexpr auto kMax = static_cast<float>(static_cast<Sample>(~Sample{0}));
     for (int y = 0; y < picture.size.y; ++y) {
         if (TIFFReadScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0) != 1)
@@ -98,8 +98,8 @@ void writeTiff(CheckedOutput& out, const SampleRows<std::uint16_t>& picture) {
     constexpr std::uint64_t kMostOfClassic = std::uint64_t{5} << 29;
     const std::uint64_t bytes =
         picture.rowSamples() * sizeof(std::uint16_t) * static_cast<std::uint64_t>(picture.size.y);
-    Tiff tiff(TIFFClientOpenExt("", bytes > kMostOfClassic ? "w8" : "w", &out, onRead, onWrite, onSeek, onClose, onSize, nullptr, nullptr,
-                                options.get()),
+    Tiff tiff(TIFFClientOpenExt("", bytes > kMostOfClassic ? "w8" : "w", &out, onRead, onWrite, onSeek,
+                                onClose, onSize, nullptr, nullptr, options.get()),
               TIFFClose);
     if (!tiff)
         throw PictureProblem(words);
