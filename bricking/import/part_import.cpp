@@ -2,11 +2,15 @@
 #include "bricking/import/part_import.h"
 
 #include "bricking/store/store_files.h"
+#include "core/base/brick.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <future>
 #include <thread>
 #include <utility>
 
@@ -134,6 +138,45 @@ void PartImport::goTo(int slice, std::span<std::byte> scratch) {
     }
 }
 
+/// Reads a slab while the one before it is compressed, if the budget has a slab more. (Deferred: where no
+/// more threads are to be had.)
+/// @return bytes
+std::uint64_t PartImport::readSlabs(int part, PartWriter& writer) {
+    const int first = all_.parts.first(part), end = first + all_.parts.slicesOf(part);
+    const std::size_t sliceBytes = sliceBytesOf(all_.info);
+    std::optional<Charge> charge;
+    std::vector<std::byte> ahead;
+    if (end - first > kChunkExtent && options_.threads != 1 && defaultThreads() > 1)
+        charge = ram_.tryCharge(writer.next().size());
+    if (charge)
+        ahead.resize(writer.next().size());
+    const auto read = [&](std::span<std::byte> slab) {
+        source_->readSlices(static_cast<int>(slab.size() / sliceBytes), slab);
+        next_ += static_cast<int>(slab.size() / sliceBytes);
+    };
+    read(writer.next());
+    while (next_ < end) {
+        checkInterrupted();
+        showProgress(next_ - first);
+        if (!charge) {
+            writer.push();
+            read(writer.next());
+            continue;
+        }
+        const auto slices = static_cast<std::size_t>(std::min(kChunkExtent, end - next_));
+        std::future<void> reading =
+            std::async(std::launch::async | std::launch::deferred, [&, wanted = Cancellation::current()] {
+                const Cancellation same(wanted);
+                read(std::span(ahead).first(slices * sliceBytes));
+            });
+        writer.push();
+        reading.get();
+        writer.swapNext(ahead);
+    }
+    writer.push();
+    return static_cast<std::uint64_t>(end - first) * sliceBytes;
+}
+
 PartFacts PartImport::write(int part, const fs::path& folder) {
     PartWriter writer(folder, all_.info, all_.parts, part, ram_, options_.threads);
     goTo(all_.parts.first(part), writer.next().first(sliceBytesOf(all_.info)));
@@ -141,15 +184,7 @@ PartFacts PartImport::write(int part, const fs::path& folder) {
     const VolumeInfo before = source_->info();
     const std::vector<std::string> notesBefore = source_->notes();
     PartFacts facts;
-    while (const int count = writer.nextSlices()) {
-        checkInterrupted();
-        const std::span<std::byte> slab = writer.next();
-        source_->readSlices(count, slab);
-        next_ += count;
-        writer.push();
-        facts.bytesIn += slab.size();
-        showProgress(next_ - all_.parts.first(part));
-    }
+    facts.bytesIn = readSlabs(part, writer);
     facts.written = writer.finish();
     const VolumeInfo& after = source_->info();
     VoxelFindings& found = facts.findings;

@@ -13,6 +13,7 @@
 #include "core/base/volume.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -47,6 +48,7 @@ class PartImport {
     bool find(int part);
     void make(int part);
     PartFacts write(int part, const std::filesystem::path& folder);
+    std::uint64_t readSlabs(int part, PartWriter& writer);
     void goTo(int slice, std::span<std::byte> scratch);
     void wait(bool othersWork);
     void showProgress(int slices = 0);
@@ -61,7 +63,7 @@ class PartImport {
     std::vector<std::optional<PartFacts>> facts_;
     std::vector<std::string> notes_; // of opening the source
     int next_ = 0;                   // slice that the source reads next
-    int found_ = 0, idle_ = 0; // idle_: looks in a row without a process at work
+    int found_ = 0, idle_ = 0;       // idle_: looks in a row without a process at work
     bool isWaiting_ = false;
 };
 

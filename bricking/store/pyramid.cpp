@@ -112,6 +112,11 @@ std::span<std::byte> SlabPyramid::next() {
         .first(sliceBytes(levels_[0]) * static_cast<std::size_t>(nextSlices()));
 }
 
+void SlabPyramid::swapNext(std::vector<std::byte>& slab) {
+    TESSERA_CHECK(slab.size() == levels_[0].values.size());
+    slab.swap(levels_[0].values);
+}
+
 void SlabPyramid::push() {
     TESSERA_CHECK(nextSlices() > 0);
     levels_[0].filled = nextSlices();

@@ -68,6 +68,8 @@ class SlabPyramid {
     int nextSlices() const;
     /// Buffer for the next slab of level 0, [nextSlices()][y][x].
     std::span<std::byte> next();
+    /// Exchanges that buffer with another of its size at first.
+    void swapNext(std::vector<std::byte>& slab);
     /// Processes the buffer of next(); calls the sink for every completed slab, of any level.
     void push();
 

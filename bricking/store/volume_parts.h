@@ -49,6 +49,7 @@ class PartWriter {
     /// As SlabPyramid's, of the part.
     int nextSlices() const { return pyramid_.nextSlices(); }
     std::span<std::byte> next() { return pyramid_.next(); }
+    void swapNext(std::vector<std::byte>& slab) { pyramid_.swapNext(slab); }
     /// Throws as LevelWriter::write() does.
     void push() { pyramid_.push(); }
     /// After the last slab.
