@@ -147,7 +147,6 @@ bool readPicture(const std::string& bytes) {
     write(folder() / "picture", bytes);
     return orRefused([] {
         const InputFile file(folder() / "picture");
-        static_cast<void>(hasSeveralPages(file));
         static_cast<void>(walkPicture(file));
     });
 }
