@@ -251,7 +251,7 @@ TEST_F(Folders, AVolumeOfLabelsIsSaidToBeOne) {
     EXPECT_THAT(run("import noise.nii n.zarr").problems, Not(HasSubstr("label map")));
 }
 
-TEST_F(Folders, ForeignZarrIsNamedByEveryCommand) {
+TEST_F(Folders, ForeignZarrIsReadOrRefusedByEveryCommand) {
     fs::create_directories(folder_ / "ome.zarr");
     write("ome.zarr/zarr.json",
           R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5"}}})");
@@ -262,10 +262,18 @@ TEST_F(Folders, ForeignZarrIsNamedByEveryCommand) {
         const auto with = [&](const char* name) {
             return std::string(command).replace(std::string(command).find('%'), 1, name);
         };
-        expectRefused(with("ome.zarr"), {"ome.zarr/zarr.json", "OME-Zarr 0.5", "another program"});
-        expectRefused(with("two.zarr"), {"two.zarr", "Zarr v2 array"});
+        expectRefused(with("ome.zarr"), {"ome.zarr/zarr.json", "multiscales"});
+        expectRefused(with("two.zarr"), {"two.zarr/.zarray", "zarr_format"});
         expectRefused(with("none.zarr"), {"none.zarr", "without metadata"});
     }
+    write("two.zarr/.zarray",
+          R"({"zarr_format":2,"shape":[4,3,2],"chunks":[4,3,2],"dtype":"|u1","compressor":null,)"
+          R"("fill_value":7,"order":"C","filters":null})");
+    write("two.zarr/0.0.0", std::string(24, '\5'));
+    expectRefused("import two.zarr out.zarr", {"two.zarr/.zarray", "--spacing"});
+    EXPECT_EQ(run("import two.zarr out.zarr --spacing 1,2,3").exitCode, 0);
+    EXPECT_THAT(run("info out.zarr").out, HasSubstr("5 to 5"));
+    EXPECT_THAT(run("info two.zarr --spacing 1,2,3").out, HasSubstr("2 x 3 x 4 voxels of 1 x 2 x 3 mm"));
 }
 
 TEST_F(Folders, TiltIsShownWithItsSignInFilesAndStores) {

@@ -262,7 +262,9 @@ std::vector<std::string> sayChanges(const VolumeInfo& info) {
 }
 
 void addSelectionOptions(Command& command, InputOptions& input) {
-    command.option("--series", input.series, "source files: number of the DICOM series, channel, time or grid, as listed")
+    command
+        .option("--series", input.series,
+                "source files: number of the DICOM series, channel, time or grid, as listed")
         .check(wholeNumberFrom(1));
     command.flag("--largest", input.largest, "source files: the largest CT of a folder with several volumes");
     command

@@ -23,12 +23,12 @@ constexpr double kMostPlanes = 1 << 20; // of an image
 
 /// A volume of an image.
 struct Chosen {
-    const OmeImage* image = nullptr;
+    const OmeTiffImage* image = nullptr;
     std::int64_t channel = 0, time = 0;
 };
 
 Chosen chosenOf(const OmeText& text, std::int64_t volume) {
-    for (const OmeImage& image : text.images) {
+    for (const OmeTiffImage& image : text.images) {
         if (volume < image.volumes())
             return {&image, volume % image.channels, volume / image.channels};
         volume -= image.volumes();
@@ -181,7 +181,7 @@ class PlaneFinder {
 
     static constexpr std::int64_t kMostPage = std::int64_t{1} << 30;
     const OmeText& text_;
-    const OmeImage& image_;
+    const OmeTiffImage& image_;
     Chosen chosen_;
     fs::path path_;
     std::string where_;
@@ -197,7 +197,7 @@ class PlaneFinder {
 
 std::int64_t omeVolumesOf(const OmeText& text) {
     std::int64_t volumes = 0;
-    for (const OmeImage& image : text.images)
+    for (const OmeTiffImage& image : text.images)
         volumes += std::min(image.volumes(), static_cast<std::int64_t>(kMostPlanes));
     return volumes;
 }
@@ -225,7 +225,7 @@ std::vector<std::string> omeVolumeNames(const OmeText& text) {
 
 std::vector<fs::path> otherOmeFiles(const OmeText& text, const fs::path& file) {
     std::set<std::string> names;
-    for (const OmeImage& image : text.images)
+    for (const OmeTiffImage& image : text.images)
         for (const OmeBlock& block : image.blocks)
             if (!block.file.empty() && block.file != file.filename().string() &&
                 (block.uuid.empty() || block.uuid != text.uuid))

@@ -20,7 +20,7 @@ struct SlicePage {
 };
 
 struct OmePlanes {
-    OmeImage image;
+    OmeTiffImage image;
     std::vector<std::filesystem::path> files;
     std::vector<SlicePage> slices; // by z
     PictureHead head;              // of all files

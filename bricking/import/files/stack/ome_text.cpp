@@ -36,8 +36,8 @@ std::optional<double> lengthOf(const XmlTag& pixels, const std::string& axis) {
     return isLength(mm) ? std::optional(mm) : std::nullopt;
 }
 
-OmeImage imageOf(const XmlTag& pixels) {
-    OmeImage image;
+OmeTiffImage imageOf(const XmlTag& pixels) {
+    OmeTiffImage image;
     image.order = xmlAttribute(pixels, "DimensionOrder");
     image.width = sizeOf(pixels, "SizeX", -1);
     image.height = sizeOf(pixels, "SizeY", -1);

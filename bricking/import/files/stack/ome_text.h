@@ -21,7 +21,7 @@ struct OmeBlock {
 };
 
 /// One of the file's images (Pixels). A size of 0 is no number.
-struct OmeImage {
+struct OmeTiffImage {
     std::string order;                    // "XYZCT": the axes of planes that follow one another
     std::int64_t width = -1, height = -1; // -1: not said
     std::int64_t slices = 1, channels = 1, times = 1;
@@ -36,7 +36,7 @@ struct OmeImage {
 struct OmeText {
     std::string uuid;        // of the file
     std::string describedBy; // the file that has the description; "": this one
-    std::vector<OmeImage> images;
+    std::vector<OmeTiffImage> images;
     bool isWhole = false; // up to its end
 };
 

@@ -39,7 +39,7 @@ void takeImageJ(const PictureHead& head, StackLattice& lattice) {
         lattice.sliceMm = between;
 }
 
-void takeOme(const OmeImage& image, StackLattice& lattice) {
+void takeOme(const OmeTiffImage& image, StackLattice& lattice) {
     lattice.others = static_cast<std::uint64_t>(image.volumes());
     lattice.pixelMm = image.pixelMm;
     lattice.sliceMm = image.sliceMm;
@@ -71,7 +71,7 @@ StackLattice latticeOf(const PictureHead& head) {
     return lattice;
 }
 
-StackLattice latticeOf(const OmeImage& image) {
+StackLattice latticeOf(const OmeTiffImage& image) {
     StackLattice lattice;
     takeOme(image, lattice);
     lattice.others = 1; // one of its volumes

@@ -25,6 +25,6 @@ struct StackLattice {
 
 StackLattice latticeOf(const PictureHead& head);
 /// Of one volume of an OME-TIFF.
-StackLattice latticeOf(const OmeImage& image);
+StackLattice latticeOf(const OmeTiffImage& image);
 
 } // namespace tessera
