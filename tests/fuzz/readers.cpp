@@ -120,10 +120,14 @@ bool readGroup(const std::string& bytes) {
     });
 }
 
+std::vector<std::byte> asBytes(const std::string& text) {
+    const auto* const begin = reinterpret_cast<const std::byte*>(text.data());
+    return {begin, begin + text.size()};
+}
+
 /// The index of a shard, likewise.
 bool readIndex(const std::string& bytes) {
-    std::vector<std::byte> index(bytes.size() / 16 * 16);
-    std::memcpy(index.data(), bytes.data(), index.size());
+    std::vector<std::byte> index = asBytes(bytes.substr(0, bytes.size() / 16 * 16));
     const std::uint32_t crc = crc32c(index);
     const auto* const tail = reinterpret_cast<const std::byte*>(&crc);
     index.insert(index.end(), tail, tail + sizeof crc);
@@ -135,8 +139,7 @@ bool readIndex(const std::string& bytes) {
 }
 
 bool readChunk(const std::string& bytes) {
-    std::vector<std::byte> encoded(bytes.size()), raw(2048);
-    std::memcpy(encoded.data(), bytes.data(), bytes.size());
+    std::vector<std::byte> encoded = asBytes(bytes), raw(2048);
     const std::uint32_t crc = crc32c(encoded);
     const auto* const tail = reinterpret_cast<const std::byte*>(&crc);
     encoded.insert(encoded.end(), tail, tail + sizeof crc);
