@@ -26,6 +26,6 @@ for reader in "${readers[@]}"; do
     echo "== $reader"
     FUZZED_READER=$reader build/fuzz/fuzz_readers -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 \
         -malloc_limit_mb=512 -max_len=16384 -artifact_prefix="build/fuzz/found/$reader-" -print_final_stats=1 \
-        -verbosity=0 "$corpus" 2>&1 | grep -vE "^INFO|^stat::(new_units|slowest|average)" || true
+        -verbosity=0 "$corpus" 2>&1 | grep -avE "^INFO|NEW_FUNC|^stat::(new_units|slowest|average)" || true
 done
 ls build/fuzz/found
