@@ -70,11 +70,13 @@ ImportReport reportOfOthers(const fs::path& store, const VolumeInfo& info, Memor
 }
 
 /// Joins the parts and publishes the store.
+/// @param isOfUse  true from when the parts are found to be whole
 void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFolder& work, MemoryBudget& ram,
-            const ImportOptions& options, Progress& progress, ImportReport& report) {
+            const ImportOptions& options, Progress& progress, ImportReport& report, bool& isOfUse) {
     progress.stage("joining parts");
     const WrittenLevels written =
         joinParts(made.files(), made.parts(), info, work.store(), ram, options.threads);
+    isOfUse = true;
     const VoxelFindings findings = made.findings();
     report.info = findings.applied(info);
     report.notes = findings.notes;
@@ -122,21 +124,30 @@ ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudg
     const bool hasParts = info.extentVoxels.z > options.partSlices; // else nothing to go on with
     WorkFolder work(store, {hasParts || options.shared ? options.key : "", options.shared});
     ImportReport report;
+    bool isOfUse = false; // what is finished, whatever goes wrong
+    const auto madeByOthers = [&] {
+        if (!options.shared) // there are none
+            throw Error(work.path().string() + ": the folder of this import was removed meanwhile");
+        return reportOfOthers(store, info, ram);
+    };
     try {
         progress.stage("importing " + source.describe());
         PartImport parts(source, info, work, ram, options, progress);
         if (!parts.makeAll())
-            return reportOfOthers(store, info, ram);
+            return madeByOthers();
         const std::unique_ptr<Claim> claim = parts.claimJoining();
         if (!claim)
-            return reportOfOthers(store, info, ram);
+            return madeByOthers();
         report.bytesIn = parts.bytesIn();
         report.parts = parts.parts().count();
         report.partsFound = parts.partsFound();
+        isOfUse = true;
         checkStoreTarget(store, info, options.force); // something may have appeared there meanwhile
-        finish(parts, *claim, info, work, ram, options, progress, report);
+        isOfUse = false;
+        finish(parts, *claim, info, work, ram, options, progress, report, isOfUse);
     } catch (const InputError&) {
-        work.discard();
+        if (!isOfUse)
+            work.discard();
         throw;
     }
     report.voxels = info.voxelCount();

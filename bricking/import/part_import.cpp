@@ -122,7 +122,9 @@ void PartImport::make(int part) {
 void PartImport::goTo(int slice, std::span<std::byte> scratch) {
     if (next_ == slice)
         return;
-    if (const int before = std::max(slice - 1, 0); source_->seek(before)) {
+    // What a source tells of all voxels at its first slice belongs to the first part, whoever makes it.
+    const bool isAnew = slice == 0 && options_.reopen;
+    if (const int before = std::max(slice - 1, 0); !isAnew && source_->seek(before)) {
         next_ = before;
     } else if (next_ > slice) {
         if (!options_.reopen)

@@ -3,6 +3,7 @@
 #include "core/image/picture_codecs.h"
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -122,6 +123,10 @@ void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const Laye
             file.writePixels(count);
         }
     } catch (const Error&) { // of the rows
+        throw;
+    } catch (const Interrupted&) { // while rows were read
+        throw;
+    } catch (const Cancelled&) {
         throw;
     } catch (const std::exception& problem) {
         throw PictureProblem(problem.what());

@@ -127,7 +127,7 @@ double rmsError(const PixelSums& sums) {
 }
 
 StandardError standardError(const PixelSums& sums) {
-    return standardError([&](const auto& visit) { forEachPixelOf(sums, visit); });
+    return standardError([&](const auto& visit) { forEachPixelOf(sums, visit); }, sums.count());
 }
 
 StandardError standardError(const PixelOffsets& eachPixel, std::size_t kept) {

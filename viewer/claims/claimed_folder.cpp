@@ -11,12 +11,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -90,6 +92,8 @@ ClaimedFolder::ClaimedFolder(const fs::path& folder, ClaimedWork work, const jso
             removeUselessClaims();
             return;
         }
+        constexpr std::chrono::milliseconds kBetweenTries{50};
+        std::this_thread::sleep_for(kBetweenTries);
         fs::create_directories(folder_, failed);
     }
     throw Error(printable(folder_.string()) + ": another process keeps removing its " + work_.parts);

@@ -43,6 +43,8 @@ class ClaimedFolder {
     std::string nameOf(std::size_t part) const { return nameOf(work_, part); }
     std::filesystem::path pathOf(const std::string& name) const { return folder_ / name; }
     bool has(const std::string& name) const;
+    /// False if someone removed the folder or its record.
+    bool isThere() const { return has(work_.record); }
 
     /// Null if the part exists, or another process is making it.
     std::unique_ptr<Claim> claim(const std::string& name);

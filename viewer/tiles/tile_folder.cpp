@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
+#include "core/base/shown_text.h"
 #include "render/pixels/kept_samples.h" // fingerprint
 
 #include <algorithm>
@@ -100,6 +101,9 @@ std::optional<PictureTile> TileFolder::next() {
             finishing_.reset();
             continue;
         }
+        if (!folder_.isThere())
+            throw Error(printable(folder_.pathOf("").string()) +
+                        ": the folder of tiles was removed meanwhile");
         if (!std::exchange(waits_, true))
             progress_.stage(all ? "waiting for the process that writes the picture"
                                 : "waiting for tiles that other processes draw");

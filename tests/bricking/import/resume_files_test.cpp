@@ -2,6 +2,7 @@
 // voxels tell, such as numbers that are none and labels, does not depend on who read which of them.
 #include "bricking/import/importer.h"
 #include "bricking/import/open_source.h"
+#include "bricking/store/work_folder.h"
 #include "core/base/error.h"
 #include "tests/support/bricking_store_tools.h"
 #include "tests/support/dicom_writer.h"
@@ -9,12 +10,15 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -59,12 +63,17 @@ class BrokenOff final : public SlabSource {
 
 class ResumeFiles : public ::testing::Test {
   protected:
-    ImportReport import(std::unique_ptr<SlabSource> source, const std::string& store, int partSlices) {
+    static constexpr const char* kKey = "0123456789abcdef0123456789abcdef";
+    /// @param reopen  given: the import is shared
+    ImportReport import(std::unique_ptr<SlabSource> source, const std::string& store, int partSlices,
+                        const std::function<std::unique_ptr<SlabSource>()>& reopen = {}) {
         MemoryBudget ram("RAM", "--ram", kPlenty);
         ImportOptions options;
         options.durable = false;
         options.threads = 1;
-        options.key = "0123456789abcdef0123456789abcdef";
+        options.key = kKey;
+        options.shared = reopen != nullptr;
+        options.reopen = reopen;
         options.partSlices = partSlices;
         return importToStore(*source, scratch_ / store, ram, options);
     }
@@ -83,13 +92,31 @@ class ResumeFiles : public ::testing::Test {
                          Error);
         const ImportReport resumed = import(openSource(path, options), "resumed.zarr", kSlices);
         EXPECT_EQ(resumed.partsFound, parts.parts - 1);
+        // A process that makes the first part last, after another one gave it up.
+        ImportReport backwards;
+        {
+            auto other =
+                std::make_unique<WorkFolder>(scratch_ / "backwards.zarr", WorkFolder::Use{kKey, true});
+            std::unique_ptr<Claim> claim = other->claims().claim(WorkFolder::nameOfPart(0));
+            const fs::path last = other->part(parts.parts - 1);
+            std::jthread gaveUp([&] {
+                while (!fs::exists(last))
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                claim.reset();
+                other.reset();
+            });
+            backwards = import(openSource(path, options), "backwards.zarr", kSlices,
+                               [&] { return openSource(path, options); });
+        }
+        EXPECT_EQ(backwards.notes, whole.notes);
         const auto expected = textsIn(scratch_ / "whole.zarr");
         EXPECT_TRUE(textsIn(scratch_ / "parts.zarr") == expected);
         EXPECT_TRUE(textsIn(scratch_ / "resumed.zarr") == expected);
+        EXPECT_TRUE(textsIn(scratch_ / "backwards.zarr") == expected);
         EXPECT_EQ(parts.notes, whole.notes);
         EXPECT_EQ(resumed.notes, whole.notes);
         EXPECT_EQ(resumed.chunksWritten, whole.chunksWritten);
-        for (const char* store : {"whole.zarr", "parts.zarr", "resumed.zarr"})
+        for (const char* store : {"whole.zarr", "parts.zarr", "resumed.zarr", "backwards.zarr"})
             fs::remove_all(scratch_ / store);
         info_ = resumed.info;
         return resumed.notes;

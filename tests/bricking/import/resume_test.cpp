@@ -452,6 +452,37 @@ TEST_F(Resume, ADamagedPartIsMadeAgain) {
     }
 }
 
+// Only processes that share an import may have made the store.
+TEST_F(Resume, AnImportWhoseFolderGoesIsNotTakenForDone) {
+    import("v.zarr", options());
+    const Files before = filesIn(scratch_ / "v.zarr");
+    values_ = [this](int x, int y, int z) {
+        if (x + y == 0 && z == 130)
+            fs::remove_all(work() / "store");
+        return x + y + z;
+    };
+    ImportOptions how = options();
+    how.force = true;
+    EXPECT_THAT([&] { import("v.zarr", how); }, ThrowsMessage<Error>(HasSubstr("was removed meanwhile")));
+    EXPECT_TRUE(filesIn(scratch_ / "v.zarr") == before);
+}
+
+TEST_F(Resume, WhatIsFinishedStaysWhereTheNameIsTakenMeanwhile) {
+    const Files expected = oneRun();
+    const auto plain = values_;
+    values_ = [this, plain](int x, int y, int z) {
+        if (x + y == 0 && z == 190)
+            fs::create_directory(scratch_ / "v.zarr");
+        return plain(x, y, z);
+    };
+    EXPECT_THROW(import("v.zarr", options()), InputError);
+    EXPECT_EQ(WorkFolder::partsOf(scratch_ / "v.zarr", kKey), 4);
+    fs::remove(scratch_ / "v.zarr");
+    values_ = plain;
+    EXPECT_EQ(import("v.zarr", options()).partsFound, 4);
+    expectDone(expected);
+}
+
 TEST_F(Resume, ReplacingGoesOnToo) {
     const Files expected = oneRun();
     info_.extentVoxels.z = 10;
