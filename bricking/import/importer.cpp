@@ -10,16 +10,24 @@
 #include "bricking/store/store_writer.h"
 #include "bricking/store/volume_parts.h"
 #include "bricking/store/work_folder.h"
+#include "core/base/brick.h"
+#include "core/base/budget.h"
 #include "core/base/claims.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/base/volume.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <cstring>
+#include <glm/vec3.hpp>
 #include <memory>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 
@@ -52,6 +60,48 @@ VolumeInfo infoOf(const SlabSource& source, const std::string& unit) {
     return info;
 }
 
+InputError anotherVolume(const fs::path& store) {
+    return badFile(store.string(), "a new name, or this source's volume that others have imported",
+                   "a store of another volume");
+}
+
+/// True if the store has slices of the source: a few if it can go to them, else all. Like voxels alone tell
+/// two scans of one machine apart.
+bool hasSlicesOf(SlabSource& source, const StoreReader& store, MemoryBudget& ram) {
+    constexpr int kSlices = 8;
+    const VolumeInfo& info = store.info();
+    const glm::ivec3 extent = info.extentVoxels;
+    const std::size_t value = bytesPerValue(info.type), sliceBytes = sliceBytesOf(info);
+    const Charge charge =
+        ram.charge(sliceBytes + store.chunkBytes(), "comparing with " + store.path().string());
+    std::vector<std::byte> slice(sliceBytes), chunk(store.chunkBytes());
+    const auto isThere = [&](int z) {
+        for (int y = 0; y < extent.y; y += kChunkExtent)
+            for (int x = 0; x < extent.x; x += kChunkExtent) {
+                store.readChunk({0, x / kChunkExtent, y / kChunkExtent, z / kChunkExtent}, chunk);
+                const auto count = static_cast<std::size_t>(std::min(kChunkExtent, extent.x - x)) * value;
+                for (int row = y; row < std::min(y + kChunkExtent, extent.y); ++row) {
+                    const auto at = static_cast<std::size_t>((z % kChunkExtent) * kChunkExtent + row - y);
+                    const auto of = static_cast<std::size_t>(row) * static_cast<std::size_t>(extent.x) +
+                                    static_cast<std::size_t>(x);
+                    if (std::memcmp(&chunk[at * kChunkExtent * value], &slice[of * value], count) != 0)
+                        return false;
+                }
+            }
+        return true;
+    };
+    const int step = source.seek(0) ? std::max(extent.z / kSlices, 1) : 1;
+    for (int z = 0; z < extent.z; z += step) {
+        checkInterrupted();
+        if (step > 1)
+            source.seek(z);
+        source.readSlices(1, slice);
+        if (!isThere(z))
+            return false;
+    }
+    return true;
+}
+
 /// Of a store that others made. Where machines share a folder, its name may take a while to come.
 ImportReport reportOfOthers(const fs::path& store, const VolumeInfo& info, MemoryBudget& ram) {
     constexpr std::chrono::milliseconds kBetweenLooks{100};
@@ -64,8 +114,7 @@ ImportReport reportOfOthers(const fs::path& store, const VolumeInfo& info, Memor
     report.byOthers = true;
     if (report.info.extentVoxels != info.extentVoxels || report.info.type != info.type ||
         report.info.patientFromVoxel != info.patientFromVoxel || report.info.unit != info.unit)
-        throw badFile(store.string(), "a new name, or this source's volume that others have imported",
-                      "a store of another volume");
+        throw anotherVolume(store);
     return report;
 }
 
@@ -95,6 +144,11 @@ void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFol
             keepTable(findTable(reader, ram, options.threads), reader, work.store());
     }
     progress.stage("finishing the store");
+    if (options.checkSource) {
+        isOfUse = false; // of a source that changed
+        options.checkSource();
+        isOfUse = true;
+    }
     if (!claim.isHeld())
         throw Error(work.path().string() + ": another process took this one for dead");
     work.publish(options.durable, options.force);
@@ -116,7 +170,10 @@ ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudg
     }
     if (options.shared && isStore(store)) {
         recoverFolders(placeOfStore(store).parent_path());
-        return reportOfOthers(store, info, ram);
+        ImportReport report = reportOfOthers(store, info, ram);
+        if (!hasSlicesOf(source, StoreReader(store, ram), ram))
+            throw anotherVolume(store);
+        return report;
     }
     checkStoreTarget(store, info, options.force);
     Progress silent;

@@ -36,6 +36,8 @@ struct ImportOptions {
     bool shared = false; // several processes with the same key may import together
     /// The source anew, for one that can only read on, if a part before its place is left to make.
     std::function<std::unique_ptr<SlabSource>()> reopen = {};
+    /// Throws InputError if the source's files are no longer those of `key`.
+    std::function<void()> checkSource = {};
     int partSlices = kPartSlices; // tests have fewer
 };
 struct ImportReport {
@@ -55,7 +57,7 @@ std::size_t importFloorBytes(const VolumeInfo& info, int threads);
 /// on kills. Memory: one slab of 32 slices per level, charged to ram. Throws InputError naming the minimum if
 /// that does not fit. Throws it if the store exists and force is off, if the existing path is not a store,
 /// for a unit other than the source's own, and if another process imports with the same key and either does
-/// not share. With `shared` a store of the same volume that exists counts as finished by others. The source's
+/// not share. With `shared` a store that exists counts as finished by others if slices of the source are in it. The source's
 /// slice order and infos are kept; texts are cut to 64 printable ASCII characters. Finished parts stay for
 /// the next import after Interrupted and errors other than InputError.
 /// @param source  at its first slice

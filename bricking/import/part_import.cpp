@@ -197,6 +197,8 @@ PartFacts PartImport::write(int part, const fs::path& folder) {
     found.lossy = after.lossy;
     found.tally = source_->takeTally();
     found.notes = without(source_->notes(), notesBefore);
+    if (options_.checkSource)
+        options_.checkSource();
     if (options_.durable && work_.outlives())
         syncAll(folder); // before what says that all is there
     writePartFacts(folder, all_, part, facts);

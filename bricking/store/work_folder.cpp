@@ -28,6 +28,7 @@ constexpr std::string_view kMaking = "making";
 constexpr std::string_view kPart = "part-";
 constexpr std::size_t kKeyDigits = 32;
 constexpr int kMostTries = 100;
+constexpr std::chrono::milliseconds kForOthers{20}; // who make, lock or remove it
 
 Error cannotMakeFolder(const fs::path& path) {
     return Error(printable(path.string()) + ": could not make the folder: " + std::strerror(errno));
@@ -93,13 +94,15 @@ WorkFolder::WorkFolder(const fs::path& target, const Use& use) : target_(placeOf
             claims_.emplace(isLocked_ ? Claims(path_) : Claims(path_, ClaimKind::lease));
             return;
         }
-        constexpr std::chrono::milliseconds kForOthers{20}; // who make or remove it
         if (attempt > kMostTries / 2)
             std::this_thread::sleep_for(kForOthers);
     }
     if (use_.shared)
         throw badFile(target.string(), "a folder that several processes can work in",
                       printable(path_.string()) + ", in which one works by itself");
+    if (!use_.key.empty() && isThere(path_))
+        throw badFile(target.string(), "one process that imports this source to it, or --share for each",
+                      "another one at work");
     throw cannotMakeFolder(path_);
 }
 
@@ -122,7 +125,12 @@ bool WorkFolder::make(const fs::path& own) {
             throw cannotMakeFolder(path_);
         return false;
     }
-    isLocked_ = ::flock(held_.descriptor(), (use_.shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0;
+    const auto lock = [&] {
+        return ::flock(held_.descriptor(), (use_.shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0;
+    };
+    // An exclusive lock becomes a shared one through none: who looks for leftovers may have it for a moment.
+    for (int attempt = 0; !(isLocked_ = lock()) && errno == EWOULDBLOCK && attempt < kMostTries; ++attempt)
+        std::this_thread::sleep_for(kForOthers);
     return true;
 }
 
@@ -130,9 +138,6 @@ bool WorkFolder::make(const fs::path& own) {
 /// @return false: it went, or another process has it for a moment
 bool WorkFolder::open() {
     LockTry lock = tryLock(path_, use_.shared ? LockKind::shared : LockKind::exclusive);
-    if (lock.busy && !use_.shared)
-        throw badFile(target_.string(), "one process that imports this source to it, or --share for each",
-                      "another one at work");
     if (lock.busy || !isThere(path_))
         return false;
     held_ = std::move(lock.file);

@@ -3,6 +3,7 @@
 
 #include "core/base/ownership.h"
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <fcntl.h>
@@ -106,7 +107,9 @@ FileHandle Claims::takeLease(const fs::path& path) const {
         return made;
     // Another process's lock file, which is taken over if it was not renewed. A new file gives the file
     // system's time.
-    const fs::path clock = folder_ / temporaryName("clock", "tessera", 1);
+    static std::atomic<int> names{0}; // within this process
+    const int number = names++;
+    const fs::path clock = folder_ / temporaryName("clock", "tessera", number);
     struct stat theirs {
     }, now{};
     const bool timed =
@@ -116,8 +119,16 @@ FileHandle Claims::takeLease(const fs::path& path) const {
     fs::remove(clock, ignored);
     if (!timed || ::stat(path.c_str(), &theirs) != 0 || secondsBetween(theirs, now) < leaseSeconds_)
         return {};
-    fs::remove(path, ignored);
-    return make(); // succeeds for one of the processes that saw its age
+    // One process gets the file that was stale; what another one has made meanwhile goes back.
+    const fs::path own = folder_ / temporaryName("stale", "tessera", number);
+    struct stat taken {};
+    if (::rename(path.c_str(), own.c_str()) != 0 || ::stat(own.c_str(), &taken) != 0)
+        return {};
+    const bool isTheirs = taken.st_ino == theirs.st_ino && secondsBetween(theirs, taken) == 0;
+    if (!isTheirs)
+        static_cast<void>(::link(own.c_str(), path.c_str()));
+    fs::remove(own, ignored);
+    return isTheirs ? make() : FileHandle();
 }
 
 std::unique_ptr<Claim> Claims::claim(const std::string& name) const {

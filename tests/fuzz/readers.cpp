@@ -116,8 +116,8 @@ bool readOmeZarr(const std::string& bytes) {
 bool readGroup(const std::string& bytes) {
     return orRefused([&] {
         Json group = parseJson(bytes, "zarr.json");
-        const auto isObject = [](const Json& value) { return value.is_object() || value.is_null(); };
-        if (!isObject(group) || !isObject(group["attributes"]) || !isObject(group["attributes"]["tessera"]))
+        if (const Json::json_pointer own("/attributes/tessera");
+            !group.contains(own) || !group.at(own).is_object())
             throw Error("nothing to seal");
         seal(group);
         static_cast<void>(parseGroup(storedText(group), "zarr.json"));

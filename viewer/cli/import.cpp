@@ -43,8 +43,14 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
         throw badFile("--share", "a new name, without --force",
                       "--force: a process that starts late would replace what the others made");
     requireStorePath(out, arguments.force || arguments.share);
+    const auto key = [&] { return importKey(arguments.in, arguments.input.key() + "\n" + options.unit); };
+    options.key = key(); // before anything is read
+    options.checkSource = [&] {
+        if (key() != options.key)
+            throw badFile(arguments.in, "files that stay as they are while they are imported",
+                          "a change meanwhile: import them again");
+    };
     const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
-    options.key = importKey(arguments.in, arguments.input.key() + "\n" + options.unit);
     common.detail("importing " + source->describe() + " to " + out.string());
     options.force = arguments.force;
     options.shared = arguments.share;

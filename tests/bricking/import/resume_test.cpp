@@ -175,11 +175,11 @@ class Resume : public ::testing::Test {
         return child;
     }
     /// Parts are finished before the slice; then the disk fails.
-    void stopAt(int slice) const {
+    void stopAt(int slice, const std::string& name = "v.zarr") const {
         SlowSource failing(info_, values_);
         failing.errorAtZ = slice;
         MemoryBudget ram("RAM", "--ram", kPlenty);
-        EXPECT_THROW(importToStore(failing, scratch_ / "v.zarr", ram, options()), Error);
+        EXPECT_THROW(importToStore(failing, scratch_ / name, ram, options()), Error);
     }
     Files oneRun() const {
         ImportOptions how = options();
@@ -316,6 +316,12 @@ TEST_F(Resume, SeveralProcessesShareOne) {
             info_.unit = "counts";
             EXPECT_THROW(import("v.zarr", how), InputError) << "another volume's store";
             info_.unit.clear();
+            const auto plain = values_;
+            values_ = [plain](int x, int y, int z) {
+                return x == 39 && y == 35 && z == 7 ? 1 - plain(x, y, z) : plain(x, y, z);
+            };
+            EXPECT_THROW(import("v.zarr", how), InputError) << "another scan of that machine";
+            values_ = plain;
             fs::remove_all(scratch_ / "v.zarr");
         }
 }
@@ -401,6 +407,44 @@ TEST_F(Resume, NothingIsKeptOfASourceAtFault) {
     failing.failAtZ = 150;
     MemoryBudget ram("RAM", "--ram", kPlenty);
     EXPECT_THROW(importToStore(failing, scratch_ / "v.zarr", ram, options()), InputError);
+    EXPECT_EQ(entriesIn(scratch_.path()), 0u);
+}
+
+TEST_F(Resume, ASourceThatChangesMeanwhileIsRefused) {
+    for (const int looks : {0, 2, 4}) { // one a part, and one before the store gets its name
+        ImportOptions how = options();
+        how.checkSource = [left = looks]() mutable {
+            if (left-- == 0)
+                throw badFile("source", "the files of before", "others");
+        };
+        EXPECT_THROW(import("v.zarr", how), InputError);
+        EXPECT_EQ(entriesIn(scratch_.path()), 0u) << looks;
+    }
+}
+
+// Each looks for leftovers of the others, and must not keep them from their work.
+TEST_F(Resume, ManyImportsIntoOneFolder) {
+    info_.extentVoxels = {8, 8, 130};
+    std::vector<pid_t> children;
+    for (int i = 0; i < 6; ++i)
+        if (children.push_back(::fork()); children.back() == 0) {
+            ImportOptions how = options();
+            how.shared = i % 2;
+            try {
+                for (int run = 0; run < 25; ++run) {
+                    stopAt(100, "v" + std::to_string(i) + ".zarr");
+                    import("v" + std::to_string(i) + ".zarr", how);
+                    fs::remove_all(scratch_ / ("v" + std::to_string(i) + ".zarr"));
+                }
+            } catch (const std::exception& problem) {
+                std::fprintf(stderr, "%s\n", problem.what());
+                ::_exit(1);
+            }
+            ::_exit(HasFailure());
+        }
+    for (const pid_t child : children)
+        EXPECT_EQ(ended(child), 0);
+    recoverFolders(scratch_.path());
     EXPECT_EQ(entriesIn(scratch_.path()), 0u);
 }
 

@@ -72,7 +72,11 @@ std::string factsOfSource(const fs::path& path) {
             versions += name + ("|" + place->files->versionOf(place->nameOf(name))) + "\n";
         return versions;
     }
-    std::string facts = factsOf(fs::canonical(given));
+    std::error_code missing;
+    const fs::path whole = fs::canonical(given, missing);
+    if (missing) // opening it says why
+        return {};
+    std::string facts = factsOf(whole);
 #if TESSERA_WITH_IMPORT
     for (const fs::path& named : namedFilesOf(given))
         facts += factsOf(named);
