@@ -3,12 +3,15 @@
 
 #include "core/base/error.h"
 #include "viewer/cli/commands.h"
+#include "viewer/cli/input/remote_input.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string>
 #include <unistd.h>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -62,7 +65,19 @@ int runStudy(char** argv) {
 } // namespace
 
 int runProgram(int argc, char** argv) {
-    return argc > 1 && asksForStudy(argc, argv) ? runStudy(argv) : runCommands(argc, argv, addCommands);
+    if (argc > 1 && asksForStudy(argc, argv))
+        return runStudy(argv);
+    try {
+        std::vector<std::string> words = reachedWords({argv, static_cast<std::size_t>(argc)});
+        std::vector<char*> pointers;
+        for (std::string& word : words)
+            pointers.push_back(word.data());
+        pointers.push_back(nullptr);
+        return runCommands(argc, pointers.data(), addCommands);
+    } catch (const InputError& error) {
+        printProblem(error.what());
+        return 2; // as for other bad input
+    }
 }
 
 } // namespace tessera

@@ -7,6 +7,7 @@
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/source/oriented_source.h"
 #include "bricking/import/source/source_files.h"
+#include "bricking/store/remote_files.h"
 #include "core/base/address.h"
 #include "core/base/error.h"
 
@@ -284,6 +285,13 @@ void takeStacks(const std::vector<fs::path>& files, Catalogue& catalogue, const 
     std::erase_if(catalogue.scan.passed, [&](const PassedFile& file) { return used.contains(file.path); });
 }
 
+/// What a server says that lists no names.
+std::string forbiddenAt(const fs::path& address) {
+    const auto place = remotePlaceOf(address);
+    const std::string why = place ? place->files->whyNone() : "";
+    return why.empty() ? "" : " (" + why + ")";
+}
+
 } // namespace
 
 Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
@@ -298,7 +306,7 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
     }
     if (isAddress(path))
         throw badFile(printableName(path), "a store, an OME-Zarr or an array of Zarr at the address",
-                      "no metadata of them there");
+                      "no metadata of them there" + forbiddenAt(path));
     if (!fs::is_directory(path, error)) {
         catalogue.scan = scanDicom({path});
     } else if (foreignFormatOf(path).known()) {

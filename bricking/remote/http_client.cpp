@@ -1,6 +1,7 @@
 // bricking/remote/http_client.cpp: see http_client.h. By libcurl.
 #include "bricking/remote/http_client.h"
 
+#include "bricking/store/remote_files.h" // OutOfReach
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/shown_text.h"
@@ -18,7 +19,8 @@ namespace tessera {
 namespace {
 
 constexpr long kConnectSeconds = 10;
-constexpr long kSlowBytesASecond = 100, kSlowSeconds = 20; // slower than that for so long: given up
+constexpr long kSlowBytesASecond = 1024, kSlowSeconds = 20; // slower than that for so long: given up
+constexpr long kMostSecondsEach = 300;                      // of a request that goes on, over a slow line
 constexpr long kMostRedirects = 5;
 constexpr long kOk = 200, kPartial = 206, kNotModified = 304, kForbidden = 403, kNotFound = 404, kGone = 410,
                kNoSuchRange = 416, kTooMany = 429, kServerError = 500;
@@ -47,7 +49,8 @@ struct HttpClient::Try {
     std::vector<std::byte> body;
     std::size_t most = 0; // bytes of body that are wanted
     bool isLonger = false;
-    std::exception_ptr stopped; // by Ctrl-C
+    const HttpClient* client = nullptr;
+    std::exception_ptr stopped; // by Ctrl-C or HttpClient::stop()
 
     bool mayWorkLater() const {
         if (result != CURLE_OK)
@@ -102,11 +105,12 @@ std::size_t HttpClient::Try::onHeader(const char* data, std::size_t, std::size_t
 }
 
 int HttpClient::Try::onProgress(void* self, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+    Try& answer = *static_cast<Try*>(self);
     try {
-        checkInterrupted();
+        answer.client->checkStopped();
         return 0;
     } catch (...) {
-        static_cast<Try*>(self)->stopped = std::current_exception();
+        answer.stopped = std::current_exception();
         return 1;
     }
 }
@@ -161,13 +165,14 @@ HttpClient::~HttpClient() {
 }
 
 HttpClient::Try HttpClient::attempt(const std::string& address, std::uint64_t offset, std::size_t count,
-                                    const std::string& known) {
+                                    const HttpVersion& known) {
     const Handle handle(*pool_);
     CURL* const curl = handle.get();
     if (!curl)
         throw Error("libcurl could not begin");
     Try answer;
     answer.most = count;
+    answer.client = this;
     const std::string range = std::to_string(offset) + "-" + std::to_string(offset + count - 1);
     curl_easy_reset(curl); // connections stay
     curl_easy_setopt(curl, CURLOPT_URL, address.c_str());
@@ -180,6 +185,7 @@ HttpClient::Try HttpClient::attempt(const std::string& address, std::uint64_t of
     curl_easy_setopt(curl, CURLOPT_USERAGENT, "tessera");
     curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
+    curl_easy_setopt(curl, CURLOPT_TIMEOUT, kMostSecondsEach);
     curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, kSlowBytesASecond);
     curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, kSlowSeconds);
     curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, Try::onBody);
@@ -189,10 +195,9 @@ HttpClient::Try HttpClient::attempt(const std::string& address, std::uint64_t of
     curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, Try::onProgress);
     curl_easy_setopt(curl, CURLOPT_XFERINFODATA, &answer);
-    // An ETag is quoted, a date is not.
-    const bool isTag = known.ends_with('"');
-    const std::string condition = (isTag ? "If-None-Match: " : "If-Modified-Since: ") + known;
-    curl_slist* const headers = known.empty() ? nullptr : curl_slist_append(nullptr, condition.c_str());
+    const std::string condition =
+        known.tag.empty() ? "If-Modified-Since: " + known.date : "If-None-Match: " + known.tag;
+    curl_slist* const headers = known.isSaid() ? curl_slist_append(nullptr, condition.c_str()) : nullptr;
     curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
     answer.result = curl_easy_perform(curl);
     curl_slist_free_all(headers);
@@ -201,7 +206,7 @@ HttpClient::Try HttpClient::attempt(const std::string& address, std::uint64_t of
     bytes_ += answer.body.size();
     if (answer.stopped)
         std::rethrow_exception(answer.stopped);
-    if (answer.result == CURLE_WRITE_ERROR && answer.isLonger && answer.status == kOk)
+    if (answer.result == CURLE_WRITE_ERROR && answer.isLonger)
         answer.result = CURLE_OK; // ended by onBody()
     return answer;
 }
@@ -210,16 +215,22 @@ void HttpClient::wait(std::chrono::milliseconds time) const {
     const auto end = std::chrono::steady_clock::now() + time;
     constexpr std::chrono::milliseconds kStep{20};
     while (std::chrono::steady_clock::now() < end) {
-        checkInterrupted();
+        checkStopped();
         std::this_thread::sleep_for(kStep);
     }
 }
 
+void HttpClient::checkStopped() const {
+    checkInterrupted();
+    if (isStopped_)
+        throw Cancelled();
+}
+
 namespace {
 
-/// The bytes of the whole, from "bytes 0-99/1234" or "bytes */1234"; and where the part begins.
+/// "bytes 0-99/1234"; of "bytes */1234" the total alone.
 struct Range {
-    std::uint64_t first = 0, total = 0;
+    std::uint64_t first = 0, last = 0, total = 0;
 };
 std::optional<Range> rangeOf(std::string_view text) {
     const std::size_t slash = text.rfind('/');
@@ -227,47 +238,64 @@ std::optional<Range> rangeOf(std::string_view text) {
         return std::nullopt;
     const auto total = numberIn(text.substr(slash + 1));
     const std::string_view part = text.substr(6, slash - 6);
-    const auto first =
-        part == "*" ? std::optional<std::uint64_t>(0) : numberIn(part.substr(0, part.find('-')));
-    return total && first ? std::optional(Range{*first, *total}) : std::nullopt;
+    const std::size_t dash = std::min(part.find('-'), part.size());
+    const std::optional<std::uint64_t> zero(0);
+    const auto first = part == "*" ? zero : numberIn(part.substr(0, dash));
+    const auto last = part == "*" ? zero : numberIn(part.substr(std::min(dash + 1, part.size())));
+    return total && first && last ? std::optional(Range{*first, *last, *total}) : std::nullopt;
 }
 
 } // namespace
 
 std::optional<HttpPart> HttpClient::get(const std::string& address, const std::string& shown,
-                                        std::uint64_t offset, std::size_t count, const std::string& known) {
+                                        std::uint64_t offset, std::size_t count, const HttpVersion& known) {
+    using Clock = std::chrono::steady_clock;
     TESSERA_CHECK(count > 0);
+    const Clock::time_point end = Clock::now() + kMostSeconds;
+    const auto left = [&] {
+        return std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+    };
+    bool isAnew = false; // whatever is known
     {
         const std::lock_guard lock(mutex_);
         if (std::chrono::steady_clock::now() < silentUntil_)
-            throw badFile(shown, "a server that answers", why_ + " a moment ago");
+            throw OutOfReach(shown, "a server that answers", why_ + " a moment ago");
     }
     std::string why;
     bool isSilent = false; // no answer at all
-    for (int number = 0; number < kTries; ++number) {
+    int number = 0;
+    for (; number < kTries && left().count() > 0; ++number) {
         if (number > 0) {
             ++retries_;
-            wait(firstWait_ * (1 << (number - 1)));
+            wait(std::min(firstWait_ * (1 << (number - 1)), left()));
         }
-        checkInterrupted();
-        Try answer = attempt(address, offset, count, known);
+        checkStopped();
+        Try answer = attempt(address, offset, count, isAnew ? HttpVersion{} : known);
         if (answer.status == kNotFound || answer.status == kGone)
             return std::nullopt;
         if (answer.result != CURLE_OK || answer.status == kTooMany || answer.status >= kServerError) {
             why = answer.why();
             isSilent = answer.result != CURLE_OK;
             if (!answer.mayWorkLater())
-                throw badFile(shown, "a server that can be reached and trusted", printable(why));
+                throw OutOfReach(shown, "a server that can be reached and trusted", printable(why));
             if (const auto seconds = numberIn(answer.retryAfter); seconds && number + 1 < kTries)
-                wait(std::chrono::seconds(std::min<std::uint64_t>(*seconds, kMostRetryAfterSeconds)));
+                wait(std::min<std::chrono::milliseconds>(
+                    std::chrono::seconds(std::min<std::uint64_t>(*seconds, kMostRetryAfterSeconds)), left()));
             continue;
         }
         HttpPart part;
-        if (answer.status == kNotModified && !known.empty()) {
+        part.isForbidden = answer.status == kForbidden;
+        if (part.isForbidden)
+            return part;
+        part.version = {answer.etag, answer.lastModified};
+        if (answer.status == kNotModified && known.isSaid() && !isAnew) {
+            // Servers without tags say it of any file that is not newer.
+            isAnew = part.version.isSaid() && !part.version.isThatOf(known);
+            if (isAnew)
+                continue;
             part.isAsKnown = true;
             return part;
         }
-        part.version = answer.etag.empty() ? answer.lastModified : answer.etag;
         const std::optional<Range> range = rangeOf(answer.contentRange);
         if (answer.status == kNoSuchRange && range) { // nothing that far
             part.totalBytes = range->total;
@@ -276,6 +304,8 @@ std::optional<HttpPart> HttpClient::get(const std::string& address, const std::s
         if (answer.status == kPartial && range && range->first == offset) {
             const std::uint64_t due =
                 std::min<std::uint64_t>(count, range->total - std::min(range->total, offset));
+            if (answer.body.size() < due && range->last - range->first + 1 == answer.body.size())
+                throw badFile(shown, "a server that sends ranges of bytes", "one that sends shorter ones");
             if (answer.body.size() != due) {
                 why = "an answer that was cut";
                 continue;
@@ -296,17 +326,15 @@ std::optional<HttpPart> HttpClient::get(const std::string& address, const std::s
         }
         if (answer.status == kOk || answer.status == kPartial)
             throw badFile(shown, "a server that sends ranges of bytes", "one that sends others");
-        throw badFile(shown, "a file that may be read",
-                      answer.status == kForbidden ? "a server that forbids it (403)"
-                                                  : printable(answer.why()));
+        throw badFile(shown, "a file that may be read", printable(answer.why()));
     }
     if (isSilent) {
         const std::lock_guard lock(mutex_);
         silentUntil_ = std::chrono::steady_clock::now() + kPause;
         why_ = printable(why);
     }
-    throw badFile(shown, "a server that answers",
-                  printable(why) + ", after " + std::to_string(kTries) + " tries");
+    throw OutOfReach(shown, "a server that answers",
+                     printable(why) + ", after " + std::to_string(number) + " tries");
 }
 
 } // namespace tessera

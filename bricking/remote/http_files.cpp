@@ -54,6 +54,14 @@ std::string encoded(const std::string& text, std::string_view plain) {
     return out;
 }
 
+/// Tells texts apart that are not to be kept.
+std::string hashOf(const std::string& text) {
+    std::uint64_t hash = 0xCBF29CE484222325u; // FNV-1a
+    for (const char c : text)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+    return text.empty() ? "" : std::to_string(hash);
+}
+
 /// The address by https of an s3 one.
 std::string overHttp(const std::string& address) {
     constexpr std::string_view s3 = "s3://";
@@ -83,13 +91,20 @@ class HttpFiles final : public RemoteFiles {
         const std::size_t host = shown_.find("://") + 3;
         if (host >= shown_.size() || shown_[host] == '/')
             throw badFile(printable(shown_), "an address with a host", "none");
-        const std::string plain = overHttp(address);
+        const std::string plain = overHttp(withPlainScheme(address));
         const std::size_t query = std::min(plain.find_first_of("?#"), plain.size());
         base_ = encoded(plain.substr(0, query), "-._~:/@!$&'()*+,;=%[]");
         query_ = encoded(plain.substr(query, plain.find('#') - query), "-._~:/?@!$&'()*+,;=%");
         for (std::string* text : {&base_, &shown_})
             while (text->ends_with('/'))
                 text->pop_back();
+        const std::size_t asked = std::min(address.find('?'), address.size());
+        identity_ = withoutSecrets(base_) + "\n" + hashOf(address.substr(asked, address.find('#') - asked));
+    }
+    ~HttpFiles() override {
+        client_.stop();
+        for (std::jthread& reader : readers_)
+            reader.request_stop();
     }
 
     std::optional<std::uint64_t> sizeOf(const std::string& name) override {
@@ -99,8 +114,20 @@ class HttpFiles final : public RemoteFiles {
 
     std::string versionOf(const std::string& name) override {
         const std::shared_ptr<File> file = opened(name);
-        return file->isThere && !file->version.empty() ? std::to_string(file->bytes) + " " + file->version
-                                                       : std::string();
+        if (!file->isThere)
+            return "";
+        const std::string begin = std::to_string(file->bytes) + " ";
+        if (!file->version.isSaid())
+            return begin + "run " + run_;
+        const auto now = client_.get(addressOf(name), shownOf(name), 0, kBlock, file->version);
+        if (now && now->isAsKnown)
+            return begin + textOf(file->version);
+        return now && !now->isForbidden ? std::to_string(now->totalBytes) + " " + textOf(now->version) : "";
+    }
+    std::string identity() const override { return identity_; }
+    std::string whyNone() const override {
+        const std::lock_guard lock(mutex_);
+        return why_;
     }
 
     void readAt(const std::string& name, std::uint64_t offset, std::span<std::byte> out) override {
@@ -153,10 +180,14 @@ class HttpFiles final : public RemoteFiles {
         std::mutex opening; // held while the server is asked for it the first time
         bool isKnown = false, isThere = false;
         std::uint64_t bytes = 0;
-        std::string version, key; // key: of its blocks, before their numbers
+        HttpVersion version;
+        std::string key; // of its blocks, before their numbers
         std::mutex mutex;
         std::condition_variable loaded;
         std::set<std::uint64_t> loading; // blocks that a thread reads or fetches
+        // The last failure, for which others need not wait again for a while.
+        std::exception_ptr failure;
+        std::chrono::steady_clock::time_point failedUntil;
     };
     struct Run {
         std::uint64_t begin = 0, end = 0; // blocks
@@ -194,8 +225,11 @@ class HttpFiles final : public RemoteFiles {
         if (file->isKnown)
             return file;
         const std::optional<Facts> known = factsOf(name);
-        const auto part =
-            client_.get(addressOf(name), shownOf(name), 0, kBlock, known ? known->version : std::string());
+        auto part = answerOf(*file, name, 0, kBlock, known ? known->version : HttpVersion());
+        if (part && part->isForbidden) {
+            requireWitness(name);
+            part.reset();
+        }
         if (part && part->isAsKnown) {
             describe(*file, name, *known);
         } else if (part) {
@@ -206,23 +240,65 @@ class HttpFiles final : public RemoteFiles {
             keepFacts(name, {part->totalBytes, part->version});
         }
         file->isKnown = true;
+        if (file->isThere)
+            noteWitness(name);
         return file;
+    }
+
+    /// A file that could be read, and shows whether the server still lets this program read.
+    void noteWitness(const std::string& name) {
+        const std::lock_guard lock(mutex_);
+        witness_ = name;
+    }
+    /// After a 403. Throws InputError where the server forbids all.
+    void requireWitness(const std::string& name) {
+        std::string witness;
+        {
+            const std::lock_guard lock(mutex_);
+            why_ = "403 for " + shownOf(name) + ": forbidden, or not there";
+            if (witness_.empty())
+                return;
+            witness = witness_;
+        }
+        const auto part = client_.get(addressOf(witness), shownOf(witness), 0, 1);
+        if (part && part->isForbidden)
+            throw badFile(shownOf(name), "a file that may be read", "a server that forbids it (403)");
     }
 
     /// What a server said of a file.
     struct Facts {
         std::uint64_t bytes = 0;
-        std::string version;
+        HttpVersion version;
     };
+    static std::string textOf(const HttpVersion& version) { return version.tag + "\t" + version.date; }
+
+    /// Remembers a failure for a while, so that many who want a file do not try in vain one after another.
+    std::optional<HttpPart> answerOf(File& file, const std::string& name, std::uint64_t offset,
+                                     std::size_t count, const HttpVersion& known) {
+        using Clock = std::chrono::steady_clock;
+        {
+            const std::lock_guard lock(file.mutex);
+            if (file.failure && Clock::now() < file.failedUntil)
+                std::rethrow_exception(file.failure);
+        }
+        try {
+            return client_.get(addressOf(name), shownOf(name), offset, count, known);
+        } catch (const InputError&) {
+            const std::lock_guard lock(file.mutex);
+            file.failure = std::current_exception();
+            file.failedUntil = Clock::now() + HttpClient::kPause;
+            throw;
+        }
+    }
     void describe(File& file, const std::string& name, const Facts& facts) const {
         file.isThere = true;
         file.bytes = facts.bytes;
         file.version = facts.version;
         // Without a version blocks are of this run alone.
-        file.key = shown_ + "/" + name + "\n" + std::to_string(facts.bytes) + "\n" +
-                   (facts.version.empty() ? "run " + run_ : facts.version);
+        file.key = identity_ + "/" + name + "\n" + std::to_string(facts.bytes) + "\n" +
+                   (facts.version.isSaid() ? textOf(facts.version) : "run " + run_);
     }
-    std::string factsKey(const std::string& name) const { return shown_ + "/" + name + "\nfacts"; }
+    std::string factsKey(const std::string& name) const { return identity_ + "/" + name + "\nfacts"; }
     /// Those of an earlier run; its blocks are good if the server still says the same.
     std::optional<Facts> factsOf(const std::string& name) {
         std::array<char, kFactsBytes> text{};
@@ -230,17 +306,18 @@ class HttpFiles final : public RemoteFiles {
             return std::nullopt;
         Facts facts;
         const std::string_view all(text.data(), strnlen(text.data(), text.size()));
-        const std::size_t blank = all.find(' ');
-        if (blank == std::string_view::npos)
+        const std::size_t blank = all.find(' '), tab = all.rfind('\t');
+        if (blank == std::string_view::npos || tab == std::string_view::npos || tab < blank)
             return std::nullopt;
         std::from_chars(all.data(), all.data() + blank, facts.bytes);
-        facts.version = all.substr(blank + 1);
+        facts.version = {std::string(all.substr(blank + 1, tab - blank - 1)),
+                         std::string(all.substr(tab + 1))};
         return facts;
     }
     void keepFacts(const std::string& name, const Facts& facts) {
-        const std::string line = std::to_string(facts.bytes) + " " + facts.version;
+        const std::string line = std::to_string(facts.bytes) + " " + textOf(facts.version);
         std::array<char, kFactsBytes> text{};
-        if (facts.version.empty() || line.size() >= text.size())
+        if (!facts.version.isSaid() || line.size() >= text.size())
             return;
         std::copy(line.begin(), line.end(), text.begin());
         blocks_.write(factsKey(name), std::as_bytes(std::span(text)));
@@ -280,7 +357,8 @@ class HttpFiles final : public RemoteFiles {
             RemoteRange next;
             {
                 std::unique_lock lock(ahead_.mutex);
-                if (!ahead_.news.wait(lock, stop, [&] { return !ahead_.wanted.empty(); }))
+                if (!ahead_.news.wait(lock, stop, [&] { return !ahead_.wanted.empty(); }) ||
+                    stop.stop_requested())
                     return;
                 next = std::move(ahead_.wanted.front());
                 ahead_.wanted.pop_front();
@@ -310,10 +388,11 @@ class HttpFiles final : public RemoteFiles {
         }
     }
 
-    std::vector<std::byte> fetched(const File& file, const std::string& name, const Run& run,
-                                   std::size_t count) {
-        auto part = client_.get(addressOf(name), shownOf(name), run.begin * kBlock, count);
-        if (!part || part->totalBytes != file.bytes || part->version != file.version ||
+    std::vector<std::byte> fetched(File& file, const std::string& name, const Run& run, std::size_t count) {
+        auto part = answerOf(file, name, run.begin * kBlock, count, {});
+        if (part && part->isForbidden)
+            throw badFile(shownOf(name), "a file that may be read", "a server that forbids it (403)");
+        if (!part || part->totalBytes != file.bytes || !part->version.isThatOf(file.version) ||
             part->bytes.size() != count)
             throw badFile(shownOf(name), "the file that it was when it was opened", "another");
         for (std::uint64_t block = run.begin; block < run.end; ++block) {
@@ -324,14 +403,15 @@ class HttpFiles final : public RemoteFiles {
         return std::move(part->bytes);
     }
 
-    std::string shown_, base_, query_;
+    std::string shown_, base_, query_, identity_;
     std::string run_ =
         std::to_string(::getpid()) + " " +
         std::to_string(std::chrono::system_clock::now().time_since_epoch().count()); // this one
     HttpClient client_;
     BlockFiles blocks_;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::map<std::string, std::shared_ptr<File>> files_;
+    std::string witness_, why_;
     std::atomic<std::uint64_t> fromDisk_{0};
     struct {
         std::mutex mutex;

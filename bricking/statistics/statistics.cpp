@@ -11,6 +11,7 @@
 #include "bricking/statistics/statistics_pass.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
+#include "bricking/store/remote_files.h"
 #include "bricking/store/shard.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
@@ -275,6 +276,8 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
         const Charge scratch = ram.charge(workers * each, "reading statistics");
         readStatistics(store, statistics, static_cast<int>(workers));
         return statistics;
+    } catch (const OutOfReach&) { // to compute them would fetch all that there is
+        throw;
     } catch (const InputError&) {
         // An optional cache: after any error the statistics are computed from the voxels.
     }
@@ -426,6 +429,8 @@ void addBrickRays(const StoreReader& store, std::span<const std::uint8_t> wanted
     };
     try {
         readRays(store, isNew, rays, ram, threads);
+    } catch (const OutOfReach&) {
+        throw;
     } catch (const InputError&) {
         // An optional cache, as in loadStatistics.
         sample(store, [&](std::size_t brick) { return isNew[brick] != 0; });

@@ -2,6 +2,8 @@
 // can reach. openFolder() (store_files.h) opens what lies below one of them as it opens folders.
 #pragma once
 
+#include "core/base/error.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -19,18 +21,30 @@ struct RemoteRange {
     std::uint64_t offset = 0, bytes = 0;
 };
 
+/// What may work later: a server that does not answer.
+class OutOfReach : public BadFile {
+  public:
+    using BadFile::BadFile;
+};
+
 /// Thread-safe. Names are relative: joined by '/', none of them "", "." or "..".
 class RemoteFiles {
   public:
     virtual ~RemoteFiles() = default;
-    /// Bytes of a file; nullopt: there is none of that name. Throws InputError naming its address when it is
-    /// out of reach.
+    /// Bytes of a file; nullopt: there is none of that name. Throws OutOfReach naming its address.
     virtual std::optional<std::uint64_t> sizeOf(const std::string& name) = 0;
-    /// Fills out from offset. Throws InputError naming its address when it is out of reach, ends too early or
-    /// is no longer the file that it was.
+    /// What the server said where it forbade a file, which then counts as not there: storage that lists no
+    /// names says so of all that is not there. "": nothing. Once a file could be read, one that the server
+    /// forbids while it forbids that one too is refused.
+    virtual std::string whyNone() const = 0;
+    /// Fills out from offset. Throws OutOfReach naming its address, InputError when it ends too early or is
+    /// no longer the file that it was.
     virtual void readAt(const std::string& name, std::uint64_t offset, std::span<std::byte> out) = 0;
-    /// What tells this content of a file from another: "" where the server says nothing.
+    /// What tells this content of a file from another, as the server says now: "" where nothing is there.
+    /// Where the server tells no versions, every run of the program has its own.
     virtual std::string versionOf(const std::string& name) = 0;
+    /// What tells the address from others: not for people, and without secrets.
+    virtual std::string identity() const = 0;
     /// Most memory that it takes while files are read.
     virtual std::size_t bytesInFlight() const = 0;
     /// Tells that these will be read soon, the first ones first: they are fetched together, before what was

@@ -99,6 +99,10 @@ const OpenShard& ShardTable::pin(const Key& key, const std::function<OpenShard()
     while (true) {
         if (const auto found = open_.find(key); found != open_.end()) {
             Slot& slot = found->second;
+            if (slot.isLoading) {
+                released_.wait(lock);
+                continue;
+            }
             if (slot.pins++ == 0)
                 idle_.erase(slot.idleAt);
             return slot.shard;
@@ -112,10 +116,21 @@ const OpenShard& ShardTable::pin(const Key& key, const std::function<OpenShard()
         }
         released_.wait(lock);
     }
-    OpenShard shard = load(); // throws: the slot stays free
-    Slot& slot = open_[key];
-    slot.shard = std::move(shard);
+    Slot& slot = open_[key]; // stays where it is: no one removes one that is loading
+    slot.isLoading = true;
+    lock.unlock(); // others read other shards meanwhile: an index may come from far away
+    try {
+        slot.shard = load();
+    } catch (...) {
+        lock.lock();
+        open_.erase(key);
+        released_.notify_all();
+        throw;
+    }
+    lock.lock();
+    slot.isLoading = false;
     slot.pins = 1;
+    released_.notify_all();
     return slot.shard;
 }
 

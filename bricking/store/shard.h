@@ -112,14 +112,15 @@ class ShardTable {
     struct Slot {
         OpenShard shard;
         int pins = 0;
-        std::list<Key>::iterator idleAt; // valid while pins == 0
+        bool isLoading = false;          // by a thread that will hold it
+        std::list<Key>::iterator idleAt; // valid while pins == 0 and it is not loading
     };
     const OpenShard& pin(const Key& key, const std::function<OpenShard()>& load);
     void unpin(const Key& key);
 
     const std::size_t slots_;
     Charge charge_;
-    std::mutex mutex_; // held while an index is read: 64 KiB, once per shard
+    std::mutex mutex_;
     std::condition_variable released_;
     std::map<Key, Slot> open_;
     std::list<Key> idle_; // least recently used first

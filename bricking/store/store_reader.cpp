@@ -12,13 +12,17 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace tessera {
 namespace {
+
+constexpr int kIndicesAtOnce = 8;
 
 /// Memory a reader of this store would like: every shard open, a decode buffer per processor.
 struct Appetite {
@@ -115,14 +119,32 @@ void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const
 void StoreReader::willRead(std::span<const ChunkKey> keys) const {
     if (!state_->remote)
         return;
-    std::vector<RemoteRange> ranges;
+    // The indices of their shards are fetched side by side: each takes the time of two answers.
+    std::map<std::tuple<int, int, int, int>, std::size_t> numbers;
+    std::vector<ChunkKey> firsts;
+    std::vector<std::size_t> shardOf;
     for (const ChunkKey& key : keys) {
-        try {
-            if (const std::optional<RemoteRange> range = state_->shards.placeOf(key))
-                ranges.push_back({state_->remote->nameOf(range->name), range->offset, range->bytes});
-        } catch (const InputError&) { // told when the chunk is read
-        }
+        const glm::ivec3 at = state_->shards.layout(key.level).shardOf(key);
+        const auto [number, isNew] = numbers.try_emplace({key.level, at.x, at.y, at.z}, firsts.size());
+        if (isNew)
+            firsts.push_back(key);
+        shardOf.push_back(number->second);
     }
+    std::vector<char> isOutOfReach(firsts.size());
+    const auto placeOf = [&](const ChunkKey& key, std::size_t shard) -> std::optional<RemoteRange> {
+        try {
+            return state_->shards.placeOf(key);
+        } catch (const InputError&) { // told when the chunk is read
+            isOutOfReach[shard] = 1;
+            return std::nullopt;
+        }
+    };
+    parallelFor(firsts.size(), kIndicesAtOnce, [&](std::size_t i) { placeOf(firsts[i], i); });
+    std::vector<RemoteRange> ranges;
+    for (std::size_t i = 0; i < keys.size(); ++i)
+        if (!isOutOfReach[shardOf[i]])
+            if (const std::optional<RemoteRange> range = placeOf(keys[i], shardOf[i]))
+                ranges.push_back({state_->remote->nameOf(range->name), range->offset, range->bytes});
     state_->remote->files->willRead(std::move(ranges));
 }
 

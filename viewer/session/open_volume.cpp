@@ -82,7 +82,7 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         volume.source = input;
     const std::filesystem::path store = storeFor(volume, InputOptions(volume.source), next->ram, common);
     volume.path = keptPlace(volume.path);
-    progress->stage("opening " + path.filename().string());
+    progress->stage("opening " + shownName(path));
     next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
     const std::size_t least = ramFloor(next->store->info(), scene);
     if (next->ram.limitBytes() < least && ramForPictures(options, false) >= least) {
@@ -167,7 +167,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
 std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     const VolumeInfo& info = store->info();
     auto seen = std::make_shared<VolumeSeen>();
-    seen->path = path;
+    seen->path = isAddress(path) ? keptPlace(path) : path;
     seen->info = info;
     seen->values = renderer->valuesOf(0);
     seen->fitted = fitted;

@@ -2,6 +2,7 @@
 // thread does the work (session_thread.h).
 #include "viewer/session/view_session.h"
 
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "viewer/session/session_board.h"
 #include "viewer/session/session_thread.h"
@@ -26,7 +27,7 @@ class ViewSession final : public Viewing {
             news.offers.reset();
             news.thumbnails.clear();
             news.state.kind = ViewingState::Kind::opening;
-            news.state.what = "opening " + path.filename().string();
+            news.state.what = "opening " + shownName(path);
             news.state.share = 0;
             news.state.problem.clear();
             thread_.callOffOpening(); // of one before: this one cannot have begun

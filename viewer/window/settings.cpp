@@ -1,6 +1,7 @@
 // viewer/window/settings.cpp: see settings.h.
 #include "viewer/window/settings.h"
 
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/files.h"
 #include "core/base/output_file.h"
@@ -15,8 +16,7 @@ namespace tessera {
 namespace fs = std::filesystem;
 
 void Settings::opened(const fs::path& path) {
-    std::error_code ignored;
-    const fs::path whole = fs::absolute(path, ignored).lexically_normal();
+    const fs::path whole = keptPlace(path);
     std::erase(recent, whole);
     recent.insert(recent.begin(), whole);
     if (recent.size() > kMostRecent)

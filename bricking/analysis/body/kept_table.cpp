@@ -5,6 +5,7 @@
 
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
+#include "bricking/store/remote_files.h"
 #include "bricking/store/shard.h"
 #include "bricking/store/stand_in_reader.h"
 #include "bricking/store/store_files.h"
@@ -110,6 +111,8 @@ std::optional<FoundTable> keptTableOf(const StoreReader& store, MemoryBudget& ra
 FoundTable tableOf(const StoreReader& store, MemoryBudget& ram, int threads) {
     try {
         return readTable(store, ram);
+    } catch (const OutOfReach&) {
+        throw;
     } catch (const InputError&) {
         // An optional cache, as the statistics are.
     }

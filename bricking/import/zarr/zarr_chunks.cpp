@@ -46,10 +46,10 @@ std::size_t ZarrChunks::bytesNeeded(const ZarrArray& array) {
     return array.chunkBytes() + array.encodedBound() + indices;
 }
 
-std::string ZarrChunks::keyOf(std::span<const std::int64_t> at) const {
-    std::string key = array_.prefix;
+std::string ZarrChunks::fileOf(const ZarrArray& array, std::span<const std::int64_t> at) {
+    std::string key = array.prefix;
     for (std::size_t axis = 0; axis < at.size(); ++axis)
-        key += (axis == 0 ? "" : array_.separator) + std::to_string(at[axis]);
+        key += (axis == 0 ? "" : array.separator) + std::to_string(at[axis]);
     return key;
 }
 
@@ -64,7 +64,7 @@ std::span<const std::byte> ZarrChunks::fetched(const StoreFile& file, std::uint6
 }
 
 std::span<const std::byte> ZarrChunks::encodedFile(std::span<const std::int64_t> at) {
-    const std::string key = keyOf(at);
+    const std::string key = fileOf(array_, at);
     where_ = (array_.path / key).string();
     const auto file = openIn(folder_, key, array_.path);
     if (!file)
@@ -81,7 +81,7 @@ const OpenShard* ZarrChunks::shardOf(const std::vector<std::int64_t>& at) {
     if (found == shards_.end()) {
         if (shards_.size() >= openShardsOf(array_))
             shards_.erase(shards_.begin()); // places ascend
-        const std::string key = keyOf(at);
+        const std::string key = fileOf(array_, at);
         OpenShard shard;
         shard.shown = (array_.path / key).string();
         if (auto file = openIn(folder_, key, array_.path)) {
@@ -139,7 +139,7 @@ void ZarrChunks::tell(const std::vector<std::vector<std::int64_t>>& places) cons
         return;
     std::vector<RemoteRange> ranges;
     for (const std::vector<std::int64_t>& at : places)
-        ranges.push_back({folder_.remote->nameOf(keyOf(at)), 0, array_.encodedBound()});
+        ranges.push_back({folder_.remote->nameOf(fileOf(array_, at)), 0, array_.encodedBound()});
     folder_.remote->files->willRead(std::move(ranges));
 }
 

@@ -28,11 +28,13 @@ class ZarrChunks {
     /// InputError naming file and chunk for damage, and for a chunk of another size than the array says.
     std::span<const std::byte> read(std::span<const std::int64_t> at);
 
+    /// The file of a chunk, or of a shard: its name below the array.
+    static std::string fileOf(const ZarrArray& array, std::span<const std::int64_t> at);
+
   private:
     std::span<const std::byte> encodedFile(std::span<const std::int64_t> at);
     std::span<const std::byte> ofShard(std::span<const std::int64_t> at);
     const OpenShard* shardOf(const std::vector<std::int64_t>& at);
-    std::string keyOf(std::span<const std::int64_t> at) const;
     std::span<const std::byte> fetched(const StoreFile& file, std::uint64_t offset, std::uint64_t bytes);
     std::span<const std::byte> decoded(std::span<const std::byte> encoded);
 

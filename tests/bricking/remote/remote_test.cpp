@@ -160,8 +160,8 @@ TEST_F(Remote, KeptBlocksStayWithinTheirBudgetAndDamageIsFetchedAgain) {
 
 TEST_F(Remote, WhatCannotBeReadIsRefusedByItsAddress) {
     writeBytes(served / "a" / "file", randomBytes(2 * kRemoteBlockBytes));
-    server.statuses["/a/file"] = 403;
-    EXPECT_THAT(refusalOf([&] { open()->sizeOf("file"); }), AllOf(HasSubstr("/a/file"), HasSubstr("403")));
+    server.statuses["/a/file"] = 401;
+    EXPECT_THAT(refusalOf([&] { open()->sizeOf("file"); }), AllOf(HasSubstr("/a/file"), HasSubstr("401")));
     server.statuses["/a/file"] = 500;
     EXPECT_THAT(refusalOf([&] { open()->sizeOf("file"); }), AllOf(HasSubstr("500"), HasSubstr("8 tries")));
     server.statuses.clear();
@@ -186,11 +186,98 @@ TEST_F(Remote, SecretsGoWithRequestsAndIntoNoMessage) {
     EXPECT_EQ(read(*files, "file", 0, 5), "hello");
     EXPECT_EQ(server.asked().front().target, "/a/file?token=abc");
     EXPECT_THAT(server.asked().front().authorization, HasSubstr("Basic"));
-    server.statuses["/a/none?token=abc"] = 403;
+    server.statuses["/a/none?token=abc"] = 401;
     EXPECT_THAT(refusalOf([&] { files->sizeOf("none"); }),
                 AllOf(HasSubstr("/a/none"), Not(HasSubstr("pass")), Not(HasSubstr("abc"))));
     EXPECT_EQ(withoutSecrets("https://u:p@h/a@b/c?x#y"), "https://h/a@b/c");
     EXPECT_EQ(withoutSecrets("https://h"), "https://h");
+    EXPECT_EQ(withoutSecrets("https://h:80/a@b"), "https://h:80/a@b");
+    EXPECT_EQ(withoutSecrets("https://[::1]:80/a"), "https://[::1]:80/a");
+    EXPECT_EQ(withoutSecrets("HTTPS://u:p@H/a"), "https://H/a");
+    for (const char odd : {'/', '?', '#', '@'}) // in a password, not escaped
+        EXPECT_EQ(withoutSecrets(std::string("https://user:pa") + odd + "ss@h/x?t=1"), "https://h/x") << odd;
+    EXPECT_TRUE(isAddress("HTTPS://h") && isAddress("S3://b") && !isAddress("https:/h"));
+    EXPECT_EQ(shownName("https://u:p@h/ct.zarr?token=a.b"), "ct.zarr");
+}
+
+// Storage that lists no names forbids what is not there, and what the reader may not have.
+TEST_F(Remote, WhatIsForbiddenIsNotThereWhileOthersCanBeRead) {
+    writeBytes(served / "a" / "file", "hello");
+    writeBytes(served / "a" / "shard", randomBytes(2 * kRemoteBlockBytes));
+    server.statuses["/a/none"] = 403;
+    const auto files = open();
+    EXPECT_EQ(files->sizeOf("none"), std::nullopt);
+    EXPECT_THAT(files->whyNone(), AllOf(HasSubstr("/a/none"), HasSubstr("403")));
+    EXPECT_EQ(read(*files, "file", 0, 5), "hello");
+    EXPECT_EQ(read(*files, "shard", 0, 1).size(), 1u);
+    server.statuses["/a/other"] = 403;
+    EXPECT_EQ(files->sizeOf("other"), std::nullopt);
+    // What gave the right has ended.
+    server.statuses = {{"/a/file", 403}, {"/a/shard", 403}, {"/a/third", 403}};
+    EXPECT_THAT(refusalOf([&] { files->sizeOf("third"); }), AllOf(HasSubstr("/a/third"), HasSubstr("403")));
+    EXPECT_THAT(refusalOf([&] { read(*files, "shard", kRemoteBlockBytes, 9); }), HasSubstr("403"));
+}
+
+TEST_F(Remote, VersionsAreThoseOfNow) {
+    writeBytes(served / "a" / "file", "first");
+    const auto files = open();
+    const std::string before = files->versionOf("file");
+    EXPECT_EQ(files->versionOf("file"), before);
+    EXPECT_EQ(files->versionOf("none"), "");
+    writeBytes(served / "a" / "file", "other");
+    EXPECT_NE(files->versionOf("file"), before);
+    EXPECT_EQ(open()->versionOf("file"), open()->versionOf("file"));
+    server.hasVersions = false;
+    EXPECT_NE(open()->versionOf("file"), open()->versionOf("file")) << "no run knows it from another";
+    const std::string address = server.address("a");
+    const auto identityOf = [&](const std::string& with) {
+        return openRemoteFiles(with, options)->identity();
+    };
+    EXPECT_NE(identityOf(address + "?sample=1"), identityOf(address + "?sample=2"));
+    EXPECT_EQ(identityOf(address + "/#x"), identityOf(address));
+    EXPECT_EQ(identityOf(address + "?secret").find("secret"), std::string::npos);
+}
+
+// Servers without tags say "not modified" of any file that is not newer than the known one.
+TEST_F(Remote, AnOlderFileIsAnother) {
+    server.hasTags = false;
+    writeBytes(served / "a" / "file", "first");
+    EXPECT_EQ(read(*open(), "file", 0, 5), "first");
+    writeBytes(served / "a" / "file", "other");
+    fs::last_write_time(served / "a" / "file", fs::file_time_type::clock::now() - std::chrono::hours(48));
+    EXPECT_EQ(read(*open(), "file", 0, 5), "other");
+}
+
+TEST_F(Remote, OneFailureIsOneForAll) {
+    writeBytes(served / "a" / "file", "hello");
+    server.statuses["/a/file"] = 503;
+    const auto files = open();
+    EXPECT_THROW(files->sizeOf("file"), OutOfReach);
+    const std::size_t asked = server.asked().size();
+    for (int i = 0; i < 100; ++i)
+        EXPECT_THROW(files->sizeOf("file"), OutOfReach);
+    EXPECT_EQ(server.asked().size(), asked);
+}
+
+TEST_F(Remote, WhatIsToldAheadEndsWithItsFiles) {
+    writeBytes(served / "a" / "file", randomBytes(200 * kRemoteBlockBytes));
+    server.delay = std::chrono::milliseconds(20);
+    {
+        const auto files = open();
+        std::vector<RemoteRange> ranges;
+        for (std::uint64_t block = 0; block < 200; ++block)
+            ranges.push_back({"file", block * kRemoteBlockBytes, 1});
+        files->willRead(ranges);
+    }
+    EXPECT_LT(server.asked().size(), 100u);
+}
+
+TEST_F(Remote, LongerAnswersAreCut) {
+    const std::string bytes = randomBytes(3 * kRemoteBlockBytes + 5);
+    writeBytes(served / "a" / "file", bytes);
+    server.isGenerous = true;
+    EXPECT_EQ(read(*open(), "file", 0, bytes.size()), bytes);
+    EXPECT_EQ(open()->counters().retries, 0u);
 }
 
 TEST_F(Remote, RedirectsAreFollowedAndBucketsAreFolders) {

@@ -197,7 +197,7 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
     const fs::path folder = cacheFolder();
     if (const std::string why = prepare(folder); !why.empty())
         return scratchStore(why, common, make);
-    const fs::path source = isAddress(given) ? given : fs::canonical(given);
+    const fs::path source = isAddress(given) ? keptPlace(given) : fs::canonical(given);
     const std::string facts = factsOfSource(given);
     const std::string key =
         std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
@@ -213,7 +213,10 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
                                                                     : std::strerror(errno),
                                 common, make); // errno: of access()
         if (reading.locked && (isWhole(entry, check) || made)) {
-            if (!made)
+            if (!made && isAddress(given))
+                common.note("reusing the import of " + source.string() +
+                            ", of which the server has the versions of then");
+            else if (!made)
                 common.detail("reusing the import in " + entry.store.string());
             ::futimens(reading.file.descriptor(), nullptr); // the last use
             common.keep(std::make_shared<FileHandle>(std::move(reading.file)));

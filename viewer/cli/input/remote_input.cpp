@@ -8,9 +8,12 @@
 #include "core/base/error.h"
 #include "viewer/cli/input/import_cache.h"
 
+#include <algorithm>
+#include <map>
 #include <mutex>
 #include <optional>
-#include <set>
+#include <string>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -27,17 +30,33 @@ std::filesystem::path reached(const std::filesystem::path& path) {
         shown.pop_back();
 #if TESSERA_WITH_IMPORT
     static std::mutex mutex;
-    static std::set<std::string> known;
+    static std::map<std::string, std::string> known; // how an address is shown
+    static std::map<std::string, int> alike;         // addresses that are shown so
     const std::lock_guard lock(mutex);
-    if (!known.contains(shown)) {
-        makeReachable(
-            shown, openRemoteFiles(path.string(), {remoteBlockFolder(), cacheLimitBytes() / kPartOfCache}));
-        known.insert(shown);
+    if (std::ranges::any_of(known, [&](const auto& each) { return each.second == path; }))
+        return path;
+    std::string& place = known[path.string()];
+    if (place.empty()) {
+        auto files = openRemoteFiles(path.string(), {remoteBlockFolder(), cacheLimitBytes() / kPartOfCache});
+        const int number = ++alike[shown]; // of those that differ in what may be secret
+        const std::string unlike = number == 1 ? shown : shown + "#" + std::to_string(number);
+        makeReachable(unlike, std::move(files));
+        place = unlike;
     }
-    return shown;
+    return place;
 #else
     throw badFile(shown, "a path", "an address, and this program was built without what reads them");
 #endif
+}
+
+std::vector<std::string> reachedWords(std::span<char* const> words) {
+    std::vector<std::string> all(words.begin(), words.end());
+    for (std::string& word : all) {
+        const std::size_t begin = word.starts_with("--") ? std::min(word.find('='), word.size() - 1) + 1 : 0;
+        if (const std::string value = word.substr(begin); isAddress(value))
+            word = word.substr(0, begin) + reached(value).string();
+    }
+    return all;
 }
 
 std::string sayFetched(Stores stores) {

@@ -6,7 +6,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -15,6 +17,10 @@ namespace tessera {
 /// @return the path to open it by: the address without what may be secret; other paths as they are
 /// Throws InputError when this program was built without it.
 std::filesystem::path reached(const std::filesystem::path& path);
+
+/// The words of a command, with reached() for addresses, also behind "--option=": so nothing that may be
+/// secret gets farther, into messages for example. Throws as reached() does.
+std::vector<std::string> reachedWords(std::span<char* const> words);
 
 /// What was asked of servers for stores behind addresses, for people; "": there are none.
 std::string sayFetched(Stores stores);

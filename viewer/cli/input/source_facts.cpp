@@ -67,9 +67,14 @@ std::string factsOf(const fs::path& path, const std::string& leftOut) {
 std::string factsOfSource(const fs::path& path) {
     const fs::path given = reached(path);
     if (const auto place = remotePlaceOf(given)) { // of its metadata: chunks may be millions
-        std::string versions;
+        std::string versions = place->files->identity() + "\n" + place->below + "\n";
         for (const char* name : {"zarr.json", ".zattrs", ".zarray", "0/zarr.json", "0/.zarray"})
             versions += name + ("|" + place->files->versionOf(place->nameOf(name))) + "\n";
+#if TESSERA_WITH_IMPORT
+        for (const fs::path& named : namedFilesOf(given))
+            if (const auto part = remotePlaceOf(named); part && !part->below.empty())
+                versions += part->below + "|" + part->files->versionOf(part->below) + "\n";
+#endif
         return versions;
     }
     std::error_code missing;

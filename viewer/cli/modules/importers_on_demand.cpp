@@ -1,6 +1,7 @@
 // viewer/cli/modules/importers_on_demand.cpp: bricking/import/catalogue.h, open_source.h and others for
 // programs: the first import loads what reads scans.
 #include "bricking/import/source/format_endings.h"
+#include "core/base/address.h"
 #include "viewer/cli/modules/import_module.h"
 #include "viewer/cli/modules/slice_module.h"
 #include "viewer/cli/modules/vtk_image_module.h"
@@ -30,6 +31,8 @@ bool mayNameOthers(const std::filesystem::path& file) {
 bool hasNamingFile(const std::filesystem::path& path) {
     namespace fs = std::filesystem;
     std::error_code ignored;
+    if (isAddress(path))
+        return true;
     if (!fs::is_directory(path, ignored))
         return mayNameOthers(path);
     for (fs::recursive_directory_iterator entry(path, fs::directory_options::skip_permission_denied, ignored),

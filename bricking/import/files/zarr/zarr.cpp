@@ -201,6 +201,26 @@ std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& 
                                         std::move(info), options.scratchFolder);
 }
 
+/// Of an array behind an address, which may have millions of files: the metadata, and the first, the middle
+/// and the last of the others. Their versions tell a volume from one that replaces it.
+std::vector<fs::path> tellingFiles(const fs::path& path) {
+    std::vector<fs::path> files;
+    try {
+        const ZarrArray array = imageAt(path).array;
+        files.push_back(array.where);
+        for (const std::int64_t half : {0, 1, 2}) {
+            std::vector<std::int64_t> at;
+            for (std::size_t axis = 0; axis < array.shape.size(); ++axis) {
+                const std::int64_t each = array.chunk[axis] * (array.shard.empty() ? 1 : array.shard[axis]);
+                at.push_back((array.shape[axis] - 1) / each * half / 2);
+            }
+            files.push_back(array.path / ZarrChunks::fileOf(array, at));
+        }
+    } catch (const InputError&) { // opening it says why
+    }
+    return files;
+}
+
 bool isForeignZarr(const fs::path& path) {
     std::error_code none;
     return (isAddress(path) || fs::is_directory(path, none)) && isZarr(path) && !isStore(path);
@@ -212,6 +232,7 @@ FileFormat zarrFormat() {
     return {.inFolders = "",
             .named = "the folder of a Zarr",
             .open = openZarr,
+            .parts = tellingFiles,
             .takesSpacing = true,
             .isFolder = isForeignZarr,
             .volumes = volumesOf};
