@@ -307,6 +307,10 @@ ChunkPointer BrickCache::get(const ChunkKey& key) {
     return resident ? resident : future.get();
 }
 
+void BrickCache::tell(std::span<const ChunkKey> keys) const {
+    state_->source.willRead(keys);
+}
+
 void BrickCache::want(std::span<const ChunkKey> keys) {
     state_->source.willRead(keys.first(std::min(keys.size(), kToldAhead)));
     std::unordered_map<ChunkKey, Wish, ChunkKeyHash> before; // its pointers die after the lock

@@ -50,6 +50,9 @@ class BrickCache {
     /// Returns one chunk; waits unless it is resident. Thread-safe. Throws what decoding threw.
     ChunkPointer get(const ChunkKey& key);
 
+    /// Tells the source what get() will soon read (ChunkSource::willRead()). Loads nothing.
+    void tell(std::span<const ChunkKey> keys) const;
+
     /// Sets the chunks to prefetch, most urgent first, each once. The list replaces the last one, and chunks
     /// that are neither on it nor being decoded are dropped. Loaders turn to it when no request is queued.
     /// Loaded chunks stay until they are taken or no longer wanted; at most half of pinnableChunks() are

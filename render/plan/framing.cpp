@@ -133,6 +133,7 @@ class EdgeSearch {
                 return;
             }
             looked += cells.size();
+            tell(cells);
             std::vector<std::optional<glm::dvec3>> outermost(cells.size());
             parallelFor(cells.size(), threads_,
                         [&](std::size_t n) { outermost[n] = outermostOf(cells[n], side); });
@@ -142,6 +143,21 @@ class EdgeSearch {
                     fit.add(*place, around_);
                 }
         }
+    }
+
+    /// What the search will read of cells.
+    void tell(const std::vector<std::size_t>& cells) const {
+        if (cells.empty())
+            return;
+        std::vector<glm::dvec3> places;
+        for (const std::size_t cell : cells)
+            places.push_back(0.5 * glm::dvec3(firstOf(cell, false) + endOf(cell, false)));
+        shown_.tell(places, directionAt(space_.at(places.front())));
+    }
+    /// Of the ray through a place of the view's axes.
+    glm::dvec3 directionAt(const glm::dvec3& at) const {
+        return camera_.projection == Projection::perspective ? glm::normalize(at - eye_)
+                                                             : glm::dvec3(0, 0, -1);
     }
 
     /// The furthest visible point of a cell towards a side; nullopt if the ray through its strongest voxel is
@@ -215,7 +231,7 @@ class EdgeSearch {
     bool shows(LatticeReader& samples, const glm::dvec3& place) const {
         const glm::dvec3 at = space_.at(place);
         const bool perspective = camera_.projection == Projection::perspective;
-        const glm::dvec3 direction = perspective ? glm::normalize(at - eye_) : glm::dvec3(0, 0, -1);
+        const glm::dvec3 direction = directionAt(at);
         if (!shown_.onRay(samples, place, direction))
             return false;
         const double half = perspective

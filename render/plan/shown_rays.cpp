@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/vector_relational.hpp>
 #include <limits>
+#include <set>
 
 namespace tessera {
 namespace {
@@ -121,6 +123,32 @@ double ShownRays::strength(LatticeReader& samples, NearLabels& near, const glm::
                 most = std::max(most, surface.depth);
         }
     return most;
+}
+
+void ShownRays::tell(std::span<const glm::dvec3> places, const glm::dvec3& direction) const {
+    constexpr int kStepsNearby = 4;
+    const glm::dvec3 along = glm::dmat3(space_.voxelFromPatient) * (space_.patientFromView * direction);
+    const glm::dvec3 step =
+        along * (0.5 * kBrickExtent / std::max({std::abs(along.x), std::abs(along.y), std::abs(along.z)}));
+    std::vector<ChunkKey> keys;
+    std::set<std::size_t> told;
+    const auto add = [&](const glm::dvec3& at) {
+        if (glm::any(glm::lessThan(at, glm::dvec3(0))) ||
+            glm::any(glm::greaterThanEqual(at, glm::dvec3(info_.extentVoxels))))
+            return;
+        const glm::ivec3 brick = glm::ivec3(at) / kBrickExtent;
+        if (const std::size_t number = linearIndex(brick, bricks_);
+            shownCells_[number] != 0 && told.insert(number).second)
+            keys.push_back({0, brick.x, brick.y, brick.z});
+    };
+    for (int n = 0; n <= kStepsNearby; ++n) // the places first
+        for (const glm::dvec3& place : places)
+            for (const double way : {1.0, -1.0})
+                for (int corner = 0; corner < 8; ++corner) // of a cell, and what is read around it
+                    add(place + way * n * step +
+                        (kCellExtent / 2 + 1.0) *
+                            (2.0 * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2) - 1.0));
+    cache_.tell(keys);
 }
 
 bool ShownRays::onRay(LatticeReader& samples, const glm::dvec3& place, const glm::dvec3& direction) const {

@@ -17,6 +17,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <span>
 #include <vector>
 
 namespace tessera {
@@ -53,6 +54,9 @@ class ShownRays {
 
     /// For one thread.
     LatticeReader reader() const { return {cache_, info_, 0, nullptr}; }
+    /// Tells the source of bricks that rays through a place will soon read: those that could be visible
+    /// nearby, in the ray's direction (as in onRay()) and against it.
+    void tell(std::span<const glm::dvec3> places, const glm::dvec3& direction) const;
     /// The cells of a brick that could be visible: bits, x + 4y + 16z.
     std::uint64_t shownCells(std::size_t brick) const { return shownCells_[brick]; }
     static glm::ivec3 cellOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }

@@ -8,6 +8,8 @@
 #include "tests/support/scene_fixture.h"
 
 #include <gtest/gtest.h>
+#include <mutex>
+#include <set>
 
 namespace tessera {
 namespace {
@@ -87,6 +89,44 @@ TEST(Framing, OfTheVolumesBoxIsAsItWas) {
     EXPECT_EQ(camera.position, expected.position);
     EXPECT_EQ(camera.focalPoint, expected.focalPoint);
     EXPECT_EQ(camera.parallelScale, expected.parallelScale);
+}
+
+/// Notes which chunks are told before they are read.
+class ToldSource final : public ChunkSource {
+  public:
+    explicit ToldSource(const ChunkSource& source) : source_(source) {}
+    const VolumeInfo& info() const override { return source_.info(); }
+    void readChunk(const ChunkKey& key, std::span<std::byte> out) const override {
+        source_.readChunk(key, out);
+        const std::lock_guard lock(mutex_);
+        reads += 1, readAsTold += told_.contains(key);
+    }
+    void willRead(std::span<const ChunkKey> keys) const override {
+        const std::lock_guard lock(mutex_);
+        told_.insert(keys.begin(), keys.end());
+    }
+    std::size_t told() const { return told_.size(); }
+    mutable int reads = 0, readAsTold = 0;
+
+  private:
+    const ChunkSource& source_;
+    mutable std::mutex mutex_;
+    mutable std::set<ChunkKey> told_;
+};
+
+// A server far away is asked for bricks together, not for one after another.
+TEST(Framing, TellsWhatItWillRead) {
+    MemoryBudget ram("RAM", "--ram", std::size_t{256} << 20);
+    const StoreReader store(storePath("torso"), ram);
+    const Statistics statistics = loadStatistics(store, ram, 0);
+    for (const char* preset : {"bone-1", "skin-1"}) {
+        const TransferTable table = makeTable(presetFunction(preset, summarise(statistics, store.info())));
+        const ToldSource source(store);
+        fittedCamera({}, source, statistics, table, {}, {512, 512}, ram, 2);
+        EXPECT_GT(source.reads, 4);
+        EXPECT_GE(source.readAsTold, source.reads * 4 / 5);
+        EXPECT_LE(source.told(), static_cast<std::size_t>(source.reads) * 4);
+    }
 }
 
 // Neither the threads, nor the engine, nor a budget of RAM that just suffices, nor the size of the picture.

@@ -215,7 +215,7 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
         if (reading.locked && (isWhole(entry, check) || made)) {
             if (!made && isAddress(given))
                 common.note("reusing the import of " + source.string() +
-                            ", of which the server has the versions of then");
+                            ": the server tells the same versions as then");
             else if (!made)
                 common.detail("reusing the import in " + entry.store.string());
             ::futimens(reading.file.descriptor(), nullptr); // the last use
