@@ -108,7 +108,6 @@ constexpr std::array kEndings = {
     Ending{".mgh", "a FreeSurfer volume", 1},
     Ending{".mnc", "a MINC volume", 1},
     Ending{".vtk", "a VTK file", 1},
-    Ending{".h5", "an HDF5 file", 1},
     Ending{".zip", "a ZIP archive", 2},
     Ending{".tar", "a tar archive", 2},
     Ending{".tgz", "a tar archive", 2},
@@ -133,7 +132,7 @@ ForeignFormat foreignFile(const fs::path& file) {
     if (bytes.starts_with("ObjectType = Image"))
         return made("a MetaImage header under another name: call it .mhd", 0);
     if (bytes.starts_with("\x89HDF"))
-        return made("an HDF5 file", 1);
+        return made("an HDF5 file under another name: call it .h5", 0);
     if (bytes.starts_with("# vtk DataFile"))
         return made("a VTK file", 1);
     const std::string name = lowerName(file);

@@ -19,9 +19,6 @@ inline bool isOn(VdbMask mask, std::size_t n) {
     return (std::to_integer<unsigned>(mask[n / 8]) >> (n % 8) & 1) != 0;
 }
 
-/// The float of IEEE 754 that is equal to a half.
-float floatOfHalf(std::uint16_t half);
-
 class VdbValues {
   public:
     VdbValues(std::uint32_t compression, bool isHalf, float background)

@@ -2,6 +2,7 @@
 // level of the tree and transform; our own exports; what is no volume; damage.
 #include "bricking/import/catalogue.h"
 #include "bricking/import/files/vdb/vdb_values.h"
+#include "bricking/import/source/half_floats.h"
 #include "tests/support/export_tools.h"
 #include "tests/support/import_test_tools.h"
 

@@ -1,5 +1,4 @@
-// bricking/import/files/stack/stack_units.h: units of length in the descriptions of stacks. Private to
-// stacks.
+// bricking/import/files/length_units.h: units of length in descriptions of files.
 #pragma once
 
 #include "bricking/import/source/plausible.h"
