@@ -1,6 +1,7 @@
 // tests/fuzz/readers.cpp: see readers.h.
 #include "tests/fuzz/readers.h"
 
+#include "bricking/import/files/hdf5/h5_bytes.h"
 #include "bricking/import/files/stack/picture_walk.h"
 #include "bricking/import/open_source.h"
 #include "bricking/store/checked_json.h"
@@ -15,6 +16,7 @@
 #include "core/scene/scene_presets.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/folders.h"
+#include "tests/support/hdf5_corpus.h"
 
 #include <algorithm>
 #include <array>
@@ -80,6 +82,23 @@ template <typename Body> bool orRefused(const Body& body) {
 template <const char* Name> bool readFile(const std::string& bytes) {
     write(folder() / Name, bytes);
     return orRefused([] { readVolume(folder() / Name); });
+}
+
+/// Each volume of an HDF5 file. Checksums are not compared: damage would seldom pass them.
+bool readHdf5(const std::string& bytes) {
+    h5ChecksumsCount = false;
+    const fs::path path = folder() / "a.h5";
+    write(path, bytes);
+    return orRefused([&] {
+        constexpr std::uint64_t kMostVoxels = std::uint64_t{1} << 20;
+        for (const Hdf5Volume& volume : openHdf5Volumes(path)) {
+            const VolumeInfo& info = volume.source->info();
+            info.validate("a volume that was taken");
+            std::vector<std::byte> slice(info.voxelCount() > kMostVoxels ? 0 : sliceBytesOf(info));
+            for (int z = 0; z < info.extentVoxels.z && !slice.empty(); ++z)
+                volume.source->readSlices(1, slice);
+        }
+    });
 }
 
 /// A sidecar beside its data.
@@ -343,6 +362,14 @@ std::vector<std::string> presetSeeds() {
 constexpr char kNrrd[] = "a.nrrd", kMeta[] = "a.mha", kVti[] = "a.vti", kNifti[] = "a.nii",
                kDicom[] = "a.dcm";
 
+std::vector<std::string> hdf5Seeds() {
+    std::vector<std::string> seeds;
+    for (const fs::path& path : hdf5Files(false)) {
+        std::ifstream file(path, std::ios::binary);
+        seeds.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    }
+    return seeds;
+}
 std::vector<std::string> rawSeeds() {
     return {R"({"data":"a.raw","type":"int16","extent":[4,3,2],"spacing":[1,1,2],"offset":100})"};
 }
@@ -358,15 +385,23 @@ std::vector<std::string> dicomSeeds() {
 } // namespace
 
 const std::vector<FuzzedReader>& fuzzedReaders() {
-    static const std::vector<FuzzedReader> all = {
-        {"zarr3", readZarr3, zarr3Seeds},        {"zarr2", readZarr2, zarr2Seeds},
-        {"ome-zarr", readOmeZarr, omeSeeds},     {"store", readGroup, groupSeeds},
-        {"shard", readIndex, indexSeeds},        {"chunk", readChunk, chunkSeeds},
-        {"nrrd", readFile<kNrrd>, nrrdSeeds},    {"metaimage", readFile<kMeta>, metaSeeds},
-        {"vti", readFile<kVti>, vtiSeeds},       {"nifti", readFile<kNifti>, niftiSeeds},
-        {"picture", readPicture, pictureSeeds},  {"raw", readRaw, rawSeeds},
-        {"dicom", readFile<kDicom>, dicomSeeds}, {"scene", readScene, sceneSeeds},
-        {"path", readPath, pathSeeds},           {"preset", readPreset, presetSeeds}};
+    static const std::vector<FuzzedReader> all = {{"zarr3", readZarr3, zarr3Seeds},
+                                                  {"zarr2", readZarr2, zarr2Seeds},
+                                                  {"ome-zarr", readOmeZarr, omeSeeds},
+                                                  {"store", readGroup, groupSeeds},
+                                                  {"shard", readIndex, indexSeeds},
+                                                  {"chunk", readChunk, chunkSeeds},
+                                                  {"nrrd", readFile<kNrrd>, nrrdSeeds},
+                                                  {"metaimage", readFile<kMeta>, metaSeeds},
+                                                  {"vti", readFile<kVti>, vtiSeeds},
+                                                  {"nifti", readFile<kNifti>, niftiSeeds},
+                                                  {"picture", readPicture, pictureSeeds},
+                                                  {"raw", readRaw, rawSeeds},
+                                                  {"dicom", readFile<kDicom>, dicomSeeds},
+                                                  {"scene", readScene, sceneSeeds},
+                                                  {"path", readPath, pathSeeds},
+                                                  {"preset", readPreset, presetSeeds},
+                                                  {"hdf5", readHdf5, hdf5Seeds}};
     return all;
 }
 

@@ -641,7 +641,7 @@ TEST_F(Folder, EveryEndingHasTheAdviceOfItsKind) {
         }
     };
     expectAdvice({".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".RAR"}, "unpack it");
-    expectAdvice({".hdr", ".img", ".mgz", ".mgh", ".mnc", ".vtk", ".h5"}, "convert it to .nii.gz");
+    expectAdvice({".hdr", ".img", ".mgz", ".mgh", ".mnc", ".vtk"}, "convert it to .nii.gz");
     expectAdvice({".stl", ".ply", ".obj"}, "");
 }
 

@@ -38,7 +38,7 @@ void readChunkedLayout(H5Bytes& bytes, int version, H5Layout& layout) {
     layout.at = bytes.address();
 }
 
-H5Layout readLayout(H5Bytes& bytes) {
+H5Layout readLayout(H5Bytes& bytes, const std::string& name) {
     const int version = bytes.byte();
     bytes.requireVersion(version, 3, 4);
     H5Layout layout;
@@ -54,7 +54,8 @@ H5Layout readLayout(H5Bytes& bytes) {
         readChunkedLayout(bytes, version, layout);
         return layout;
     case 3:
-        bytes.refuse("numbers of its own", "a virtual set, whose numbers are in other sets");
+        bytes.file().refuse("numbers of " + name + " in itself",
+                            "a virtual set, whose numbers are in others");
     default:
         bytes.refuse("numbers that are compact, contiguous or in chunks", "another layout");
     }
@@ -75,7 +76,7 @@ std::string filterName(const H5Filter& filter) {
            (filter.name.empty() ? "" : " " + shownWord(filter.name));
 }
 
-std::vector<H5Filter> readFilters(H5Bytes& bytes) {
+std::vector<H5Filter> readFilters(H5Bytes& bytes, const std::string& name) {
     const int version = bytes.byte();
     bytes.requireVersion(version, 1, 2);
     const int count = bytes.byte();
@@ -85,16 +86,17 @@ std::vector<H5Filter> readFilters(H5Bytes& bytes) {
     for (int n = 0; n < count; ++n) {
         H5Filter filter;
         filter.number = static_cast<int>(bytes.number(2));
-        const std::uint64_t name = version == 1 || filter.number >= kOwnName ? bytes.number(2) : 0;
+        const std::uint64_t letters = version == 1 || filter.number >= kOwnName ? bytes.number(2) : 0;
         bytes.skip(2); // whether writing may go on without it
         const std::uint64_t values = bytes.number(2);
-        filter.name = H5Bytes::textOf(bytes.take(version == 1 ? (name + 7) / 8 * 8 : name));
+        filter.name = H5Bytes::textOf(bytes.take(version == 1 ? (letters + 7) / 8 * 8 : letters));
         for (std::uint64_t value = 0; value < values; ++value)
             filter.values.push_back(static_cast<std::uint32_t>(bytes.number(4)));
         bytes.skip(version == 1 && values % 2 == 1 ? 4 : 0);
         const int first = kH5Deflate, last = kH5Fletcher;
         if (filter.number < first || filter.number > last)
-            bytes.refuse("chunks packed by deflate, shuffle and fletcher32 alone", filterName(filter));
+            bytes.file().refuse("chunks of " + name + " packed by deflate, shuffle and fletcher32 alone",
+                                filterName(filter));
         filters.push_back(std::move(filter));
     }
     if (std::ranges::count(filters, kH5Deflate, &H5Filter::number) > 1)
@@ -138,9 +140,9 @@ H5Set readH5Set(const H5Object& object, const std::string& name) {
     const H5File& file = layout.file();
     if (object.has(H5Kind::externalFiles))
         file.refuse("numbers of " + name + " in this file", "some in other files");
-    set.layout = readLayout(layout);
+    set.layout = readLayout(layout, name);
     if (auto filters = object.find(H5Kind::filters))
-        set.filters = readFilters(*filters);
+        set.filters = readFilters(*filters, name);
     const std::size_t each = set.type.bytes;
     set.fill = readFill(object);
     if (set.fill.empty())
