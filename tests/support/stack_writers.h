@@ -141,8 +141,11 @@ struct OwnTiff {
                 fields[279].value = both(lengths);
             }
             if (perX > 0) {
-                fields[282] = {5, 1, ratiosAt};
-                fields[283] = {5, 1, ratiosAt + 8};
+                const auto ratio = [&](std::uint64_t number, std::size_t at) -> std::uint64_t {
+                    return !isLong ? at : big ? number << 32 | 1 : std::uint64_t{1} << 32 | number;
+                };
+                fields[282] = {5, 1, ratio(perX, ratiosAt)};
+                fields[283] = {5, 1, ratio(perY, ratiosAt + 8)};
                 fields[296] = {3, 1, unit};
             }
             if (!palette.empty())
@@ -163,7 +166,9 @@ struct OwnTiff {
                                                       : field.type == 2 ? 1u
                                                                         : 4u) >
                                        pointer;
-                const std::size_t size = isPointer || field.count > 1 ? pointer : field.type == 3 ? 2 : 4;
+                const std::size_t size = isPointer || field.count > 1 || field.type == 5 ? pointer
+                                         : field.type == 3                               ? 2
+                                                                                         : 4;
                 append(file, field.value, size);
                 file += std::string(pointer - size, '\0');
             }

@@ -43,7 +43,8 @@ class PlainFileSource final : public RandomSlabSource {
         return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(layout_.type);
     }
     void readFileSlice(int z, std::span<std::byte> out) const {
-        file_.readAt(layout_.offsetBytes + static_cast<std::uint64_t>(z) * out.size(), out);
+        file_.readAt(layout_.offsetBytes + static_cast<std::uint64_t>(z) * layout_.sliceStep * out.size(),
+                     out);
     }
 
     InputFile file_;

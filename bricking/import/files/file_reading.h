@@ -22,6 +22,7 @@ struct VoxelLayout {
     FileType type = FileType::i16;
     bool bigEndian = false;
     std::uint64_t offsetBytes = 0;
+    std::uint64_t sliceStep = 1; // of slices in the file, from one of the volume to the next
 };
 
 /// Bytes that the voxels take in the file; info.validate() must have passed.

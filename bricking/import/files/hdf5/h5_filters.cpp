@@ -64,7 +64,7 @@ std::vector<std::byte> inflated(const std::vector<std::byte>& packed, std::uint6
 
 /// Bytes of one place in all numbers lie together.
 std::vector<std::byte> unshuffled(const std::vector<std::byte>& bytes, std::size_t each) {
-    if (each <= 1)
+    if (each <= 1 || each > bytes.size())
         return bytes;
     std::vector<std::byte> out(bytes.size());
     const std::size_t count = bytes.size() / each;

@@ -4,6 +4,7 @@
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
 #include "bricking/import/files/stack/imagej_lines.h"
+#include "bricking/import/files/stack/imagej_volumes.h"
 #include "bricking/import/files/stack/ome_planes.h"
 #include "bricking/import/files/stack/ome_text.h"
 #include "bricking/import/files/stack/picture_walk.h"
@@ -132,23 +133,39 @@ std::string described(const std::string& what, FileType type) {
     return what + ", " + name(type) + (losesPrecision(type) ? ", converted to float32" : "");
 }
 
-/// Large stacks of ImageJ have an entry for their first page alone: the others follow it in the file.
-std::unique_ptr<SlabSource> openAppended(InputFile file, const PictureHead& head, const StackLattice& lattice,
-                                         const SourceOptions& options) {
-    const std::string where = file.path().string();
+/// One channel at one point of time of a stack of ImageJ. Large ones have an entry for their first page
+/// alone: the others follow it in the file.
+std::unique_ptr<SlabSource> openImageJ(InputFile file, const PictureHead& head,
+                                       const SourceOptions& options) {
+    const fs::path path = file.path();
+    const std::string where = path.string();
+    const ImageJVolumes volumes = imageJVolumesOf(file, head);
+    const std::int64_t count = volumes.count();
+    if (options.series == 0 && count > 1)
+        throw badFile(where, "one channel at one point of time, or the name of the file and --series N",
+                      std::to_string(count) + " volumes");
+    if (options.series > count)
+        throw badFile(where, "--series between 1 and " + std::to_string(count),
+                      std::to_string(options.series));
+    const std::int64_t volume = std::max(options.series, 1) - 1;
+    StackLattice lattice = latticeOf(head);
+    lattice.others = 1; // one of its volumes
+    VolumeInfo info = infoOf(head, static_cast<int>(volumes.slices), lattice, options, where);
     const FileType type = head.shape.type;
-    const double needed = static_cast<double>(lattice.images) * head.shape.size.x *
-                          static_cast<double>(head.shape.size.y) *
-                          static_cast<double>(bytesPerFileValue(type));
-    if (!head.runOffset || head.isHalf)
-        throw badFile(where, std::to_string(lattice.images) + " pages, as ImageJ's description says", "one");
-    if (needed > static_cast<double>(file.sizeBytes() - *head.runOffset))
-        throw badFile(where, std::to_string(lattice.images) + " pages, as ImageJ's description says",
-                      "bytes for fewer (is it truncated?)");
-    const VolumeInfo info = infoOf(head, static_cast<int>(lattice.images), lattice, options, where);
-    return makePlainFileSource(
-        std::move(file), info, {type, head.bigEndian, *head.runOffset},
-        described("TIFF of " + std::to_string(lattice.images) + " pages behind one another (ImageJ)", type));
+    std::string what = "TIFF of " + std::to_string(volumes.slices) + " pages" +
+                       (volumes.areAppended ? " behind one another (ImageJ)" : "");
+    if (count > 1)
+        what += ", volume " + std::to_string(volume + 1) + " of " + std::to_string(count);
+    if (!volumes.areAppended)
+        return std::make_unique<StackSource>(std::vector{path}, volumes.pagesOf(volume), head,
+                                             std::move(info), described(what, type));
+    const std::uint64_t page = static_cast<std::uint64_t>(head.shape.size.x) *
+                               static_cast<std::uint64_t>(head.shape.size.y) * bytesPerFileValue(type);
+    const std::uint64_t first =
+        *head.runOffset + static_cast<std::uint64_t>(volumes.pageOf(volume, 0)) * page;
+    return makePlainFileSource(std::move(file), info,
+                               {type, head.bigEndian, first, static_cast<std::uint64_t>(volumes.channels)},
+                               described(what, type));
 }
 
 /// One channel at one point of time.
@@ -200,7 +217,16 @@ std::optional<OmeText> omeTextOf(const fs::path& path, const PictureHead& head) 
 }
 
 std::vector<std::string> volumesOfPages(const fs::path& path) {
-    const std::optional<OmeText> text = omeTextOf(path, walkPicture(InputFile(path)));
+    const InputFile file(path);
+    const PictureHead head = walkPicture(file);
+    if (isOfImageJ(head.description)) {
+        const ImageJVolumes volumes = imageJVolumesOf(file, head);
+        std::vector<std::string> names;
+        for (std::int64_t volume = 0; volume < volumes.count() && volumes.count() > 1; ++volume)
+            names.push_back(volumes.nameOf(volume));
+        return names;
+    }
+    const std::optional<OmeText> text = omeTextOf(path, head);
     return text && omeVolumesOf(*text) > 1 ? omeVolumeNames(*text) : std::vector<std::string>{};
 }
 
@@ -211,14 +237,11 @@ std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions&
     if (const std::optional<OmeText> text = omeTextOf(path, head))
         return openOme(path, head, *text, options.series, options);
     const StackLattice lattice = latticeOf(head);
-    if (head.pages == 1 && lattice.images > 1 && isOfImageJ(head.description))
-        return openAppended(std::move(file), head, lattice, options);
+    if (isOfImageJ(head.description) && (head.pages > 1 || lattice.images > 1))
+        return openImageJ(std::move(file), head, options);
     if (head.pages == 1)
         throw badFile(where, "a TIFF file of several pages, or the name of a folder of slices",
                       "one picture");
-    if (lattice.images > 0 && lattice.images != static_cast<std::uint64_t>(head.pages))
-        throw badFile(where, std::to_string(lattice.images) + " pages, as its description says",
-                      std::to_string(head.pages));
     VolumeInfo info = infoOf(head, head.pages, lattice, options, where);
     return std::make_unique<StackSource>(
         std::vector{path}, pagesInOrder(static_cast<std::size_t>(head.pages), true), head, std::move(info),

@@ -2,8 +2,8 @@
 #include "bricking/import/files/stack/stack_spacing.h"
 
 #include "bricking/import/files/header_words.h"
-#include "bricking/import/files/stack/imagej_lines.h"
 #include "bricking/import/files/length_units.h"
+#include "bricking/import/files/stack/imagej_lines.h"
 #include "core/base/shown_text.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ void takeImageJ(const PictureHead& head, StackLattice& lattice) {
         lattice.pixelMm = glm::dvec2(mm, yMm) / *head.perUnit;
     // ImageJ leaves out a spacing of 1.
     const bool isOne = spacing.empty() && !(unit.empty() && zUnit.empty()) &&
-                       std::max(lattice.images, countOf(imageJLine(text, "slices"), 1)) > 1;
+                       countOf(imageJLine(text, "slices"), lattice.images / lattice.others) > 1;
     const double between = zMm * (isOne ? 1 : realNumberOf(spacing).value_or(0));
     if (isLength(between))
         lattice.sliceMm = between;

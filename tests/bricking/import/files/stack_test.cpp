@@ -458,7 +458,7 @@ TEST(ImportStack, SpacingsAreSaidOrAskedFor) {
     write("ImageJ=1.53t\nimages=2\nslices=2\nunit=mm\nyunit=pixel\nspacing=2\n", 4);
     expectAsked("nothing within them");
     write("ImageJ=1.53t\nimages=2\nchannels=2\nunit=mm\nspacing=1\n", 4);
-    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("one channel"));
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("series"));
     write("ImageJ=1.53t\nimages=3\nslices=3\nunit=mm\nspacing=1\n", 4);
     EXPECT_THAT(refusalOfOpening(folder / "a.tif", kCubes), HasSubstr("3 pages"));
     write(R"(<OME><Pixels SizeC="2" SizeT="1" SizeZ="1"/></OME>)");
