@@ -13,6 +13,7 @@
 #include "render/contract/strides.h"
 #include "render/light/light_plane.h"
 #include "render/light/surface_light.h"
+#include "render/parts/part_tree.h" // SegmentRange
 #include "render/plan/frame_plan.h"
 #include "render/residency/brick_residency.h"
 #include "render/residency/pages.h"
@@ -44,6 +45,9 @@ struct Rays {
     /// Of samples of pixels, one a place: twice the number in its set, and which of the two sets. None: no
     /// place is one of several.
     std::span<const std::uint32_t> numbers = {};
+    /// The segments of every ray of the array that are drawn; none: all. Neither with cuts and ways, nor of
+    /// paths. Of engines that say so (EngineTraits::drawsParts); first segments are where strides may start.
+    std::span<const SegmentRange> segments = {};
     /// Colours are those of paths of light that begin where a ray sees something; of plans with a transport.
     bool paths = false;
     /// The caster keeps where these paths begin (RayCaster::beginnings()).
@@ -87,6 +91,8 @@ inline void check(const Rays& rays) {
     TESSERA_CHECK(rays.places.empty() || rays.places.size() == rayCount(rays.arraySize));
     TESSERA_CHECK(rays.ways.empty() || (rays.ways.size() == rayCount(rays.arraySize) && rays.places.empty() &&
                                         !rays.frame.cuts && rays.frame.ends.empty() && !rays.paths));
+    TESSERA_CHECK(rays.segments.empty() || (rays.segments.size() == rayCount(rays.size()) &&
+                                            !rays.frame.cuts && rays.ways.empty() && !rays.paths));
     TESSERA_CHECK(!rays.frame.phased || !(rays.frame.cuts || rays.frame.flat));
 }
 

@@ -38,6 +38,7 @@ struct EngineTraits {
     bool countsAlways = false;  ///< work is always counted
     bool fuses = false;         ///< composites several volumes
     bool followsPaths = false;  ///< draws scenes with a transport of light, and reflections of isosurfaces
+    bool drawsParts = false;    ///< draws parts of rays: of a volume that processes share
     bool singleRays = false;    ///< one ray through each pixel's centre, unless samples are requested
     /// Why the device cannot draw a scene's volumes, as part of a sentence; empty: it can. Null: any device
     /// can. Where onContext, the context is current.

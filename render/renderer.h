@@ -70,6 +70,10 @@ struct RenderOptions {
     /// of pixels that decide about their samples, nor of what needs all pixels: maxError with a measurement,
     /// noise, denoise, layers, kept samples, first pictures, labels over a slice.
     PictureTiles* tiles = nullptr;
+    /// Draws the picture together with others, each of them a part of the volume; null: alone. All have the
+    /// same scene and options, and get the whole picture. Of engines that draw parts; neither in tiles, nor
+    /// with a first picture, a measurement, or what checkShared() refuses.
+    ProcessGroup* group = nullptr;
     /// Of a slice with labels: shares by which pixels are multiplied before labels are laid over them;
     /// null: 1. Of the scene's size, and alive as long as the picture is drawn.
     const std::vector<float>* shares = nullptr;
@@ -127,6 +131,7 @@ struct RenderResult {
         std::size_t ramBytes = 0, ramPeakBytes = 0, gpuBytes = 0, gpuPeakBytes = 0; // its shares
     };
     std::vector<Further> further;
+    PartTree::Box part;      // of the volume, bricks, where processes share it: this one's
     glm::ivec3 rayExtent{0}; // with several volumes: the box of their rays, voxels
     bool takenAsHu = false;  // taken for HU by a preset, by their distribution
     double secondsPreparing = 0, secondsLoading = 0, secondsDrawing = 0;

@@ -5,6 +5,7 @@
 #include "core/base/threads.h"
 #include "render/contract/ray_cuts.h"
 #include "render/geometry/mesh_caster.h"
+#include "render/parts/part_caster.h"
 
 namespace tessera {
 
@@ -47,6 +48,8 @@ Image ExposedCaster::image() const {
 
 std::unique_ptr<RayCaster> casterOf(Engine& engine, const FramePlan& plan, const CasterOptions& options,
                                     MemoryBudget& gpu, int threads, bool shadows) {
+    if (plan.shared)
+        return std::make_unique<PartCaster>(engine.caster(options, gpu), plan, threads);
     if (!plan.view.exposure)
         return casterWithMeshes(engine, plan, options, gpu, threads, shadows);
     return std::make_unique<ExposedCaster>(engine.caster(options, gpu), plan, threads);

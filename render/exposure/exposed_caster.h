@@ -36,7 +36,8 @@ class ExposedCaster : public RayCaster {
     mutable std::optional<GreyWindow> window_; // of the last image
 };
 
-/// An engine's caster for a plan, which it has opened, with what lies above engines: meshes, or an exposure.
+/// An engine's caster for a plan, which it has opened, with what lies above engines: meshes, an exposure, or
+/// other processes.
 /// @param threads  0: all processors
 /// @param shadows  fall on meshes; false: for pictures that must come soon
 std::unique_ptr<RayCaster> casterOf(Engine& engine, const FramePlan& plan, const CasterOptions& options,

@@ -5,6 +5,7 @@
 #include "core/base/progress.h"
 #include "render/geometry/mesh_caster.h"
 #include "render/labels/slice_labels.h"
+#include "render/parts/part_caster.h"
 #include "render/picture/measure_picture.h"
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
@@ -61,6 +62,8 @@ std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderO
         bytes += sizeof(glm::vec4);
     if (options.tiles)
         bytes += sizeof(glm::vec2) + sizeof(glm::vec4); // the middles of pixels, offsets of their means
+    if (options.group)
+        bytes += PartCaster::bytesPerRay();
     if (scene.quality.pixels.denoise)
         bytes += noiseFilterBytes(scene.imageSize, options.threads) / rayCount(scene.imageSize) + 1;
     return bytes;
@@ -258,6 +261,8 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
     else
         drawFrame(renderer, {scene, p, context, options, {}, reuse}, result);
     renderer.endFrame();
+    if (p.shared)
+        result.part = p.shared->parts.box(p.shared->mine());
     result.occupiedCells = scene.quality.skipping && p.layer().occupancy.exists()
                                ? p.layer().occupancy.occupiedCells()
                                : result.cells;

@@ -2,6 +2,7 @@
 #include "render/picture/picture.h"
 
 #include "core/base/error.h"
+#include "render/parts/process_group.h"
 #include "render/pixels/pixel_places.h"
 #include "render/plan/fusion.h"
 #include "render/plan/step_search.h"
@@ -50,6 +51,19 @@ Rays raysOf(const FramePlan& plan, double stepVoxels) {
     return rays;
 }
 
+namespace {
+
+/// The bricks of this process's part, as many as fit. Rays wait for the rest.
+void loadPart(const SharedVolume& shared, const Selection& selection, BrickResidency& residency,
+              BrickCache& cache, Work& work) {
+    std::vector<std::size_t> bricks = shared.parts.bricksAround(shared.mine(), selection);
+    while (pagesFor(countsOf(bricks, selection)) > residency.pages())
+        bricks.resize(bricks.size() - std::max<std::size_t>(1, bricks.size() / 16));
+    residency.serve(bricks, cache, work);
+}
+
+} // namespace
+
 bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bool kept, std::size_t pages) {
     Layer& volume = plan.layer();
     if (kept && engine.bricks() && engine.bricks()->pages() >= plan.chosen.atlasPages) {
@@ -74,6 +88,10 @@ bool loadBricks(Engine& engine, Planner& plan, MemoryBudget& gpu, Work& work, bo
     }
     if (!bricks)
         return false;
+    if (plan.shared) {
+        loadPart(*plan.shared, volume.selection, *bricks, *volume.cache, work);
+        return true;
+    }
     if (plan.chosen.atlasPages < pagesFor(volume.selection.counts))
         return true;
     bricks->load(*volume.cache, work);

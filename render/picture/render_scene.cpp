@@ -10,6 +10,7 @@
 #include "render/plan/fusion.h"
 #include "render/plan/label_optics.h"
 #include "render/plan/planner.h"
+#include "render/plan/scene_rules.h"
 
 #include <chrono>
 #include <optional>
@@ -125,7 +126,13 @@ RenderResult renderScene(const Scene& given, Stores stores, MemoryBudget& ram, M
     const Scene scene = asDrawn(volumes.scene);
     const auto start = std::chrono::steady_clock::now();
     std::string reason;
-    const FrameContext context(ram, gpu, options.threads, options.progress);
+    FrameContext context(ram, gpu, options.threads, options.progress);
+    if (options.group) {
+        TESSERA_CHECK(traitsOf(options.engine).drawsParts && !options.tiles && !options.onFirstPicture &&
+                      options.verify == Verify::none && !options.kept);
+        checkShared(scene);
+        context.group = options.group;
+    }
     std::optional<RendererInstance> made;
     makeRenderer(scene, options, ram, gpu, made, reason);
     const double making = secondsSince(start);

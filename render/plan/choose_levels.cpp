@@ -3,6 +3,7 @@
 
 #include "bricking/levels/level_chooser.h"
 #include "core/base/error.h"
+#include "render/parts/process_group.h"
 #include "render/plan/frame_plan.h"
 
 #include <algorithm>
@@ -145,6 +146,31 @@ int finestForValues(const Scene& scene, const ViewWeights& weights, double lowes
     return std::max(0, finest - (scene.quality.pixels.samples != 1 ? kLevelsWithinPixels : 0));
 }
 
+/// The finest levels of which every process has its bricks in so many pages.
+/// @param best  of so many pages for all
+template <typename Best> BestLevels bestTogether(const Best& best, int processes, std::size_t pages) {
+    for (std::size_t all = pages * static_cast<std::size_t>(processes);;) {
+        BestLevels found = best(all);
+        const PartTree parts(found.selection, processes);
+        std::size_t most = 0;
+        for (int part = 0; part < processes; ++part)
+            most = std::max(most,
+                            pagesFor(countsOf(parts.bricksAround(part, found.selection), found.selection)));
+        if (most <= pages || all <= pages)
+            return found;
+        all = std::max(pages, all * pages / most);
+    }
+}
+
+/// This process's part of a volume, and the pages for its bricks and those that rays may wait for.
+void share(ProcessGroup& group, std::size_t pages, std::size_t waited, ChosenLevels& chosen) {
+    const Selection& all = chosen.selection;
+    chosen.shared = std::make_shared<const SharedVolume>(SharedVolume{group, PartTree(all, group.size())});
+    const std::size_t mine = pagesFor(countsOf(chosen.shared->parts.bricksAround(group.rank(), all), all));
+    chosen.atlasPages = std::max<std::size_t>(1, std::min({pages, pagesFor(all.counts), mine + waited}));
+    chosen.chooser.reset(); // no process has all bricks, whose visibility would be counted
+}
+
 } // namespace
 
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part, const Layer& layer,
@@ -171,6 +197,8 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         chosen.unseenBricks =
             leaveOutUndrawn(chosen.selection, part, info, pitchesOfGradients(takesGradients, scene.shading));
         chosen.atlasPages = pagesFor(chosen.selection.counts);
+        if (context.group)
+            share(*context.group, chosen.atlasPages, chosen.atlasPages, chosen);
     };
     if (choice != LevelChoice::perBrick && choice != LevelChoice::finest) {
         chooseOneForAll();
@@ -268,13 +296,22 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
         inPasses();
     } else {
         // Hidden bricks must not take memory from visible ones.
-        BestLevels best = bestLevels(*chooser, statistics.brickMean, pages, visible,
-                                     unseenBy(scene.lighting, scene.shading, reflects(scene)));
+        const auto bestOf = [&](std::size_t most) {
+            BestLevels best = bestLevels(*chooser, statistics.brickMean, most, visible,
+                                         unseenBy(scene.lighting, scene.shading, reflects(scene)));
+            best.unseenBricks += leaveOutUndrawn(best.selection, part, info,
+                                                 pitchesOfGradients(takesGradients, scene.shading));
+            return best;
+        };
+        BestLevels best = context.group ? bestTogether(bestOf, context.group->size(), pages) : bestOf(pages);
         chosen.selection = std::move(best.selection);
         chosen.error = best.error;
-        chosen.unseenBricks =
-            best.unseenBricks +
-            leaveOutUndrawn(chosen.selection, part, info, pitchesOfGradients(takesGradients, scene.shading));
+        chosen.unseenBricks = best.unseenBricks;
+        if (context.group) {
+            inPasses();
+            share(*context.group, pages, neighbourhoodPages(takesGradients, true), chosen);
+            return chosen;
+        }
         chosen.atlasPages = pagesFor(chosen.selection.counts);
         if (chosen.error.mean > 0 && !part.any()) { // memory is scarce: better visibility pays
             chosen.atlasPages = pages;

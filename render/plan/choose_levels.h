@@ -15,7 +15,8 @@
 
 namespace tessera {
 
-struct Layer; // frame_plan.h
+struct Layer;        // frame_plan.h
+struct SharedVolume; // render/parts/process_group.h
 
 /// The choice of levels. perBrick: by the scene's quality. quick: one coarse level for all bricks, for a fast
 /// first picture. finest: the finest levels, in as many passes as the budget needs. Others are for tests and
@@ -37,6 +38,9 @@ struct ChosenLevels {
     PredictedError error; // if predicted
     /// True if counting visibility and choosing again pays (Planner::chooseByVisibility()).
     std::unique_ptr<LevelChooser> chooser;
+    /// Where processes draw the volume together (FrameContext::group). Pages of the atlas are then for the
+    /// bricks of this one.
+    std::shared_ptr<const SharedVolume> shared;
 };
 
 /// Largest number of pages of one segment's neighbourhood. A value needs up to eight bricks. The differences
@@ -69,6 +73,8 @@ BestLevels bestLevels(const LevelChooser& chooser, std::span<const float> means,
 /// @param part  the drawn part of the volume: bricks outside are left out
 /// @param gpuFixed  bytes of gpu for the scene besides its bricks
 /// @param ramKept  bytes of ram that must stay free for later allocations
+/// Processes that share the volume take levels whose bricks fit into the memory of all of them together, each
+/// of which has gpu for those of its part and the bricks around.
 /// Throws InputError naming the minimum if gpu cannot hold the scene's minimum memory. Throws it if ram
 /// cannot hold the statistics that a scene with an error bound needs.
 ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnPart& part, const Layer& layer,

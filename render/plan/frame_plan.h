@@ -44,6 +44,7 @@
 namespace tessera {
 
 class SliceLabels;
+struct SharedVolume;
 
 // The state of the view: camera, picture, step, and revisions for data derived from it.
 
@@ -293,6 +294,8 @@ struct FramePlan {
     Integrator mayTake = Integrator::midpoint; // the largest that is taken without being named
     /// The first volume. Its cache goes first, after those of the others.
     Layers layers;
+    /// Processes draw the volume together (render/parts/process_group.h); null: this one draws all of it.
+    std::shared_ptr<const SharedVolume> shared;
     std::optional<FusedLattice> fused; // none: every volume has rays of its own
     FurtherVolumes further;            // the others
 

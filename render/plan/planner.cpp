@@ -311,7 +311,8 @@ void chooseOwn(Planner& p, const Scene& given, const TextureLimits& engineLimits
     p.settleIntegrator(context, p.layer().table.entries.size());
     p.planMemory(most, context);
     TextureLimits limits = most;
-    if (choice == LevelChoice::finest) { // rays wait for bricks: none is filled from neighbours
+    if (choice == LevelChoice::finest ||
+        context.group) { // rays wait for bricks: none is filled from neighbours
         p.layer().pageEdge = limits.pageEdge = kBrickExtent;
     } else if (limits.pageEdge > kBrickExtent) {
         Selection all =
@@ -323,6 +324,7 @@ void chooseOwn(Planner& p, const Scene& given, const TextureLimits& engineLimits
     }
     p.chosen = chooseLevels(scene, p.view.camera, p.view.part, p.layer(), limits, choice, p.memory.gpuBytes(),
                             p.memory.ramBytes(), context);
+    p.shared = p.chosen.shared;
     p.setSelection(std::move(p.chosen.selection));
     p.aim();
     p.openCache(limits.readsOnce && !scene.quality.maxError); // passes read chunks again

@@ -26,7 +26,8 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     const MemoryBudget &free = context.ram, &gpu = context.gpu;
     const VolumeInfo& volumeInfo = info();
     const glm::ivec3 extent = volumeInfo.extentVoxels, bricks = brickGrid(extent);
-    // Visibility is counted before the picture, in its memory; with an error bound, rays wait for bricks.
+    // Visibility is counted before the picture, in its memory; with an error bound, or
+    // where others have the rest of the volume, rays wait for bricks.
     const int channels = channelsBeside();
     layer().lightCharge = {};
     const int layers = view.shadowQuality.layers; // the requested one
@@ -34,9 +35,9 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
     view.shadowQuality.layers = layers;
     const glm::ivec2 together = view.drawnSize();
     const std::size_t picture = placedRaysBytes(together); // pixels are drawn again
-    const std::size_t rays = view.quality.maxError
-                                 ? picture + wantedBytes(bricks)
-                                 : std::max(picture, visibilityBytes(view.imageSize, bricks));
+    const bool waits = view.quality.maxError || context.group;
+    const std::size_t rays =
+        waits ? picture + wantedBytes(bricks) : std::max(picture, visibilityBytes(view.imageSize, bricks));
     MemoryPlan floors;
     floors.need("rays", 0, rays);
     for (const auto& volume : this->further) // one list of all

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "render/plan/layer_histograms.h"
 
+#include <algorithm>
 #include <string>
 
 namespace tessera {
@@ -129,6 +130,43 @@ void checkLight(const Scene& scene) {
 void checkScene(const Scene& scene) {
     checkIntegrator(scene.quality);
     checkLight(scene);
+}
+
+void checkShared(const Scene& scene) {
+    const Lighting& lighting = scene.lighting;
+    const SceneVolume& volume = scene.volumes.at(0);
+    std::size_t slabs = 0;
+    bool keepsInside = true;
+    for (const Cuts* cuts : {&scene.cuts, &volume.cuts}) {
+        slabs += 3 * cuts->boxes.size() + cuts->planes.size();
+        keepsInside = keepsInside && cuts->scissors.empty() &&
+                      std::all_of(cuts->boxes.begin(), cuts->boxes.end(),
+                                  [](const CropBox& box) { return box.keep == Keep::inside; });
+    }
+    struct Rule {
+        bool breaks;
+        const char *expected, *found;
+    };
+    const Rule rules[] = {
+        {scene.volumes.size() > 1, "one volume", "several, or labels with functions of their own"},
+        {scene.mode != Mode::composite || !scene.surfaces.empty(),
+         "mode composite without isosurfaces, whose rays are composited in parts", "another"},
+        {drawsMeshes(scene), "no meshes, behind which rays go on in parts of their own", "some"},
+        {lighting.transport.has_value(), "no paths of light, which cross all of the volume", "them"},
+        {!volume.labels.path.empty(), "no labels", "some"},
+        {!keepsInside || slabs > static_cast<std::size_t>(kMostSlabs),
+         "cuts that keep the inside of at most two boxes and two planes", "others"},
+        {std::any_of(lighting.lights.begin(), lighting.lights.end(),
+                     [](const Light& light) { return light.shadow || light.scatter > 0; }),
+         "lights without shadows and scattering, which cross all of the volume", "one with"},
+        {lighting.occlusion && lighting.occlusion->method == OcclusionMethod::histogram,
+         "occlusion along rays", "method histogram"},
+        {scene.quality.maxError.has_value(),
+         "no error bound, whose rays wait for bricks of all of the volume", "one"},
+    };
+    for (const Rule& rule : rules)
+        if (rule.breaks)
+            throw badFile("--ranks", rule.expected, rule.found);
 }
 
 void checkPlan(const Scene& scene, const FramePlan& plan) {

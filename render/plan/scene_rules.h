@@ -11,6 +11,8 @@ namespace tessera {
 void checkLight(const Scene& scene);
 /// The same, and the integrator.
 void checkScene(const Scene& scene);
+/// What several processes, each of which has a part of the volume, cannot draw together.
+void checkShared(const Scene& scene);
 /// Occlusion of surfaces, reflections and paths of light, by what the plan draws. Its layers and view are
 /// planned.
 void checkPlan(const Scene& scene, const FramePlan& plan);

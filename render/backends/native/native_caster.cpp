@@ -84,6 +84,9 @@ void NativeCaster::begin(const Rays& rays) {
                               "the rays");
     colour_.assign(rayCount(size_), glm::vec4(0));
     next_.assign(rayCount(size_), 0);
+    for (std::size_t slot = 0; slot < rays.segments.size(); ++slot)
+        next_[slot] =
+            rays.segments[slot].first < rays.segments[slot].end ? rays.segments[slot].first : kEnded;
     packet_.assign(static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y), 0);
     if (options_.hits)
         hits_.assign(rayCount(size_), SurfaceHit());
@@ -271,6 +274,12 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, 
         setRay(job, lane,
                within[lane] ? segmentedWay<float>(rays_.ways[slots[lane]], rays_.frame.segmentVoxels)
                             : SegmentedRay<float>());
+    for (int lane = 0; !rays_.segments.empty() && lane < target_.lanes(); ++lane)
+        if (const std::int32_t end = within[lane] ? rays_.segments[slots[lane]].end : 0;
+            end < job.count[lane]) {
+            job.count[lane] = end;
+            job.tail[lane] = 1;
+        }
     for (int lane = 0; cuts_ && lane < target_.lanes(); ++lane) {
         if (!within[lane])
             continue;

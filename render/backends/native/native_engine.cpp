@@ -221,7 +221,7 @@ EngineTraits nativeTraits() {
     traits.name = "native";
     traits.device = std::string("CPU, ") + native::packetTarget().name;
     traits.quick = traits.countsAlways = true;
-    traits.fuses = traits.followsPaths = true;
+    traits.fuses = traits.followsPaths = traits.drawsParts = true;
     traits.make = [](const EngineInput& input) -> std::unique_ptr<Engine> {
         return std::make_unique<NativeEngine>(input.threads, *input.gpu, *input.ram);
     };
