@@ -14,6 +14,7 @@ quick_suites=(
     DistanceMap FirstHit FirstHitMap FirstHits FirstHitShadowsOfPictures FirstHitShadowsOfThinTissue Kinds/FirstHitShadows VarianceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
+    Parts Scenes/PartsOf
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
     NearestBorders RayArray ReferenceThroughStore RenderBudget Scatter SeveralInteractives ShownRanges SliceLabels SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
@@ -76,6 +77,9 @@ one_a_feature+=$(printf '|^%s[.]' "${quick_suites[@]}")$(printf '|^%s$' "${quick
 # What engines have in common with the mirror, on one of the scans' stores.
 one_store='^[A-Za-z]+/(Contract|CutPicture|Values|Graded|Native|NativeSurfaces|NativeMixed|Gates|MixedPicture)\..*/torso'
 
+# Sources that only a build with MPI and IceT compiles (.ci/full ranks).
+with_icet=(viewer/ranks/*.cpp viewer/cli/modules/ranks_*.cpp)
+
 # Test programs of a file that changed: of its room.
 tests_of() { # FILE
     case $1 in
@@ -98,6 +102,7 @@ tests_of() { # FILE
     render/transport/* | tests/render/transport/*) echo render_transport_test render_paths_test ;;
     render/geometry/* | tests/render/geometry/*) echo render_geometry_test ;;
     render/plan/fusion* | render/picture/several_volumes*) echo render_fusion_test ;;
+    render/parts/* | tests/render/parts/*) echo render_unit_test render_parts_test ;;
     render/* | tests/render/*) echo render_unit_test render_engine_test ;;
     viewer/presets/*) echo viewer_presets_test ;;
     viewer/cli/modules/*) echo modules_test ;;

@@ -72,6 +72,10 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
             "number of processes with the same command draw it together")
         .check(numberWithin(64, 16384, "pixels from 64 to 16384"))
         .check(wholeNumberFrom(64));
+    command.flag(
+        "--ranks", a->ranks,
+        "started by mpirun: draw the picture by all of its processes, each of which holds a part of the "
+        "volume");
     // Options of keys are named here only for their place in the help.
     a->keys.word("{single-ray engines}", singleRayEngines());
     a->keys.add(command, {"image.size"});

@@ -11,6 +11,7 @@
 #include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
+#include "viewer/cli/render/ranked_picture.h"
 
 #include <cmath>
 #include <cstdio>
@@ -84,7 +85,7 @@ FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arg
     const bool drawsFirst = engine == EngineKind::automatic || traitsOf(engine).quick;
     if (wanted() && !drawsFirst)
         throw badFile("--first", "--engine " + joinNames(engineNames(true)), task.arguments.engine);
-    if (wanted() || !drawsFirst || !task.common.progress->watched() ||
+    if (wanted() || !drawsFirst || task.options.group || !task.common.progress->watched() ||
         !isLarge(task.store.info(), task.scene))
         return;
     const fs::path out = task.arguments.out;
@@ -120,6 +121,12 @@ void renderOnePicture(const RenderTask& task) {
     const std::unique_ptr<KeptSamples> kept = keptStateOf(task);
     options.kept = kept.get();
     RenderResult result = renderScene(task.scene, task.stores, task.ram, task.gpu, options);
+    nlohmann::json ranks;
+    if (options.group) {
+        ranks = ranksJson(task, result);
+        if (options.group->rank() > 0)
+            return;
+    }
     if (arguments.keys.textOf("--fetch") == "hardware" && !traitsOf(result.engine).onContext)
         common.note("--fetch hardware: the " + name(result.engine) + " engine fetches exactly");
     if (result.takenAsHu)
@@ -137,6 +144,8 @@ void renderOnePicture(const RenderTask& task) {
 
     common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
+    if (options.group)
+        report["ranks"] = ranks;
     const bool blank = isBlank(result.image); // judged before the scale bar is drawn
     if (arguments.scaleBar) {
         const ScaleBar bar = scaleBarOf(result.camera, result.image.size);

@@ -22,6 +22,7 @@
 #include "viewer/cli/render/one_picture.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
+#include "viewer/cli/render/ranked_picture.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 #include "viewer/cli/render/tiled_picture.h"
 
@@ -101,9 +102,8 @@ void refuseLeaks(const RenderArguments& arguments, const Path& path) {
                       "one whose lumen leaks (\"lumen\", \"leaks\"): " + doubtText(*path.lumen));
 }
 
-} // namespace
-
-void runRender(const RenderArguments& arguments, const CommonOptions& common) {
+/// @param group  of --ranks; else null
+void renderBy(ProcessGroup* group, const RenderArguments& arguments, const CommonOptions& common) {
     // Everything that can be refused is refused before the long work.
     checkFilmOptions(arguments);
     std::optional<Path> path;
@@ -117,9 +117,15 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         checkFilmOutput(arguments.out);
     else
         checkPictureOutput(arguments.out);
-    const EngineKind engine = engineOf(arguments);
-    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
-    MemoryBudget gpu("GPU memory", "--gpu-memory", budgetBytes(arguments.gpuMemory, "--gpu-memory", common));
+    if (group)
+        checkRanks(arguments);
+    const EngineKind engine = group ? engineOfRanks(engineOf(arguments)) : engineOf(arguments);
+    const auto budget = [&](const std::string& text, const char* option) { // processes plan alike
+        const std::size_t bytes = budgetBytes(text, option, common);
+        return group ? group->least(bytes) : bytes;
+    };
+    MemoryBudget ram("RAM", "--ram", budget(arguments.ram, "--ram"));
+    MemoryBudget gpu("GPU memory", "--gpu-memory", budget(arguments.gpuMemory, "--gpu-memory"));
     Scene scene = sceneOf(arguments.in); // its meshes are charged to the budget
     const bool samplesNamed = scene.quality.pixels.named || arguments.keys.says("quality.samples");
     applyArguments(arguments, scene, common);
@@ -180,7 +186,8 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     options.engine = engine;
     options.device.text = arguments.device;
     options.searching = true;
-    options.verify = verifyOf(arguments);
+    options.verify = group ? Verify::none : verifyOf(arguments);
+    options.group = group;
     options.checking = options.verify != Verify::none;
     options.layers = {layers.ofPaths(), layers.error};
     const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options, layers};
@@ -195,6 +202,15 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     sayDamage(task.scene, stores, common);
     if (const std::string words = sayFetched(stores); !words.empty())
         common.detail(words);
+}
+
+} // namespace
+
+void runRender(const RenderArguments& arguments, const CommonOptions& common) {
+    if (!arguments.ranks)
+        return renderBy(nullptr, arguments, common);
+    renderInGroup(common,
+                  [&](const CommonOptions& mine, ProcessGroup& group) { renderBy(&group, arguments, mine); });
 }
 
 } // namespace tessera

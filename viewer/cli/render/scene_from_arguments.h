@@ -39,6 +39,7 @@ struct RenderArguments {
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
     int tiles = 0; // pixels along a side; 0: the picture is drawn as a whole
+    bool ranks = false; // the picture is drawn by the processes of mpirun
     bool unfold = false, mayLeak = false;
     bool noCheck = false, explain = false, json = false, scaleBar = false;
     bool allowDamaged = false; // a coarser level stands in for what is damaged

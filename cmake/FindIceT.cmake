@@ -1,0 +1,13 @@
+# IceT::IceT: IceT for MPI, as ParaView 5.11 brings it (Debian 12: paraview-dev), or by itself. C alone, without VTK.
+find_package(MPI COMPONENTS C)
+find_path(IceT_INCLUDE IceTMPI.h PATH_SUFFIXES paraview-5.11/vtkicet/src/include)
+find_library(IceT_CORE NAMES vtkIceTCore-pv5.11 IceTCore)
+find_library(IceT_MPI NAMES vtkIceTMPI-pv5.11 IceTMPI)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(IceT REQUIRED_VARS IceT_INCLUDE IceT_CORE IceT_MPI MPI_C_FOUND)
+if(IceT_FOUND AND NOT TARGET IceT::IceT)
+  add_library(IceT::IceT INTERFACE IMPORTED GLOBAL)
+  target_include_directories(IceT::IceT INTERFACE ${IceT_INCLUDE})
+  target_compile_definitions(IceT::IceT INTERFACE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX)
+  target_link_libraries(IceT::IceT INTERFACE ${IceT_MPI} ${IceT_CORE} MPI::MPI_C)
+endif()
