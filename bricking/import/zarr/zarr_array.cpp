@@ -112,6 +112,7 @@ void setFill(ZarrArray& array, const JsonValue& root, const nlohmann::json& docu
     const double value = raw.is_number() ? raw.get<double>() : 0;
     if (!isFloat(array.type) && (value < lowest || value > highest))
         fill.refuse(std::string("a value of ") + name(array.type));
+    array.fillShown = raw.is_null() ? "0" : raw.is_string() ? raw.get<std::string>() : raw.dump();
     for (std::size_t i = 0; i < array.valueBytes(); ++i)
         array.fill[array.bigEndian ? array.valueBytes() - 1 - i : i] =
             static_cast<std::byte>(bits >> (8 * i) & 0xFF);
@@ -163,8 +164,8 @@ void readVersion2(ZarrArray& array, const JsonValue& root, const nlohmann::json&
                                : id == "lz4"  ? ZarrCodec::lz4
                                               : ZarrCodec::zlib);
     }
-    array.separator =
-        root.has("dimension_separator") ? root.at("dimension_separator").oneOf({".", "/"}) : ".";
+    array.isSeparatorSaid = root.has("dimension_separator");
+    array.separator = array.isSeparatorSaid ? root.at("dimension_separator").oneOf({".", "/"}) : ".";
     setFill(array, root, raw);
 }
 

@@ -36,8 +36,11 @@ struct ZarrArray {
     std::vector<std::size_t> order;          // the axes of a chunk's bytes, slowest first
     std::vector<ZarrCodec> codecs;           // in the order of encoding; at most one of them compresses
     std::array<std::byte, 8> fill{};         // a value as chunks have it
+    std::string fillShown;                   // the same for messages
     std::string prefix, separator;           // of the names of files: "c/" and "/"
+    bool isSeparatorSaid = true;             // else "." may be wrong: findSeparator()
     std::vector<std::string> dimensionNames; // "" for none; empty: none at all
+    std::vector<std::string> notes;          // findings that a user should know, one a line
 
     std::size_t valueBytes() const { return bytesPerFileValue(type); }
     std::size_t chunkBytes() const;

@@ -53,6 +53,11 @@ std::string ZarrChunks::fileOf(const ZarrArray& array, std::span<const std::int6
     return key;
 }
 
+void ZarrChunks::countMissing(std::string file) {
+    if (tally_.missing++ == 0)
+        tally_.firstMissing = std::move(file);
+}
+
 std::span<const std::byte> ZarrChunks::fetched(const StoreFile& file, std::uint64_t offset,
                                                std::uint64_t bytes) {
     if (bytes > array_.encodedBound())
@@ -67,8 +72,10 @@ std::span<const std::byte> ZarrChunks::encodedFile(std::span<const std::int64_t>
     const std::string key = fileOf(array_, at);
     where_ = (array_.path / key).string();
     const auto file = openIn(folder_, key, array_.path);
-    if (!file)
+    if (!file) {
+        countMissing(key);
         return {};
+    }
     const std::uint64_t bytes = fileSize(*file, where_);
     if (bytes == 0)
         throw badFile(where_, "a chunk", "an empty file");
@@ -109,6 +116,8 @@ std::span<const std::byte> ZarrChunks::ofShard(std::span<const std::int64_t> at)
                 static_cast<std::uint64_t>(at[axis] % array_.shard[axis]);
     }
     const OpenShard* const shard = shardOf(place);
+    if (!shard)
+        countMissing(fileOf(array_, place));
     if (!shard || shard->index[entry].absent())
         return {};
     where_ = shard->shown + ": " + textOf(at);
@@ -144,8 +153,31 @@ void ZarrChunks::tell(const std::vector<std::vector<std::int64_t>>& places) cons
 }
 
 std::span<const std::byte> ZarrChunks::read(std::span<const std::int64_t> at) {
+    ++tally_.read;
     const auto encoded = array_.shard.empty() ? encodedFile(at) : ofShard(at);
     return encoded.empty() ? encoded : decoded(encoded);
+}
+
+void findSeparator(ZarrArray& array) {
+    if (array.isSeparatorSaid || array.shape.size() < 2)
+        return;
+    const StoreFolder folder = openFolder(array.path);
+    for (const std::int64_t half : {1, 0, 2}) {
+        std::vector<std::int64_t> at;
+        for (std::size_t axis = 0; axis < array.shape.size(); ++axis)
+            at.push_back((array.shape[axis] - 1) / array.chunk[axis] * half / 2);
+        for (const char* separator : {".", "/"}) {
+            array.separator = separator;
+            const std::string file = ZarrChunks::fileOf(array, at);
+            if (!openIn(folder, file, array.path))
+                continue;
+            if (array.separator == "/")
+                array.notes.push_back("chunks are taken by names such as " + file +
+                                      ", which the metadata do not say");
+            return;
+        }
+    }
+    array.separator = ".";
 }
 
 } // namespace tessera

@@ -31,10 +31,20 @@ class ZarrChunks {
     /// The file of a chunk, or of a shard: its name below the array.
     static std::string fileOf(const ZarrArray& array, std::span<const std::int64_t> at);
 
+    /// Chunks that were read. Missing are those that have no file, or whose shard has none: what a shard
+    /// itself leaves out is fill.
+    struct Tally {
+        std::uint64_t read = 0, missing = 0;
+        std::string firstMissing; // its file
+        bool lacksAll() const { return read > 0 && missing == read; }
+    };
+    const Tally& tally() const { return tally_; }
+
   private:
     std::span<const std::byte> encodedFile(std::span<const std::int64_t> at);
     std::span<const std::byte> ofShard(std::span<const std::int64_t> at);
     const OpenShard* shardOf(const std::vector<std::int64_t>& at);
+    void countMissing(std::string file);
     std::span<const std::byte> fetched(const StoreFile& file, std::uint64_t offset, std::uint64_t bytes);
     std::span<const std::byte> decoded(std::span<const std::byte> encoded);
 
@@ -43,6 +53,11 @@ class ZarrChunks {
     std::map<std::vector<std::int64_t>, OpenShard> shards_; // by place; without a file: missing
     std::vector<std::byte> encoded_, decoded_;
     std::string where_; // of the chunk that is read
+    Tally tally_;
 };
+
+/// Sets the separator of an array whose metadata do not say it (ZarrArray::isSeparatorSaid) by the chunks
+/// that are there: the middle one, else the first or the last. Throws InputError as openIn() does.
+void findSeparator(ZarrArray& array);
 
 } // namespace tessera

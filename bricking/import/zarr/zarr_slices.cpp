@@ -100,6 +100,14 @@ void ZarrSlices::readLayer() {
         }
 }
 
+std::string ZarrSlices::sayMissing() const {
+    const ZarrChunks::Tally& all = tally();
+    if (all.missing == 0)
+        return "";
+    return std::to_string(all.missing) + " of " + std::to_string(all.read) + " chunks are not there (" +
+           all.firstMissing + " is the first): their voxels have the fill value, " + array_.fillShown;
+}
+
 void ZarrSlices::readSlice(std::span<std::byte> out) {
     const std::size_t value = array_.valueBytes();
     TESSERA_CHECK(next_ < lengthOf(0) &&

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace tessera {
@@ -33,6 +34,11 @@ class ZarrSlices {
     /// The next slice, [y][x] values as chunks have them; fill where there is no chunk. Throws as ZarrChunks
     /// does, and Error if the temporary file cannot be written.
     void readSlice(std::span<std::byte> out);
+    bool isAtEnd() const { return next_ == lengthOf(0); }
+    /// Of the slices that were read.
+    const ZarrChunks::Tally& tally() const { return chunks_.tally(); }
+    /// "3 of 40 chunks are not there ...": "" where all are.
+    std::string sayMissing() const;
 
   private:
     struct Part { // of a layer: a chunk without what lies beyond the array

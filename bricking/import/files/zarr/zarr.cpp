@@ -45,6 +45,7 @@ class ZarrSource final : public SlabSource {
         for (int i = 0; i < count; ++i) {
             checkInterrupted();
             slices_.readSlice(slice_);
+            requireChunks(slices_);
             converter_.convert(slice_, out.subspan(static_cast<std::size_t>(i) * bytes, bytes), info_);
         }
     }
@@ -59,6 +60,9 @@ class ZarrSource final : public SlabSource {
         std::vector<std::string> notes = SlabSource::notes();
         if (image_.hasPlace)
             notes.insert(notes.end(), image_.grid.notes.begin(), image_.grid.notes.end());
+        notes.insert(notes.end(), image_.array.notes.begin(), image_.array.notes.end());
+        if (std::string missing = slices_.sayMissing(); slices_.isAtEnd() && !missing.empty())
+            notes.push_back(std::move(missing));
         return notes;
     }
 
@@ -73,8 +77,16 @@ class ZarrSource final : public SlabSource {
         for (int z = 0; z < info_.extentVoxels.z; ++z) {
             checkInterrupted();
             again.readSlice(slice);
+            requireChunks(again);
             visit(slice);
         }
+    }
+    /// An array of which nothing is there is all fill by the rules of Zarr; its chunks are lost, or
+    /// elsewhere.
+    static void requireChunks(const ZarrSlices& slices) {
+        if (const ZarrChunks::Tally& tally = slices.tally(); slices.isAtEnd() && tally.lacksAll())
+            throw badFile((slices.array().path / tally.firstMissing).string(), "a chunk",
+                          "none of the volume's " + std::to_string(tally.read) + " chunks");
     }
 
     ZarrImage image_;
@@ -98,6 +110,7 @@ ZarrImage imageAt(const fs::path& given) {
     ZarrImage found;
     if (node.isArray) {
         found.array = zarrArrayOf(node);
+        findSeparator(found.array);
         found.grid = bareGridOf(found.array);
         found.what = "array of Zarr v" + std::to_string(node.version);
         found.where = found.array.where;
@@ -112,6 +125,7 @@ ZarrImage imageAt(const fs::path& given) {
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     found.array = zarrArrayOf(data);
+    findSeparator(found.array);
     found.grid = omeGridOf(*image, found.array, node.attributesFile);
     found.channels = image->channels;
     found.hasPlace = true;

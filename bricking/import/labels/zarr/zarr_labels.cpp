@@ -4,6 +4,7 @@
 #include "bricking/import/labels/label_values.h"
 #include "bricking/import/labels/zarr/ome_labels.h"
 #include "bricking/import/zarr/ome_image.h"
+#include "bricking/import/zarr/zarr_chunks.h"
 #include "bricking/import/zarr/zarr_slices.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
@@ -12,6 +13,8 @@
 #include "core/base/interrupt.h"
 #include "core/base/shown_text.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -46,14 +49,24 @@ class ZarrLayer final : public LabelLayer {
             values_.convert(slice, out.subspan(static_cast<std::size_t>(i) * sliceVoxels(), sliceVoxels()));
         }
         next_ += count;
-        if (next_ == info_.extentVoxels.z)
+        if (next_ == info_.extentVoxels.z) {
+            noteMissing();
             slices_.reset();
+        }
     }
+    std::vector<std::string> notes() const override { return notes_; }
 
   private:
     std::size_t sliceVoxels() const {
         return static_cast<std::size_t>(info_.extentVoxels.x) *
                static_cast<std::size_t>(info_.extentVoxels.y);
+    }
+    /// Chunks without labels are left out as a rule.
+    void noteMissing() {
+        const bool isUsual = std::ranges::all_of(array_.fill, [](std::byte b) { return b == std::byte{0}; });
+        if (std::string missing = slices_->sayMissing();
+            !missing.empty() && (!isUsual || slices_->tally().lacksAll()))
+            notes_.push_back(std::move(missing));
     }
 
     VolumeInfo info_;
@@ -62,6 +75,7 @@ class ZarrLayer final : public LabelLayer {
     fs::path scratch_;
     LabelValues values_;
     std::optional<ZarrSlices> slices_;
+    std::vector<std::string> notes_;
     int next_ = 0;
 };
 
@@ -147,7 +161,8 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     LabelFile file;
     OmeGrid grid;
     if (node.isArray) {
-        const ZarrArray array = zarrArrayOf(node);
+        ZarrArray array = zarrArrayOf(node);
+        findSeparator(array);
         grid = bareGridOf(array);
         requireOneVolume(grid, array.where);
         file.isOnScan = true;
@@ -162,7 +177,8 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     const ZarrNode data = requireNode(node.path / image->path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
-    const ZarrArray array = zarrArrayOf(data);
+    ZarrArray array = zarrArrayOf(data);
+    findSeparator(array);
     grid = omeGridOf(*image, array, node.attributesFile);
     requireOneVolume(grid, node.attributesFile);
     placeAsStore(grid, node);

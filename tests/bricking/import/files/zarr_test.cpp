@@ -5,6 +5,7 @@
 #include "tests/support/refusals.h"
 #include "tests/support/zarr_label_image.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <limits>
@@ -196,6 +197,89 @@ TEST(ImportZarr, VoxelsWithoutANumberBecomeTheLowestValue) {
         writeJson(folder / "a" / "zarr.json", metadata);
         EXPECT_THAT(refusalOf([&] { openSource(folder / "a", oneMm()); }), HasSubstr("fill_value"));
     }
+}
+
+/// A file of chunks: by its place in the grid of files.
+fs::path fileOf(const fs::path& array, const WrittenZarr& zarr, const std::string& place) {
+    return array / (zarr.version == 2 ? place : "c/" + place);
+}
+
+TEST(ImportZarr, ChunksThatAreNotThereAreCounted) {
+    const ScratchFolder folder;
+    int number = 0;
+    for (const int version : {2, 3})
+        for (const bool isSharded : {false, true}) {
+            if (version == 2 && isSharded)
+                continue;
+            WrittenZarr zarr;
+            zarr.version = version;
+            zarr.type = "int16";
+            zarr.fill = -7;
+            zarr.shape = {8, 6, 6};
+            zarr.chunk = {2, 3, 3}; // 16 chunks
+            if (isSharded)
+                zarr.shard = {4, 6, 6}; // 8 chunks in each of two
+            std::vector<std::uint32_t> values(8 * 6 * 6);
+            std::iota(values.begin(), values.end(), 1u);
+            if (isSharded) // a chunk that its shard leaves out is fill, and not missing
+                for (std::size_t z = 0; z < 2; ++z)
+                    for (std::size_t y = 0; y < 3; ++y)
+                        for (std::size_t x = 0; x < 3; ++x)
+                            values[(z * 6 + y) * 6 + x] = static_cast<std::uint32_t>(-7);
+            const fs::path path = folder / std::to_string(number++);
+            writeZarrArray(path, zarr, values);
+            const auto whole = openSource(path, oneMm());
+            EXPECT_EQ(readAll<std::int16_t>(*whole), as<std::int16_t>(values));
+            EXPECT_THAT(whole->notes(), ElementsAre()) << path;
+            fs::remove(fileOf(path, zarr, "1/0/0"));
+            if (!isSharded)
+                fs::remove(fileOf(path, zarr, "3/1/1"));
+            const auto source = openSource(path, oneMm());
+            EXPECT_THAT(source->notes(), ElementsAre());
+            const auto read = readAll<std::int16_t>(*source);
+            EXPECT_THAT(source->notes(),
+                        ElementsAre(AllOf(HasSubstr(isSharded ? "8 of 16 chunks" : "2 of 16 chunks"),
+                                          HasSubstr("1/0/0 is the first"), HasSubstr("fill value, -7"))));
+            EXPECT_EQ(std::ranges::count(read, -7), isSharded ? 8 * 18 + 18 : 2 * 18);
+            fs::remove_all(version == 2 ? path / "0" : path / "c");
+            for (const char* layer : {"1", "2", "3"})
+                fs::remove_all(path / layer);
+            EXPECT_THAT(refusalOf([&] { readAll<std::int16_t>(*openSource(path, oneMm())); }),
+                        AllOf(HasSubstr("0/0/0: expected a chunk"), HasSubstr("none of the volume's 16")));
+        }
+}
+
+TEST(ImportZarr, ASeparatorThatIsNotSaidIsFoundByTheChunks) {
+    const ScratchFolder folder;
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    int number = 0;
+    for (const char* separator : {".", "/"})
+        for (const char* lost : {"", "0/0/0", "1/1/1"}) { // the first, the middle
+            WrittenZarr zarr;
+            zarr.version = 2;
+            zarr.shape = kShape;
+            zarr.chunk = {3, 4, 5};
+            zarr.separator = separator;
+            zarr.leavesOutFill = false;
+            const fs::path path = folder / std::to_string(number++);
+            writeZarrArray(path, zarr, values);
+            Json metadata = arrayMetadata(zarr);
+            metadata.erase("dimension_separator");
+            writeJson(path / ".zarray", metadata);
+            std::string name = lost;
+            std::ranges::replace(name, '/', *separator);
+            ASSERT_TRUE(name.empty() || fs::remove(path / name));
+            const auto source = openSource(path, oneMm());
+            const auto read = readAll<std::uint16_t>(*source);
+            std::size_t other = 0;
+            for (std::size_t i = 0; i < read.size(); ++i)
+                other += read[i] != values[i];
+            EXPECT_LE(other, name.empty() ? 0u : 60u) << path;
+            EXPECT_EQ(*separator == '/',
+                      !source->notes().empty() &&
+                          source->notes()[0].find("metadata do not say") != std::string::npos)
+                << path;
+        }
 }
 
 TEST(ImportZarr, WhatLz4SaysIsChecked) {
