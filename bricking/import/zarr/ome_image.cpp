@@ -1,6 +1,7 @@
 // bricking/import/zarr/ome_image.cpp: see ome_image.h.
 #include "bricking/import/zarr/ome_image.h"
 
+#include "bricking/import/source/length_units.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 
@@ -33,14 +34,17 @@ OmeAxis omeAxisOf(const JsonValue& row) {
 }
 
 /// Applies transformations in their order.
-void transform(std::vector<OmeAxis>& axes, const JsonValue& object) {
+/// @return true if one of them is a scale
+bool transform(std::vector<OmeAxis>& axes, const JsonValue& object) {
+    bool saysScale = false;
     if (!object.has("coordinateTransformations"))
-        return;
+        return saysScale;
     for (const JsonValue row :
          object.at("coordinateTransformations").items(kMostTransformations, "transformations")) {
         const std::string type = row.at("type").oneOf({"identity", "scale", "translation"});
         if (type == "identity")
             continue;
+        saysScale = saysScale || type == "scale";
         const JsonValue list = row.at(type);
         const std::vector<double> numbers = list.numbers(axes.size());
         for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -56,6 +60,7 @@ void transform(std::vector<OmeAxis>& axes, const JsonValue& object) {
             }
         }
     }
+    return saysScale;
 }
 
 double voxelOf(const std::vector<OmeAxis>& axes) {
@@ -71,19 +76,18 @@ void checkVersion(const JsonValue& version) {
 
 // Places.
 
-/// Millimetres a unit; 0: not known.
-double mmPerUnit(const std::string& unit) {
-    struct Unit {
-        std::string_view name;
-        double mm;
-    };
-    static constexpr std::array kUnits = {
-        Unit{"millimeter", 1},  Unit{"micrometer", 1e-3}, Unit{"nanometer", 1e-6},
-        Unit{"centimeter", 10}, Unit{"meter", 1000},      Unit{"decimeter", 100},
-        Unit{"angstrom", 1e-7}, Unit{"picometer", 1e-9},  Unit{"inch", 25.4}};
-    const auto* const found =
-        std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
-    return found == kUnits.end() ? 0 : found->mm;
+/// Why axes do not say their distances in a length: "" they do, or none of them has a unit.
+std::string problemOf(const std::array<OmeAxis, 3>& axes, bool saysScale) {
+    std::string unnamed, named;
+    for (const OmeAxis& axis : axes) {
+        const std::string shown = "axis \"" + printable(axis.name) + "\"";
+        if (!axis.unit.empty() && millimetresOf(axis.unit) == 0)
+            return "the unit \"" + printable(axis.unit.substr(0, 40)) + "\" of " + shown;
+        (axis.unit.empty() ? unnamed : named) = shown;
+    }
+    if (!unnamed.empty() && !named.empty())
+        return "no unit of " + unnamed + " beside one of " + named;
+    return saysScale ? "" : "no scale among the coordinateTransformations";
 }
 
 /// The patient's axis that an orientation runs along, and whether against left, posterior, superior.
@@ -99,7 +103,7 @@ std::optional<std::pair<int, bool>> wayOf(const std::string& orientation) {
 }
 
 /// Sets the affine of axes, slowest first.
-void placeGrid(OmeGrid& grid, const std::array<OmeAxis, 3>& axes, const std::string& where) {
+void placeGrid(OmeGrid& grid, const std::array<OmeAxis, 3>& axes, bool saysScale, const std::string& where) {
     std::array<glm::dvec3, 3> step{};
     glm::dvec3 origin{0};
     std::array<int, 3> patientAxis{};
@@ -118,17 +122,17 @@ void placeGrid(OmeGrid& grid, const std::array<OmeAxis, 3>& axes, const std::str
     if (!grid.info.orientationKnown)
         grid.notes.emplace_back("the orientation in the patient is not known; axes x, y, z are taken as "
                                 "left, posterior, superior");
-    bool isUnitKnown = true;
+    grid.spacingProblem = problemOf(axes, saysScale);
+    const bool isKnown = grid.spacingProblem.empty(), hasUnit = !axes[0].unit.empty();
     for (std::size_t i = 0; i < 3; ++i) {
-        const double mm = mmPerUnit(axes[i].unit);
-        isUnitKnown = isUnitKnown && mm != 0;
+        const double mm = hasUnit ? millimetresOf(axes[i].unit) : 1;
         const auto way = told == 7 ? wayOf(axes[i].orientation) : std::nullopt;
         glm::dvec3 unit{0};
-        unit[way ? way->first : patientAxis[i]] = (way && way->second ? -1 : 1) * (mm == 0 ? 1 : mm);
-        step[i] = axes[i].scale * unit;
-        origin += axes[i].translation * unit;
+        unit[way ? way->first : patientAxis[i]] = (way && way->second ? -1 : 1) * (isKnown ? mm : 1);
+        step[i] = (isKnown ? axes[i].scale : 1) * unit;
+        origin += (isKnown ? axes[i].translation : 0) * unit;
     }
-    if (!isUnitKnown)
+    if (isKnown && !hasUnit)
         grid.notes.emplace_back("units of axes are not known; they are taken as millimetres");
     grid.info.type = ValueType::u16; // labels have no type
     grid.info.patientFromVoxel = patientFromVoxelOf(origin, step[2], step[1], step[0]);
@@ -188,12 +192,13 @@ std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
     const JsonItems datasets = first.at("datasets").items(kMostDatasets, "datasets");
     for (const JsonValue row : datasets) {
         std::vector<OmeAxis> placed = axes;
-        transform(placed, row);
-        transform(placed, first); // of all datasets, after a dataset's own
+        const bool hasScale = transform(placed, row);
+        const bool haveScale = transform(placed, first); // of all datasets, after a dataset's own
         if (!image.path.empty() && voxelOf(placed) >= voxelOf(image.axes))
             continue;
         image.path = pathBelow(row.at("path").text(), row.at("path").place());
         image.axes = std::move(placed);
+        image.saysScale = hasScale || haveScale;
     }
     if (image.path.empty())
         first.at("datasets").refuse("at least one dataset");
@@ -223,7 +228,8 @@ OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::stri
     if (ofSpace.size() != 3)
         throw badFile(where, "three axes of space", std::to_string(ofSpace.size()));
     takeAxes(grid, array, ofSpace);
-    placeGrid(grid, {image.axes[ofSpace[0]], image.axes[ofSpace[1]], image.axes[ofSpace[2]]}, where);
+    placeGrid(grid, {image.axes[ofSpace[0]], image.axes[ofSpace[1]], image.axes[ofSpace[2]]}, image.saysScale,
+              where);
     return grid;
 }
 
@@ -249,7 +255,7 @@ OmeGrid bareGridOf(const ZarrArray& array) {
     std::array<OmeAxis, 3> placed;
     for (std::size_t i = 0; i < 3; ++i)
         placed[i].unit = "millimeter";
-    placeGrid(grid, placed, array.where);
+    placeGrid(grid, placed, true, array.where);
     return grid;
 }
 

@@ -30,6 +30,7 @@ struct OmeAxis {
 struct OmeImage {
     std::string path; // of the finest array, below the group
     std::vector<OmeAxis> axes;
+    bool saysScale = false;            // it has a transformation of that type
     std::vector<std::string> channels; // names, where "omero" has them
     std::vector<std::string> notes;    // findings that a user should know, one a line
 };
@@ -50,6 +51,8 @@ struct OmeGrid {
     /// Extent and affine in the array's order; millimetres, axes x, y, z as left, posterior, superior unless
     /// the axes tell their orientations.
     VolumeInfo info;
+    /// Why distances of voxels are not known, which are then 1 for the affine: "" they are.
+    std::string spacingProblem;
     std::vector<std::string> notes;
 };
 /// Throws InputError naming `where` unless three axes are of space, for another number of axes than the

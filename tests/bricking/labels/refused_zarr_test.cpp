@@ -147,6 +147,8 @@ TEST_F(RefusedZarr, LyingMetadata) {
               }},
              {"type",
               [&](Json& i) { scales(i)["datasets"][0]["coordinateTransformations"][0]["type"] = "affine"; }},
+             {"no scale", [&](Json& i) { scales(i)["datasets"][0].erase("coordinateTransformations"); }},
+             {"\"pixel\"", [&](Json& i) { scales(i)["axes"][0]["unit"] = "pixel"; }},
              {"rgba",
               [&](Json& i) {
                   label(i)["colors"][0]["rgba"] = {1, 2, 3};

@@ -5,7 +5,7 @@
 #include "bricking/import/files/hdf5/h5_attributes.h"
 #include "bricking/import/files/hdf5/h5_group.h"
 #include "bricking/import/files/header_words.h"
-#include "bricking/import/files/length_units.h"
+#include "bricking/import/source/length_units.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "bricking/import/files/stack/ome_text.h"
 
 #include "bricking/import/files/header_words.h"
-#include "bricking/import/files/length_units.h"
+#include "bricking/import/source/length_units.h"
 
 namespace tessera {
 namespace {

@@ -2,8 +2,8 @@
 #include "bricking/import/files/stack/stack_spacing.h"
 
 #include "bricking/import/files/header_words.h"
-#include "bricking/import/files/length_units.h"
 #include "bricking/import/files/stack/imagej_lines.h"
+#include "bricking/import/source/length_units.h"
 #include "core/base/shown_text.h"
 
 #include <algorithm>

@@ -11,6 +11,8 @@
 #include "core/base/interrupt.h"
 
 #include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -203,11 +205,19 @@ std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& 
         if (!options.spacingMm)
             throw spacingUnknown(image.where, "an array by itself, which does not say it");
         info.orientationKnown = false;
+    } else if (!image.grid.spacingProblem.empty()) {
+        if (!options.spacingMm)
+            throw spacingUnknown(image.where, image.grid.spacingProblem);
     } else if (options.spacingMm) {
         info.remarks.emplace_back("OME-Zarr says distances of voxels; --spacing is taken");
     }
-    if (const auto& mm = options.spacingMm)
-        info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, {mm->x, 0, 0}, {0, mm->y, 0}, {0, 0, mm->z});
+    if (options.spacingMm) { // along the same axes
+        std::array<glm::dvec3, 3> step{};
+        for (int axis = 0; axis < 3; ++axis)
+            step[static_cast<std::size_t>(axis)] =
+                (*options.spacingMm)[axis] * glm::normalize(glm::dvec3(info.patientFromVoxel[axis]));
+        info.patientFromVoxel = patientFromVoxelOf({0, 0, 0}, step[0], step[1], step[2]);
+    }
     const char* const field = options.spacingMm ? "--spacing" : "coordinateTransformations";
     requirePlausibleGeometry(info, {field, field, field}, image.where);
     info.validate(image.where);

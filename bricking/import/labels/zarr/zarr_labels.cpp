@@ -181,6 +181,11 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     findSeparator(array);
     grid = omeGridOf(*image, array, node.attributesFile);
     requireOneVolume(grid, node.attributesFile);
+    if (!grid.spacingProblem.empty())
+        throw badFile(node.attributesFile,
+                      "a scale and a unit of length of each axis of space; or the path of the array, whose "
+                      "voxels are then the scan's",
+                      grid.spacingProblem);
     placeAsStore(grid, node);
     OmeLabels labels = omeLabelsOf(node);
     file.labels = std::move(labels.labels);

@@ -116,6 +116,87 @@ TEST(ImportZarr, ItsPlaceIsThatOfTheTransformations) {
     }
 }
 
+/// An image whose "multiscales" were changed after they were written.
+template <class Change> void changeImage(const fs::path& group, Change change) {
+    const fs::path file = group / ".zattrs";
+    std::ifstream in(file);
+    Json document = Json::parse(in);
+    change(document["multiscales"][0]);
+    writeJson(file, document);
+}
+
+TEST(ImportZarr, UnitsOfLengthPlaceItAndOthersAskForItsSpacing) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.version = 2;
+    zarr.shape = zarr.chunk = kShape;
+    const fs::path path = folder / "image";
+    writeImage(path, zarr, zarrLabelValues(7 * 11 * 13), "zyx");
+    const auto takeUnits = [&](const std::vector<std::string>& units) {
+        changeImage(path, [&](Json& image) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                image["axes"][i].erase("unit");
+                if (!units[i].empty())
+                    image["axes"][i]["unit"] = units[i];
+            }
+        });
+    };
+    const std::vector<std::pair<const char*, double>> known = {
+        {"millimeter", 1}, {"mm", 1},         {"micrometer", 1e-3}, {"um", 1e-3},
+        {"micron", 1e-3},  {"µm", 1e-3},      {"micrometre", 1e-3}, {"nm", 1e-6},
+        {"meter", 1000},   {"angstrom", 1e-7}};
+    const Json scale = {{"type", "scale"}, {"scale", {200, 50, 0.25}}};
+    changeImage(
+        path, [&](Json& image) { image["datasets"][0]["coordinateTransformations"] = Json::array({scale}); });
+    for (const auto& [unit, mm] : known) {
+        takeUnits({unit, unit, "millimeter"});
+        const glm::dvec3 spacing = openSource(path, {})->info().spacingMm();
+        EXPECT_DOUBLE_EQ(spacing.x, 0.25) << unit;
+        EXPECT_DOUBLE_EQ(spacing.y, 50 * mm) << unit;
+        EXPECT_DOUBLE_EQ(spacing.z, 200 * mm) << unit;
+    }
+    takeUnits({"", "", ""});
+    const auto bare = openSource(path, {});
+    EXPECT_EQ(bare->info().spacingMm(), glm::dvec3(0.25, 50, 200));
+    EXPECT_THAT(bare->notes(), testing::Contains(HasSubstr("taken as millimetres")));
+    const auto asks = [&](const char* said) {
+        EXPECT_THAT(refusalOf([&] { openSource(path, {}); }),
+                    AllOf(HasSubstr(".zattrs"), HasSubstr("--spacing"), HasSubstr(said)));
+        const auto source = openSource(path, oneMm());
+        EXPECT_EQ(source->info().spacingMm(), glm::dvec3(1)) << said;
+        EXPECT_THAT(source->notes(), testing::Each(testing::Not(HasSubstr("millimetres"))));
+        EXPECT_THAT(source->info().remarks, ElementsAre()) << said;
+    };
+    takeUnits({"millimeter", "pixel", "millimeter"});
+    asks("\"pixel\" of axis \"y\"");
+    takeUnits({"", "micrometer", "micrometer"});
+    asks("no unit of axis \"z\"");
+    takeUnits({"millimeter", "millimeter", "millimeter"});
+    for (const Json& none : {Json::array(), Json::array({Json{{"type", "identity"}}}),
+                             Json::array({Json{{"type", "translation"}, {"translation", {1, 2, 3}}}})}) {
+        changeImage(path, [&](Json& image) { image["datasets"][0]["coordinateTransformations"] = none; });
+        asks("no scale");
+    }
+}
+
+TEST(ImportZarr, SpacingThatIsGivenIsAlongTheAxesOfTheImage) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.version = 2;
+    zarr.shape = zarr.chunk = kShape;
+    const fs::path path = folder / "image";
+    writeImage(path, zarr, zarrLabelValues(7 * 11 * 13), "xyz"); // z runs fastest
+    changeImage(path, [](Json& image) {
+        for (Json& axis : image["axes"])
+            axis["unit"] = "pixel";
+    });
+    SourceOptions options;
+    options.spacingMm = glm::dvec3(3, 2, 1);
+    const auto source = openSource(path, options);
+    EXPECT_EQ(source->info().extentVoxels, glm::ivec3(7, 11, 13));
+    EXPECT_EQ(source->info().spacingMm(), glm::dvec3(1, 2, 3));
+}
+
 /// Voxels of the c-th of two channels at the t-th of three times, by the order of axes t, c, z, y, x.
 std::vector<std::int16_t> volumeAt(std::size_t t, std::size_t c, const std::vector<std::uint32_t>& values) {
     constexpr std::size_t kVoxels = 4 * 5 * 6;
