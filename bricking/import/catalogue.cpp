@@ -390,8 +390,11 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
                 return row;
         std::error_code none;
         const bool isFile = !fs::is_directory(catalogue.path, none) || fileFormatOf(catalogue.path);
-        if (count == 0 && !catalogue.rows.empty() && isFile)
-            return catalogue.rows.front(); // a file of its own has no series to choose
+        if (count == 0 && !catalogue.rows.empty() && isFile) { // opening it says what is wrong with it
+            if (options.series != 1 && catalogue.rows.front().info)
+                throw badFile(where, "one volume: --series 1 or none", std::to_string(options.series));
+            return catalogue.rows.front();
+        }
         if (count == 0)
             refuseNothing(catalogue);
         throw withTable(

@@ -197,6 +197,23 @@ TEST(ImportZarr, SpacingThatIsGivenIsAlongTheAxesOfTheImage) {
     EXPECT_EQ(source->info().spacingMm(), glm::dvec3(1, 2, 3));
 }
 
+TEST(ImportZarr, ANumberChoosesNothingOfOneVolume) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.shape = zarr.chunk = {1, 7, 11, 13};
+    writeImage(folder / "image", zarr, zarrLabelValues(7 * 11 * 13), "czyx");
+    SourceOptions options;
+    for (const int series : {0, 1}) {
+        options.series = series;
+        EXPECT_EQ(openSource(folder / "image", options)->info().extentVoxels, glm::ivec3(13, 11, 7));
+    }
+    options.series = 2;
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "image", options); }),
+                AllOf(HasSubstr("one volume: --series 1 or none"), HasSubstr("found 2")));
+    writeFile(folder / "image/full/zarr.json", "{}"); // which is the reason to tell
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "image", options); }), HasSubstr("zarr_format"));
+}
+
 /// Voxels of the c-th of two channels at the t-th of three times, by the order of axes t, c, z, y, x.
 std::vector<std::int16_t> volumeAt(std::size_t t, std::size_t c, const std::vector<std::uint32_t>& values) {
     constexpr std::size_t kVoxels = 4 * 5 * 6;
