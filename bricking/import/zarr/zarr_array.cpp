@@ -94,9 +94,30 @@ std::pair<double, double> rangeOf(FileType type) {
     }
 }
 
-void setFill(ZarrArray& array, const JsonValue& root, const nlohmann::json& document) {
+/// A fill value of version 2 without what programs wrap numbers in: a list of one, a text (n5-zarr until
+/// 2024), a fraction of whole numbers.
+nlohmann::json plainFill(nlohmann::json raw, FileType type) {
+    if (raw.is_array() && raw.size() == 1)
+        raw = nlohmann::json(raw.front());
+    if (raw.is_string()) {
+        const auto word = raw.get<std::string>();
+        const bool isNumber = !word.empty() && word.find_first_not_of("0123456789+-.eE") == std::string::npos;
+        if (nlohmann::json number = nlohmann::json::parse(word, nullptr, false);
+            isNumber && number.is_number())
+            raw = std::move(number);
+    }
+    constexpr double kExact = 9007199254740992; // 2^53
+    if (raw.is_number_float() && !isFloat(type)) {
+        const auto value = raw.get<double>();
+        if (value == std::floor(value) && std::abs(value) <= kExact)
+            raw = static_cast<std::int64_t>(value);
+    }
+    return raw;
+}
+
+/// @param raw  "fill_value" of `root`
+void setFill(ZarrArray& array, const JsonValue& root, const nlohmann::json& raw) {
     const JsonValue fill = root.at("fill_value");
-    const nlohmann::json& raw = document.at("fill_value");
     std::uint64_t bits = 0;
     if (isFloat(array.type))
         bits = floatBitsOf(raw, array.type, fill);
@@ -166,7 +187,8 @@ void readVersion2(ZarrArray& array, const JsonValue& root, const nlohmann::json&
     }
     array.isSeparatorSaid = root.has("dimension_separator");
     array.separator = array.isSeparatorSaid ? root.at("dimension_separator").oneOf({".", "/"}) : ".";
-    setFill(array, root, raw);
+    root.at("fill_value"); // refuses
+    setFill(array, root, plainFill(raw.at("fill_value"), array.type));
 }
 
 // Version 3.
@@ -260,7 +282,8 @@ void readVersion3(ZarrArray& array, const JsonValue& root, const nlohmann::json&
     if (keys.has("configuration") && keys.at("configuration").has("separator"))
         array.separator = keys.at("configuration").at("separator").oneOf({"/", "."});
     array.prefix = isDefault ? "c" + array.separator : "";
-    setFill(array, root, raw);
+    root.at("fill_value"); // refuses
+    setFill(array, root, raw.at("fill_value"));
     if (raw.contains("dimension_names") && raw.at("dimension_names").is_array()) {
         const JsonItems names = root.at("dimension_names").items(ZarrArray::kMostAxes, "axes");
         if (names.size() != array.shape.size())

@@ -380,6 +380,39 @@ TEST(ImportZarr, ASeparatorThatIsNotSaidIsFoundByTheChunks) {
         }
 }
 
+TEST(ImportZarr, FillValuesOfVersion2AreTakenAsProgramsWriteThem) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.version = 2;
+    zarr.shape = {4, 4, 4};
+    zarr.chunk = {2, 4, 4};
+    std::vector<std::uint32_t> values(64);
+    std::iota(values.begin(), values.end(), 7u);
+    for (const char* type : {"int16", "float32", "float64"}) {
+        zarr.type = type;
+        writeZarrArray(folder / type, zarr, values);
+        fs::remove(folder / type / "0/0/0");
+        Json metadata = arrayMetadata(zarr);
+        const auto firstWith = [&](const Json& fill) {
+            metadata["fill_value"] = fill;
+            writeJson(folder / type / ".zarray", metadata);
+            const auto source = openSource(folder / type, oneMm());
+            return type == std::string("int16") ? readAll<std::int16_t>(*source).front()
+                                                : readAll<float>(*source).front();
+        };
+        for (const Json& fill : {Json("-3"), Json("-3.0"), Json(-3.0), Json(Json::array({-3})),
+                                 Json(Json::array({"-3"})), Json(-3)})
+            EXPECT_EQ(firstWith(fill), -3) << type << fill;
+        EXPECT_EQ(firstWith(nullptr), 0);
+        for (const Json& fill : {Json("three"), Json(""), Json("0x3"), Json(Json::array({1, 2})),
+                                 Json(Json::object()), Json("3 ")})
+            EXPECT_THAT(refusalOf([&] { firstWith(fill); }), HasSubstr("fill_value")) << type << fill;
+        if (type == std::string("int16"))
+            for (const Json& fill : {Json(-3.5), Json("-3.5"), Json("40000"), Json(1e30), Json("1e400")})
+                EXPECT_THAT(refusalOf([&] { firstWith(fill); }), HasSubstr("fill_value")) << fill;
+    }
+}
+
 TEST(ImportZarr, WhatLz4SaysIsChecked) {
     const ScratchFolder folder;
     WrittenZarr zarr;
