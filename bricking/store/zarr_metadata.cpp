@@ -417,6 +417,14 @@ bool isGroupOfOurs(std::string_view text) {
     return document.is_object() && document.contains(Json::json_pointer("/attributes/tessera/version"));
 }
 
+bool couldBeOurs(std::string_view text) {
+    const Json document = Json::parse(text, nullptr, false);
+    if (document.is_object())
+        return document.contains(Json::json_pointer("/attributes/tessera")) ||
+               !document.contains("node_type");
+    return text.find("node_type") == std::string_view::npos || text.find("tessera") != std::string_view::npos;
+}
+
 std::string contentHashOf(const StoreMetadata& metadata) {
     StoreMetadata content = metadata; // of the same voxels, whatever else is known of their source
     content.info.remarks.clear();

@@ -51,6 +51,9 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where);
 void checkLevel(std::string_view text, const VolumeInfo& info, int level, const std::string& where);
 /// True if text is JSON with attributes.tessera; nothing else is checked.
 bool isGroupOfOurs(std::string_view text);
+/// True of the text of a zarr.json unless it is another program's: also of a store that is damaged, for which
+/// the reader says what is wrong.
+bool couldBeOurs(std::string_view text);
 /// 16 hex digits over the canonical group document, which holds the CRCs of all shards and chunks, without
 /// remarks and frame of reference.
 std::string contentHashOf(const StoreMetadata& metadata);

@@ -48,6 +48,8 @@ bool transform(std::vector<OmeAxis>& axes, const JsonValue& object) {
         const JsonValue list = row.at(type);
         const std::vector<double> numbers = list.numbers(axes.size());
         for (std::size_t i = 0; i < axes.size(); ++i) {
+            if (!axes[i].isOfSpace)
+                continue; // times and channels have no place
             if (type == "scale" && !(numbers[i] > 0 && numbers[i] < kMostScale))
                 list.refuse("scales above 0, at most 1e12");
             if (type == "translation" && !(numbers[i] > -kMostTranslation && numbers[i] < kMostTranslation))
@@ -177,7 +179,7 @@ std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
     const std::optional<JsonValue> ome = omeAttributesOf(group);
     if (!ome || !ome->has("multiscales"))
         return std::nullopt;
-    if (ome->has("version"))
+    if (group.version == 3 && ome->has("version")) // of version 2 anything may be beside "multiscales"
         checkVersion(ome->at("version"));
     const JsonItems scales = ome->at("multiscales").items(kMostMultiscales, "multiscales");
     if (scales.empty())

@@ -16,8 +16,8 @@
 
 namespace tessera {
 
-/// OME's attributes of a group or array: all of Zarr 2's, those below "ome" of Zarr 3's. Nullopt: none. The
-/// node must outlive it.
+/// OME's attributes of a group, or of an array of Zarr 3: all of Zarr 2's, those below "ome" of Zarr 3's.
+/// Nullopt: none. The node must outlive it.
 std::optional<JsonValue> omeAttributesOf(const ZarrNode& node);
 
 struct OmeAxis {

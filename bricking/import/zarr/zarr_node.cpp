@@ -59,7 +59,8 @@ std::optional<ZarrNode> readZarrNode(const std::filesystem::path& path) {
     node.metadata = array ? array : documentIn(folder, path, ".zgroup");
     node.version =
         node.metadata ? JsonValue(*node.metadata, node.metadataFile).at("zarr_format").integer(2, 2) : 2;
-    node.attributes = documentIn(folder, path, ".zattrs");
+    if (!node.isArray)
+        node.attributes = documentIn(folder, path, ".zattrs");
     node.attributesFile = fileOf(".zattrs");
     const auto empty = std::make_shared<const json>(json::object());
     if (!node.metadata)

@@ -17,7 +17,8 @@ struct ZarrNode {
     /// .zarray, .zgroup or zarr.json; an empty object for a group of version 2.
     std::shared_ptr<const nlohmann::json> metadata;
     std::string metadataFile; // for messages
-    /// The document that holds the attributes: .zattrs, or `metadata` (in "attributes").
+    /// The document that holds the attributes: .zattrs, or `metadata` (in "attributes"). Those of an array of
+    /// version 2 are not read: an empty object.
     std::shared_ptr<const nlohmann::json> attributes;
     std::string attributesFile;
 };

@@ -4,6 +4,7 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/zarr_array.h"
+#include "bricking/store/zarr_metadata.h"
 #include "tests/support/bricking_store_tools.h"
 
 #include <cmath>
@@ -29,6 +30,26 @@ Json codecsOf(int valueBytes) {
     return Json::parse(R"([{"name":"bytes","configuration":{"endian":"little"}},
         {"name":"blosc","configuration":{"cname":"lz4","clevel":5,"shuffle":"bitshuffle","typesize":)" +
                        std::to_string(valueBytes) + R"(,"blocksize":0}},{"name":"crc32c"}])");
+}
+
+TEST(StoreFormat, AGroupIsOursUnlessItIsAnotherPrograms) {
+    const ScratchFolder scratch;
+    HashSource source(plainInfo({40, 40, 40}, ValueType::i16));
+    import(scratch / "v.zarr", source);
+    const std::string whole = fileText(scratch / "v.zarr" / "zarr.json");
+    EXPECT_TRUE(couldBeOurs(whole));
+    for (const std::string& damaged : {whole.substr(0, whole.size() / 2), std::string(), std::string("{}")})
+        EXPECT_TRUE(couldBeOurs(damaged)) << damaged;
+    Json group = Json::parse(whole);
+    group["attributes"]["tessera"].erase("version");
+    EXPECT_TRUE(couldBeOurs(group.dump()));
+    group["attributes"].erase("tessera");
+    for (const char* word : {"tessera", "/data/tessera/scan.czi"}) {
+        group["attributes"]["source"] = word;
+        EXPECT_FALSE(couldBeOurs(group.dump())) << word;
+    }
+    group["attributes"]["a"] = std::string(3 << 20, 'x'); // before "node_type", as consolidated metadata
+    EXPECT_FALSE(couldBeOurs(group.dump()));
 }
 
 TEST(StoreFormat, LevelsAreShardedArrays) {

@@ -16,6 +16,7 @@
 #endif
 
 #include <algorithm>
+#include <cstdint>
 #include <fstream>
 #include <optional>
 #include <vector>
@@ -58,13 +59,11 @@ bool looksLikeStore(const fs::path& path) {
     std::ifstream file(path / "zarr.json", std::ios::binary);
     if (!file)
         return true;
-    constexpr std::size_t kLookedAt = 1 << 20; // this program's metadata is far shorter
-    std::string text(kLookedAt, '\0');
+    const std::uintmax_t bytes = fs::file_size(path / "zarr.json", ignored);
+    std::string text(static_cast<std::size_t>(std::min<std::uintmax_t>(bytes, kMaxMetadataBytes)), '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(file.gcount()));
-    // A Zarr of another program is an input that cannot be read. A file that names tessera is a store, and
-    // the reader reports any damage.
-    return text.find("node_type") == std::string::npos || text.find("tessera") != std::string::npos;
+    return couldBeOurs(text);
 }
 
 #if TESSERA_WITH_IMPORT

@@ -413,6 +413,45 @@ TEST(ImportZarr, FillValuesOfVersion2AreTakenAsProgramsWriteThem) {
     }
 }
 
+TEST(ImportZarr, MetadataThatAreNotNeededRefuseNothing) {
+    const ScratchFolder folder;
+    for (const int version : {2, 3}) {
+        WrittenZarr zarr;
+        zarr.version = version;
+        zarr.shape = zarr.chunk = {1, 7, 11, 13};
+        const fs::path path = folder / std::to_string(version);
+        writeImage(path, zarr, zarrLabelValues(7 * 11 * 13), "tzyx");
+        const fs::path file = path / (version == 2 ? ".zattrs" : "zarr.json");
+        std::ifstream in(file);
+        Json document = Json::parse(in);
+        Json& ome = version == 2 ? document : document["attributes"]["ome"];
+        Json& places = ome["multiscales"][0]["datasets"][0]["coordinateTransformations"];
+        for (const double step : {0.0, -1.0, 1e13}) { // between times
+            places[0]["scale"][0] = step;
+            writeJson(file, document);
+            EXPECT_EQ(openSource(path, {})->info().spacingMm(), glm::dvec3(0.25, 0.5, 2)) << step;
+            places[0]["scale"][1] = step;
+            writeJson(file, document);
+            EXPECT_THAT(refusalOf([&] { openSource(path, {}); }), HasSubstr("scales above 0"));
+            places[0]["scale"][1] = 2;
+        }
+        ome["version"] = "2.1"; // of version 2 a converter's
+        writeJson(file, document);
+        if (version == 2)
+            EXPECT_EQ(openSource(path, {})->info().spacingMm(), glm::dvec3(0.25, 0.5, 2));
+        else
+            EXPECT_THAT(refusalOf([&] { openSource(path, {}); }), HasSubstr("version"));
+        ome["version"] = version == 2 ? "0.4" : "0.5";
+        writeJson(file, document);
+        if (version == 3)
+            continue;
+        for (const char* attributes : {"{\"spacing\": NaN}", "{\"a\": 1, \"a\": 2}", "{"}) {
+            writeFile(path / "full/.zattrs", attributes);
+            EXPECT_EQ(openSource(path, {})->info().extentVoxels, glm::ivec3(13, 11, 7)) << attributes;
+        }
+    }
+}
+
 TEST(ImportZarr, WhatLz4SaysIsChecked) {
     const ScratchFolder folder;
     WrittenZarr zarr;
