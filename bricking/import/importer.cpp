@@ -4,6 +4,7 @@
 #include "bricking/analysis/body/kept_table.h"
 #include "bricking/import/part_facts.h"
 #include "bricking/import/part_import.h"
+#include "bricking/import/slab_feed.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h"
@@ -123,8 +124,9 @@ ImportReport reportOfOthers(const fs::path& store, const VolumeInfo& info, Memor
 void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFolder& work, MemoryBudget& ram,
             const ImportOptions& options, Progress& progress, ImportReport& report, bool& isOfUse) {
     progress.stage("joining parts");
-    const WrittenLevels written =
-        joinParts(made.files(), made.parts(), info, work.store(), ram, options.threads);
+    const WrittenLevels written = joinParts(
+        made.files(), made.parts(), info, work.store(), ram, options.threads,
+        [&](const glm::ivec3& extent) { return planSlabs(extent, info.type, ram.freeBytes(), work.path()); });
     isOfUse = true;
     const VoxelFindings findings = made.findings();
     report.info = findings.applied(info);
@@ -155,9 +157,9 @@ void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFol
 }
 } // namespace
 
-std::size_t importFloorBytes(const VolumeInfo& info, int threads) {
+std::size_t importFloorBytes(const SlabSource& source, const VolumeInfo& info, int threads) {
     // Writing gives its memory back before the statistics are made.
-    return std::max(StoreWriter::floorBytes(info, threads), statisticsFloorBytes(info, threads));
+    return std::max(leastImportBytes(source, info, threads), statisticsFloorBytes(info, threads));
 }
 
 ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudget& ram,
@@ -166,7 +168,7 @@ ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudg
     const VolumeInfo info = infoOf(source, options.unit);
     {
         const Charge floor =
-            ram.charge(importFloorBytes(info, options.threads), "importing " + source.describe());
+            ram.charge(importFloorBytes(source, info, options.threads), "importing " + source.describe());
     }
     if (options.shared && isStore(store)) {
         recoverFolders(placeOfStore(store).parent_path());

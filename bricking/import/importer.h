@@ -49,13 +49,15 @@ struct ImportReport {
     bool byOthers = false;          // another process finished the store; then only `info` says more
 };
 
-/// Least memory for importing such a volume.
-std::size_t importFloorBytes(const VolumeInfo& info, int threads);
+/// Least memory for importing the source's volume.
+/// @param info  of the store
+std::size_t importFloorBytes(const SlabSource& source, const VolumeInfo& info, int threads);
 
 /// Writes the parts of the volume to a folder beside `store` (WorkFolder), joins them and renames the result:
 /// an unfinished store never has the final name. The store's bytes depend neither on who made which part nor
-/// on kills. Memory: one slab of 32 slices per level, charged to ram. Throws InputError naming the minimum if
-/// that does not fit. Throws it if the store exists and force is off, if the existing path is not a store,
+/// on kills, nor on the budget. Memory: one slab of 32 slices per level, charged to ram; where these do not
+/// fit, bands of their rows, and files in the folder (slab_feed.h). Throws InputError naming the minimum if
+/// neither fits. Throws it if the store exists and force is off, if the existing path is not a store,
 /// for a unit other than the source's own, and if another process imports with the same key and either does
 /// not share. With `shared` a store that exists counts as finished by others if slices of the source are in it. The source's
 /// slice order and infos are kept; texts are cut to 64 printable ASCII characters. Finished parts stay for

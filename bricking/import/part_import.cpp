@@ -32,7 +32,7 @@ PartImport::PartImport(SlabSource& source, const VolumeInfo& info, WorkFolder& w
                        const ImportOptions& options, Progress& progress)
     : source_(&source), all_{options.key, info, {info.extentVoxels.z, options.partSlices}}, work_(work),
       ram_(ram), options_(options), progress_(progress), facts_(static_cast<std::size_t>(all_.parts.count())),
-      notes_(source.notes()) {
+      notes_(source.notes()), plan_(planImport(source, info, ram.freeBytes(), options.threads, work.path())) {
     for (int part = 0; part < all_.parts.count(); ++part)
         found_ += find(part);
     if (found_ > 0)
@@ -119,8 +119,9 @@ void PartImport::make(int part) {
 }
 
 /// Makes the source read `slice` next.
-void PartImport::goTo(int slice, std::span<std::byte> scratch) {
-    if (next_ == slice)
+/// @param scratch  a slice, where slabs are whole
+void PartImport::goTo(int slice, SlabFeed& feed, std::span<std::byte> scratch) {
+    if (next_ == slice || feed.isAnywhere())
         return;
     // What a source tells of all voxels at its first slice belongs to the first part, whoever makes it.
     const bool isAnew = slice == 0 && options_.reopen;
@@ -136,57 +137,74 @@ void PartImport::goTo(int slice, std::span<std::byte> scratch) {
     }
     for (; next_ < slice; ++next_) {
         checkInterrupted();
-        source_->readSlices(1, scratch);
+        feed.pass(*source_, next_, scratch);
     }
 }
 
-/// Reads a slab while the one before it is compressed, if the budget has a slab more. (Deferred: where no
-/// more threads are to be had.)
+/// Reads a band while the one before it is compressed, if the budget has one more. (Deferred: where no more
+/// threads are to be had.)
 /// @return bytes
-std::uint64_t PartImport::readSlabs(int part, PartWriter& writer) {
+std::uint64_t PartImport::readSlabs(int part, PartWriter& writer, SlabFeed& feed) {
     const int first = all_.parts.first(part), end = first + all_.parts.slicesOf(part);
-    const std::size_t sliceBytes = sliceBytesOf(all_.info);
+    const int height = all_.info.extentVoxels.y, bandRows = writer.nextRows();
+    const auto bandAt = [&](int slice, int row) {
+        return SlabFeed::Band{slice, std::min(kChunkExtent, end - slice), row,
+                              std::min(bandRows, height - row)};
+    };
+    const auto bytesOf = [&](const SlabFeed::Band& band) {
+        return rowBytesOf(all_.info) * static_cast<std::size_t>(band.rows) *
+               static_cast<std::size_t>(band.slices);
+    };
     std::optional<Charge> charge;
     std::vector<std::byte> ahead;
-    if (end - first > kChunkExtent && options_.threads != 1 && defaultThreads() > 1)
+    const bool hasMore = end - first > kChunkExtent || bandRows < height;
+    if (hasMore && options_.threads != 1 && defaultThreads() > 1)
         charge = ram_.tryCharge(writer.next().size());
     if (charge)
         ahead.resize(writer.next().size());
-    const auto read = [&](std::span<std::byte> slab) {
-        source_->readSlices(static_cast<int>(slab.size() / sliceBytes), slab);
-        next_ += static_cast<int>(slab.size() / sliceBytes);
+    const auto read = [&](const SlabFeed::Band& band, std::span<std::byte> out) {
+        feed.read(*source_, band, out);
+        if (band.firstRow == 0 && !feed.isAnywhere()) // all of the slab has come from the source
+            next_ += band.slices;
     };
-    read(writer.next());
-    while (next_ < end) {
+    SlabFeed::Band band = bandAt(first, 0);
+    read(band, writer.next());
+    for (;;) {
+        const bool isLast = band.firstRow + band.rows == height;
+        const int slice = isLast ? band.firstSlice + band.slices : band.firstSlice;
+        if (slice == end)
+            break;
+        band = bandAt(slice, isLast ? 0 : band.firstRow + band.rows);
         checkInterrupted();
-        showProgress(next_ - first);
+        showProgress(slice - first);
         if (!charge) {
             writer.push();
-            read(writer.next());
+            read(band, writer.next());
             continue;
         }
-        const auto slices = static_cast<std::size_t>(std::min(kChunkExtent, end - next_));
         std::future<void> reading =
             std::async(std::launch::async | std::launch::deferred, [&, wanted = Cancellation::current()] {
                 const Cancellation same(wanted);
-                read(std::span(ahead).first(slices * sliceBytes));
+                read(band, std::span(ahead).first(bytesOf(band)));
             });
         writer.push();
         reading.get();
         writer.swapNext(ahead);
     }
     writer.push();
-    return static_cast<std::uint64_t>(end - first) * sliceBytes;
+    return static_cast<std::uint64_t>(end - first) * sliceBytesOf(all_.info);
 }
 
 PartFacts PartImport::write(int part, const fs::path& folder) {
-    PartWriter writer(folder, all_.info, all_.parts, part, ram_, options_.threads);
-    goTo(all_.parts.first(part), writer.next().first(sliceBytesOf(all_.info)));
+    SlabFeed feed(plan_, all_.info, ram_);
+    PartWriter writer(folder, all_.info, all_.parts, part, ram_, options_.threads, plan_.slabs);
+    goTo(all_.parts.first(part), feed,
+         writer.next().first(plan_.slabs.isWhole() ? sliceBytesOf(all_.info) : 0));
     source_->takeTally();
     const VolumeInfo before = source_->info();
     const std::vector<std::string> notesBefore = source_->notes();
     PartFacts facts;
-    facts.bytesIn = readSlabs(part, writer);
+    facts.bytesIn = readSlabs(part, writer, feed);
     facts.written = writer.finish();
     const VolumeInfo& after = source_->info();
     VoxelFindings& found = facts.findings;

@@ -4,6 +4,7 @@
 
 #include "bricking/import/importer.h"
 #include "bricking/import/part_facts.h"
+#include "bricking/import/slab_feed.h"
 #include "bricking/import/source/slab_source.h"
 #include "bricking/store/volume_parts.h"
 #include "bricking/store/work_folder.h"
@@ -48,8 +49,8 @@ class PartImport {
     bool find(int part);
     void make(int part);
     PartFacts write(int part, const std::filesystem::path& folder);
-    std::uint64_t readSlabs(int part, PartWriter& writer);
-    void goTo(int slice, std::span<std::byte> scratch);
+    std::uint64_t readSlabs(int part, PartWriter& writer, SlabFeed& feed);
+    void goTo(int slice, SlabFeed& feed, std::span<std::byte> scratch);
     void wait(bool othersWork);
     void showProgress(int slices = 0);
 
@@ -62,8 +63,9 @@ class PartImport {
     Progress& progress_;
     std::vector<std::optional<PartFacts>> facts_;
     std::vector<std::string> notes_; // of opening the source
-    int next_ = 0;                   // slice that the source reads next
-    int found_ = 0, idle_ = 0;       // idle_: looks in a row without a process at work
+    ImportPlan plan_;
+    int next_ = 0;             // slice that the source reads next
+    int found_ = 0, idle_ = 0; // idle_: looks in a row without a process at work
     bool isWaiting_ = false;
 };
 

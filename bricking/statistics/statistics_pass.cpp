@@ -196,15 +196,19 @@ void gatherMeans(const ChunkSource& volume, Statistics& statistics, BufferPool& 
 
 namespace {
 
-/// Slices of one level around a group of brick layers: its own and one more on both sides where there is one.
+/// Samples of one level around a group of layers of bricks, or a band of its rows of bricks: its own and one
+/// more on both sides, along y and z, where there is one.
 struct Window {
-    glm::ivec3 extent{0}; // of the whole level
-    int first = 0, end = 0;
-    std::vector<std::byte> values; // [end - first][extent.y][extent.x], stored type
+    glm::ivec3 extent{0};          // of the whole level
+    glm::ivec3 first{0}, end{0};   // along x all of it
+    std::vector<std::byte> values; // [end - first], stored type
+
+    glm::ivec3 size() const { return end - first; }
 };
 
-int windowSlices(int level) {
-    return (kRayLayers * kBrickExtent >> level) + 2;
+/// Samples of a window along y or z, around so many bricks.
+int windowLength(int bricks, int level) {
+    return (bricks * kBrickExtent >> level) + 2;
 }
 
 /// Tells a source all chunks of a pass over it.
@@ -215,35 +219,35 @@ template <typename KeyOf> void tellChunks(const ChunkSource& volume, std::size_t
     volume.willRead(keys);
 }
 
-void loadWindow(const ChunkSource& volume, int level, int firstLayer, int endLayer, BufferPool& pool,
-                int threads, Window& window) {
+/// @param firstBrick, endBrick  of the group or band
+void loadWindow(const ChunkSource& volume, int level, const glm::ivec3& firstBrick,
+                const glm::ivec3& endBrick, BufferPool& pool, int threads, Window& window) {
     const std::size_t bytes = bytesPerValue(volume.info().type);
     const int brick = kBrickExtent >> level;
-    window.first = std::max(firstLayer * brick - 1, 0);
-    window.end = std::min(endLayer * brick + 1, window.extent.z);
-    const glm::ivec3 chunks = ceilDiv(window.extent, kChunkExtent);
-    const int firstChunk = window.first / kChunkExtent, endChunk = (window.end - 1) / kChunkExtent + 1;
-    const glm::ivec3 grid(chunks.x, chunks.y, endChunk - firstChunk);
+    window.first = glm::max(firstBrick * brick - 1, glm::ivec3(0));
+    window.end = glm::min(endBrick * brick + 1, window.extent);
+    const glm::ivec3 firstChunk = window.first / kChunkExtent;
+    const glm::ivec3 grid = (window.end - 1) / kChunkExtent + 1 - firstChunk;
     const auto keyOf = [&](std::size_t n) {
-        const glm::ivec3 chunk = gridPosition(n, grid) + glm::ivec3(0, 0, firstChunk);
+        const glm::ivec3 chunk = gridPosition(n, grid) + firstChunk;
         return ChunkKey{level, chunk.x, chunk.y, chunk.z};
     };
     tellChunks(volume, cellCount(grid), keyOf);
     parallelFor(cellCount(grid), threads, [&](std::size_t n) {
         const ChunkKey key = keyOf(n);
-        const glm::ivec3 chunk(key.i, key.j, key.k);
         const BufferPool::Lease buffer(pool);
         volume.readChunk(key, buffer.bytes());
-        const glm::ivec3 origin = chunk * kChunkExtent;
-        const glm::ivec3 size = glm::min(window.extent - origin, glm::ivec3(kChunkExtent));
-        for (int z = std::max(origin.z, window.first); z < std::min(origin.z + size.z, window.end); ++z)
-            for (int y = 0; y < size.y; ++y)
+        const glm::ivec3 origin = glm::ivec3(key.i, key.j, key.k) * kChunkExtent;
+        const glm::ivec3 low = glm::max(origin, window.first);
+        const glm::ivec3 high = glm::min(origin + kChunkExtent, window.end);
+        for (int z = low.z; z < high.z; ++z)
+            for (int y = low.y; y < high.y; ++y)
                 std::memcpy(window.values.data() +
-                                linearIndex({origin.x, origin.y + y, z - window.first}, window.extent) *
-                                    bytes,
+                                linearIndex(glm::ivec3(low.x, y, z) - window.first, window.size()) * bytes,
                             buffer.bytes().data() +
-                                linearIndex({0, y, z - origin.z}, glm::ivec3(kChunkExtent)) * bytes,
-                            static_cast<std::size_t>(size.x) * bytes);
+                                linearIndex(glm::ivec3(low.x, y, z) - origin, glm::ivec3(kChunkExtent)) *
+                                    bytes,
+                            static_cast<std::size_t>(high.x - low.x) * bytes);
     });
 }
 
@@ -289,7 +293,7 @@ BrickFields fieldsOf(const glm::ivec3& brick, const glm::ivec3& valid, const Val
         const auto* values = reinterpret_cast<const Value*>(window.values.data());
         for (int z = first.z; z < end.z; ++z)
             for (int y = first.y; y < end.y; ++y) {
-                const Value* row = values + linearIndex({0, y, z - window.first}, window.extent);
+                const Value* row = values + linearIndex(glm::ivec3(0, y, z) - window.first, window.size());
                 for (int x = first.x; x < end.x; ++x)
                     *out++ = static_cast<float>(row[x]);
             }
@@ -314,14 +318,27 @@ void countChunk(const Binner<Value>& binOf, const glm::ivec3& valid, const Value
         histogram[bin] += counts[bin];
 }
 
-std::size_t windowBytes(const VolumeInfo& info) {
+/// Of the most samples that a level's window has around so many rows of bricks.
+glm::ivec3 windowExtent(const VolumeInfo& info, int level, int brickRows) {
+    const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
+    return glm::min(extent, {extent.x, windowLength(brickRows, level), windowLength(kRayLayers, level)});
+}
+
+std::size_t windowBytes(const VolumeInfo& info, int brickRows) {
     std::size_t bytes = 0;
-    for (int level = 1; level < kLevelCount; ++level) {
-        const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
-        bytes += cellCount({extent.x, extent.y, std::min(extent.z, windowSlices(level))}) *
-                 bytesPerValue(info.type);
-    }
+    for (int level = 1; level < kLevelCount; ++level)
+        bytes += cellCount(windowExtent(info, level, brickRows)) * bytesPerValue(info.type);
     return bytes;
+}
+
+/// Rows of bricks whose rays are sampled at once: all, or as many as have room. Chunks of level 1 hold two
+/// rows, and those at a band's ends are read twice.
+int bandRowsOf(const VolumeInfo& info, std::size_t freeBytes) {
+    const int all = brickGrid(info.extentVoxels).y;
+    int rows = all;
+    while (rows > 1 && windowBytes(info, rows) > (rows == all ? freeBytes : freeBytes / 4 * 3))
+        rows = (rows + 1) / 2;
+    return rows;
 }
 
 } // namespace
@@ -345,7 +362,7 @@ void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPoo
 
 std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
     return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()) * kFieldFloats * sizeof(float) +
-           windowBytes(info);
+           windowBytes(info, 1);
 }
 
 void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
@@ -356,47 +373,43 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     BufferPool rooms(ram, static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()),
                      kFieldFloats * sizeof(float), "sampling rays");
-    const Charge charge = ram.charge(windowBytes(info), "sampling rays");
+    const int bandRows = bandRowsOf(info, ram.freeBytes());
+    const Charge charge = ram.charge(windowBytes(info, bandRows), "sampling rays");
     std::array<Window, kLevelCount> windows;
     for (int level = 1; level < kLevelCount; ++level) {
         Window& window = windows[static_cast<std::size_t>(level)];
         window.extent = levelExtent(info.extentVoxels, level);
-        window.values.resize(
-            cellCount({window.extent.x, window.extent.y, std::min(window.extent.z, windowSlices(level))}) *
-            bytesPerValue(info.type));
+        window.values.resize(cellCount(windowExtent(info, level, bandRows)) * bytesPerValue(info.type));
     }
     std::mutex mutex;
     withValueType(info.type, [&](auto example) {
         using Value = decltype(example);
         const Binner<Value> binOf(histogram ? histogram->lowest : 0, histogram ? histogram->highest : 0);
-        for (int group = 0; group * kRayLayers < bricks.z; ++group) {
-            const int firstZ = group * kRayLayers, endZ = std::min(firstZ + kRayLayers, bricks.z);
-            const glm::ivec3 grid(bricks.x, bricks.y, endZ - firstZ);
-            const std::size_t firstBrick = linearIndex({0, 0, firstZ}, bricks);
+        const auto sampleBand = [&](const glm::ivec3& first, const glm::ivec3& end) {
+            const glm::ivec3 grid = end - first;
+            const auto placeOf = [&](std::size_t n) { // of a brick in the volume
+                return linearIndex(gridPosition(n, grid) + first, bricks);
+            };
             bool any = histogram != nullptr;
             for (std::size_t n = 0; n < cellCount(grid) && !any; ++n)
-                any = wanted(firstBrick + n);
-            if (!any) {
-                groupDone(group);
-                continue;
-            }
+                any = wanted(placeOf(n));
+            if (!any)
+                return;
             for (int level = 1; level < kLevelCount; ++level)
-                loadWindow(volume, level, firstZ, endZ, pool, threads,
+                loadWindow(volume, level, first, end, pool, threads,
                            windows[static_cast<std::size_t>(level)]);
-            const auto keyOf = [&](std::size_t n) {
-                const glm::ivec3 brick = gridPosition(n, grid) + glm::ivec3(0, 0, firstZ);
-                return ChunkKey{0, brick.x, brick.y, brick.z};
-            };
             std::vector<ChunkKey> read;
             for (std::size_t n = 0; n < cellCount(grid); ++n)
-                if (wanted(firstBrick + n) || histogram)
-                    read.push_back(keyOf(n));
+                if (wanted(placeOf(n)) || histogram) {
+                    const glm::ivec3 brick = gridPosition(n, grid) + first;
+                    read.push_back({0, brick.x, brick.y, brick.z});
+                }
             volume.willRead(read);
             parallelFor(cellCount(grid), threads, [&](std::size_t n) {
-                const bool want = wanted(firstBrick + n);
+                const bool want = wanted(placeOf(n));
                 if (!want && !histogram)
                     return;
-                const glm::ivec3 brick = gridPosition(n, grid) + glm::ivec3(0, 0, firstZ);
+                const glm::ivec3 brick = gridPosition(n, grid) + first;
                 const glm::ivec3 valid =
                     glm::min(info.extentVoxels - brick * kBrickExtent, glm::ivec3(kBrickExtent));
                 const BufferPool::Lease buffer(pool);
@@ -408,8 +421,13 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
                     return;
                 const BufferPool::Lease room(rooms);
                 const std::span<float> floats(reinterpret_cast<float*>(room.bytes().data()), kFieldFloats);
-                brickDone(firstBrick + n, sampleRays(fieldsOf(brick, valid, values, windows, floats)));
+                brickDone(placeOf(n), sampleRays(fieldsOf(brick, valid, values, windows, floats)));
             });
+        };
+        for (int group = 0; group * kRayLayers < bricks.z; ++group) {
+            const int firstZ = group * kRayLayers, endZ = std::min(firstZ + kRayLayers, bricks.z);
+            for (int row = 0; row < bricks.y; row += bandRows)
+                sampleBand({0, row, firstZ}, {bricks.x, std::min(row + bandRows, bricks.y), endZ});
             groupDone(group);
         }
     });

@@ -159,6 +159,9 @@ void LevelWriter::write(const SlabPyramid::Slab& slab) {
     const glm::ivec3 grid = ceilDiv(level.extent, kChunkExtent);
     const int k = slab.firstSlice / kChunkExtent;
     level.rowZ = k / level.layout.chunks.z;
+    TESSERA_CHECK(slab.firstRow % kChunkExtent == 0);
+    const int firstRow = slab.firstRow / kChunkExtent; // of chunks
+    const int endRow = firstRow + (slab.rows - 1) / kChunkExtent + 1;
     std::size_t used = 0;
     const auto flush = [&] {
         parallelFor(used, s.threads, [&](std::size_t i) { s.prepare(s.slots[i], slab); });
@@ -170,7 +173,7 @@ void LevelWriter::write(const SlabPyramid::Slab& slab) {
         for (int sx = 0; sx < level.layout.shards.x; ++sx) {
             const glm::ivec3 first = glm::ivec3(sx, sy, 0) * level.layout.chunks;
             const glm::ivec3 end = glm::min(first + level.layout.chunks, grid);
-            for (int j = first.y; j < end.y; ++j)
+            for (int j = std::max(first.y, firstRow); j < std::min(end.y, endRow); ++j)
                 for (int i = first.x; i < end.x; ++i) {
                     s.slots[used++].key = {slab.level, i, j, k};
                     if (used == s.slots.size())
@@ -178,16 +181,15 @@ void LevelWriter::write(const SlabPyramid::Slab& slab) {
                 }
         }
     flush();
-    if (k + 1 == grid.z || (k + 1) % level.layout.chunks.z == 0)
+    if (endRow == grid.y && (k + 1 == grid.z || (k + 1) % level.layout.chunks.z == 0))
         s.closeRow(slab.level);
 }
 
 void LevelWriter::State::prepare(Slot& slot, const SlabPyramid::Slab& slab) const {
-    const glm::ivec3 extent = levels[static_cast<std::size_t>(slab.level)].extent;
+    const glm::ivec3 extent(levels[static_cast<std::size_t>(slab.level)].extent.x, slab.rows, slab.slices);
     const std::size_t valueBytes = bytesPerValue(info.type);
-    const glm::ivec3 first(slot.key.i * kChunkExtent, slot.key.j * kChunkExtent, 0);
-    const glm::ivec3 size =
-        glm::min(glm::ivec3(extent.x, extent.y, slab.slices) - first, glm::ivec3(kChunkExtent));
+    const glm::ivec3 first(slot.key.i * kChunkExtent, slot.key.j * kChunkExtent - slab.firstRow, 0);
+    const glm::ivec3 size = glm::min(extent - first, glm::ivec3(kChunkExtent));
     slot.lowest = std::numeric_limits<double>::infinity();
     slot.highest = -slot.lowest;
     slot.finite = true;

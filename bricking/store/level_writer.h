@@ -45,7 +45,8 @@ class LevelWriter {
     /// Indices of a row of shards of every level, and buffers for compression.
     static std::size_t bytesNeeded(const VolumeInfo& info, int threads);
 
-    /// Writes a slab's chunks. Of a level they come with z ascending.
+    /// Writes the chunks of a slab, or of a band of its rows. Of a level they come with z ascending, of a
+    /// slab with y ascending.
     /// @param slab  its first slice: of the whole volume's level
     /// Throws Error if the disk fails, InputError if a value of level 0 is not finite.
     void write(const SlabPyramid::Slab& slab);

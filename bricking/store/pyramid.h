@@ -10,14 +10,18 @@
 // Volumes whose values name things have another rule, with the same extents and the same repeated edges.
 #pragma once
 
+#include "bricking/store/slab_file.h"
 #include "core/base/brick.h"
 #include "core/base/budget.h"
 #include "core/base/volume.h"
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,42 +50,67 @@ struct PyramidRule {
 void reduceByTwo(ValueType type, const glm::ivec3& extent, std::span<const std::byte> in,
                  std::span<std::byte> out, int threads);
 
+/// Where the slabs of the levels lie while they fill: in memory, or those of the finer levels in files.
+struct SlabPlan {
+    int bandRows = INT32_MAX; // rows of level 0 that come at once, a multiple of kChunkExtent; more: all
+    int firstHeld = 0;        // level from which on slabs are in memory; 0: of all levels
+    std::filesystem::path folder = {}; // of the files
+
+    bool isWhole() const { return firstHeld == 0; }
+};
+
 /// Takes level 0 in slabs of kChunkExtent slices, z ascending, and passes on finished slabs of every level. A
-/// slab starts at a multiple of kChunkExtent, which is even, so no pair of slices is ever split.
+/// slab starts at a multiple of kChunkExtent, which is even, so no pair of slices is ever split. A slab that
+/// has no room in memory comes and goes in bands of rows, y ascending.
 class SlabPyramid {
   public:
     struct Slab {
         int level = 0;
-        int firstSlice = 0; // multiple of kChunkExtent
-        int slices = 0;     // kChunkExtent, fewer in the last slab of a level
-        std::span<const std::byte>
-            values; // [slices][extent.y][extent.x] of this level; valid during the call
+        int firstSlice = 0;                // multiple of kChunkExtent
+        int slices = 0;                    // kChunkExtent, fewer in the last slab of a level
+        int firstRow = 0, rows = 0;        // of the band; of a whole slab 0 and extent.y
+        std::span<const std::byte> values; // [slices][rows][extent.x] of this level; valid during the call
     };
     using Sink = std::function<void(const Slab&)>;
 
-    /// Charges one slab per level to ram. Throws InputError when the budget cannot hold them.
+    /// Charges bytesNeeded() to ram. Throws InputError when the budget cannot hold them; Error if the disk
+    /// has too little room for the slabs in files.
     SlabPyramid(const glm::ivec3& extentVoxels, ValueType type, MemoryBudget& ram, int threads, Sink sink,
-                PyramidRule rule = {});
-    static std::size_t bytesNeeded(const glm::ivec3& extentVoxels, ValueType type);
+                PyramidRule rule = {}, const SlabPlan& plan = {});
+    /// One slab per level; of slabs in files a band, and what it is reduced to.
+    static std::size_t bytesNeeded(const glm::ivec3& extentVoxels, ValueType type, const SlabPlan& plan = {});
+    /// Of the slabs in files.
+    static std::uint64_t fileBytes(const glm::ivec3& extentVoxels, ValueType type, const SlabPlan& plan);
 
     /// Slices that the next slab of level 0 has; 0 when all have come.
     int nextSlices() const;
-    /// Buffer for the next slab of level 0, [nextSlices()][y][x].
+    /// Rows that come next of that slab.
+    int nextFirstRow() const { return row_; }
+    int nextRows() const;
+    /// Buffer for them, [nextSlices()][nextRows()][x].
     std::span<std::byte> next();
     /// Exchanges that buffer with another of its size at first.
     void swapNext(std::vector<std::byte>& slab);
-    /// Processes the buffer of next(); calls the sink for every completed slab, of any level.
+    /// Processes the buffer of next(); calls the sink for every completed band, of any level.
     void push();
 
   private:
     struct Level {
         glm::ivec3 extent{0};
-        int firstSlice = 0; // of the slab in the buffer
-        int filled = 0;     // slices in the buffer
-        std::vector<std::byte> values;
+        int firstSlice = 0;            // of the slab in the buffer
+        int filled = 0;                // slices in the buffer
+        int bandRows = 0;              // that are processed at once
+        std::vector<std::byte> values; // of level 0 a band
+        std::optional<SlabFile> file;  // in place of the values
     };
     std::size_t sliceBytes(const Level& level) const;
+    std::size_t rowBytes(const Level& level) const;
+    void takeBand(int level, int firstRow, int rows, std::span<const std::byte> values);
+    void reduceBand(const Level& level, Level& coarser, int firstRow, int rows,
+                    std::span<const std::byte> values);
+    void readBand(const Level& level, int firstRow, int rows, std::span<std::byte> out) const;
     void complete(int level);
+    void end(int level);
 
     ValueType type_;
     int threads_;
@@ -89,6 +118,8 @@ class SlabPyramid {
     PyramidRule rule_;
     Charge charge_;
     std::array<Level, kLevelCount> levels_;
+    std::vector<std::byte> reduced_; // of a band, for a file
+    int row_ = 0;                    // of level 0, that comes next
 };
 
 } // namespace tessera

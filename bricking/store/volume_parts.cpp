@@ -34,6 +34,18 @@ StoreFile openPart(const PartFiles& part, const std::string& relative) {
     return std::move(*file);
 }
 
+std::uint32_t crcOfFile(const StoreFile& file, std::uint64_t bytes, const std::string& shown) {
+    std::vector<std::byte> piece(std::min<std::uint64_t>(bytes, std::uint64_t{1} << 20));
+    std::uint32_t crc = 0;
+    for (std::uint64_t at = 0; at < bytes;) {
+        const auto some = std::span(piece).first(std::min<std::uint64_t>(piece.size(), bytes - at));
+        readAt(file, at, some, shown);
+        crc = crc32c(some, crc);
+        at += some.size();
+    }
+    return crc;
+}
+
 /// What a part has of a shard.
 struct Fragment {
     const PartFiles* part;
@@ -132,31 +144,35 @@ void removeOthers(const fs::path& store) {
 /// The slices of all parts' rests, in order.
 class RestReader {
   public:
-    explicit RestReader(const std::vector<PartFiles>& files) : files_(files) {}
-    void read(std::span<std::byte> out) {
-        while (!out.empty()) {
-            const PartFiles& part = files_[part_];
-            const auto some = out.first(std::min<std::uint64_t>(out.size(), part.written.restBytes - at_));
-            readAt(openPart(part, kRest), at_, some, (part.folder / kRest).string());
-            crc_ = crc32c(some, crc_);
-            at_ += some.size();
-            out = out.subspan(some.size());
-            if (at_ == part.written.restBytes)
-                next(part);
+    /// Throws InputError for a file whose checksum is wrong.
+    /// @param sliceBytes  of the level
+    RestReader(const std::vector<PartFiles>& files, std::size_t sliceBytes) : sliceBytes_(sliceBytes) {
+        for (const PartFiles& part : files) {
+            const fs::path path = part.folder / kRest;
+            const std::uint64_t slices = part.written.restBytes / sliceBytes;
+            rests_.push_back({openPart(part, kRest), path.string(), first_, slices});
+            first_ += slices;
+            if (crcOfFile(rests_.back().file, part.written.restBytes, path.string()) != part.written.restCrc)
+                throw badFile(path.string(), "slices whose checksum is right", "damaged ones");
         }
+    }
+    /// Of a slice, from a byte on.
+    void read(std::uint64_t slice, std::uint64_t at, std::span<std::byte> out) const {
+        const auto rest =
+            std::ranges::find_if(rests_, [&](const Rest& each) { return slice < each.first + each.slices; });
+        TESSERA_CHECK(rest != rests_.end());
+        readAt(rest->file, (slice - rest->first) * sliceBytes_ + at, out, rest->shown);
     }
 
   private:
-    void next(const PartFiles& part) {
-        if (crc_ != part.written.restCrc)
-            throw badFile((part.folder / kRest).string(), "slices whose checksum is right", "damaged ones");
-        ++part_;
-        at_ = crc_ = 0;
-    }
-    const std::vector<PartFiles>& files_;
-    std::size_t part_ = 0;
-    std::uint64_t at_ = 0;
-    std::uint32_t crc_ = 0;
+    struct Rest {
+        StoreFile file;
+        std::string shown;
+        std::uint64_t first, slices;
+    };
+    std::size_t sliceBytes_;
+    std::vector<Rest> rests_;
+    std::uint64_t first_ = 0; // slice behind those that are known
 };
 
 } // namespace
@@ -173,10 +189,11 @@ int VolumeParts::wholeLevels() const {
 }
 
 PartWriter::PartWriter(fs::path folder, const VolumeInfo& info, const VolumeParts& parts, int part,
-                       MemoryBudget& ram, int threads)
-    : folder_(std::move(folder)), parts_(parts), part_(part), levels_(folder_, info, ram, threads),
-      pyramid_(extentOfPart(info, parts, part), info.type, ram, threads,
-               [this](const SlabPyramid::Slab& slab) { take(slab); }) {
+                       MemoryBudget& ram, int threads, const SlabPlan& plan)
+    : folder_(std::move(folder)), parts_(parts), part_(part), extent_(extentOfPart(info, parts, part)),
+      levels_(folder_, info, ram, threads),
+      pyramid_(
+          extent_, info.type, ram, threads, [this](const SlabPyramid::Slab& slab) { take(slab); }, {}, plan) {
     TESSERA_CHECK(parts.wholeLevels() > 0 && part >= 0 && part < parts.count());
 }
 
@@ -187,10 +204,30 @@ void PartWriter::take(const SlabPyramid::Slab& slab) {
         return levels_.write(inVolume);
     if (slab.level > parts_.wholeLevels())
         return;
-    TESSERA_CHECK(slab.firstSlice == 0); // half a slab at most
-    writeFile(folder_ / kRest, slab.values);
-    written_.restBytes = slab.values.size();
-    written_.restCrc = crc32c(slab.values);
+    writeRest(slab);
+}
+
+void PartWriter::writeRest(const SlabPyramid::Slab& band) {
+    TESSERA_CHECK(band.firstSlice == 0); // half a slab at most
+    const glm::ivec3 extent = levelExtent(extent_, band.level);
+    const auto slices = static_cast<std::size_t>(band.slices), rows = static_cast<std::size_t>(extent.y);
+    const fs::path path = folder_ / kRest;
+    if (band.rows == extent.y) {
+        writeFile(path, band.values);
+        written_.restBytes = band.values.size();
+        written_.restCrc = crc32c(band.values);
+        return;
+    }
+    const std::size_t bytes = band.values.size() / slices, row = bytes / static_cast<std::size_t>(band.rows);
+    FileHandle file = openForWriting(path);
+    for (std::size_t slice = 0; slice < slices; ++slice)
+        writeAt(file, (slice * rows + static_cast<std::size_t>(band.firstRow)) * row,
+                band.values.subspan(slice * bytes, bytes), path);
+    file.close(path.string());
+    if (band.firstRow + band.rows < extent.y)
+        return;
+    written_.restBytes = slices * rows * row;
+    written_.restCrc = crcOfFile(openPart({folder_, {}}, kRest), written_.restBytes, path.string());
 }
 
 WrittenPart PartWriter::finish() {
@@ -215,7 +252,8 @@ bool isWhole(const PartFiles& part, const fs::path& store) {
 }
 
 WrittenLevels joinParts(const std::vector<PartFiles>& files, const VolumeParts& parts, const VolumeInfo& info,
-                        const fs::path& store, MemoryBudget& ram, int threads) {
+                        const fs::path& store, MemoryBudget& ram, int threads,
+                        const std::function<SlabPlan(const glm::ivec3&)>& planOf) {
     removeOthers(store);
     WrittenLevels all;
     std::array<std::vector<std::vector<Fragment>>, kLevelCount> fragments; // by shard, z ascending
@@ -251,17 +289,24 @@ WrittenLevels joinParts(const std::vector<PartFiles>& files, const VolumeParts& 
         return all;
     const glm::ivec3 extent = levelExtent(info.extentVoxels, whole);
     LevelWriter levels(store, info, ram, threads);
-    SlabPyramid rest(extent, info.type, ram, threads, [&](const SlabPyramid::Slab& slab) {
+    const auto take = [&](const SlabPyramid::Slab& slab) {
         SlabPyramid::Slab inVolume = slab;
         inVolume.level += whole;
         if (inVolume.level < kLevelCount)
             levels.write(inVolume);
-    });
-    RestReader slices(files);
-    while (rest.nextSlices() > 0) {
+    };
+    SlabPyramid rest(extent, info.type, ram, threads, take, {}, planOf ? planOf(extent) : SlabPlan{});
+    const std::size_t row = static_cast<std::size_t>(extent.x) * bytesPerValue(info.type);
+    const RestReader slices(files, row * static_cast<std::size_t>(extent.y));
+    for (int z = 0; rest.nextSlices() > 0;) {
         checkInterrupted();
-        slices.read(rest.next());
+        const int count = rest.nextSlices(), firstRow = rest.nextFirstRow();
+        const std::size_t bytes = row * static_cast<std::size_t>(rest.nextRows()); // of a slice
+        for (int i = 0; i < count; ++i)
+            slices.read(static_cast<std::uint64_t>(z + i), static_cast<std::uint64_t>(firstRow) * row,
+                        rest.next().subspan(static_cast<std::size_t>(i) * bytes, bytes));
         rest.push();
+        z += rest.nextFirstRow() == 0 ? count : 0;
     }
     levels.close();
     const WrittenLevels& written = levels.written();

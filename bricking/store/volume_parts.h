@@ -14,6 +14,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <span>
 #include <vector>
@@ -41,13 +43,15 @@ struct WrittenPart {
 
 class PartWriter {
   public:
-    /// Charges what StoreWriter does.
+    /// Charges what StoreWriter does; of slabs that do not lie in memory, what SlabPyramid says.
     /// @param info  of the whole volume
     PartWriter(std::filesystem::path folder, const VolumeInfo& info, const VolumeParts& parts, int part,
-               MemoryBudget& ram, int threads);
+               MemoryBudget& ram, int threads, const SlabPlan& plan = {});
 
     /// As SlabPyramid's, of the part.
     int nextSlices() const { return pyramid_.nextSlices(); }
+    int nextFirstRow() const { return pyramid_.nextFirstRow(); }
+    int nextRows() const { return pyramid_.nextRows(); }
     std::span<std::byte> next() { return pyramid_.next(); }
     void swapNext(std::vector<std::byte>& slab) { pyramid_.swapNext(slab); }
     /// Throws as LevelWriter::write() does.
@@ -57,9 +61,11 @@ class PartWriter {
 
   private:
     void take(const SlabPyramid::Slab& slab);
+    void writeRest(const SlabPyramid::Slab& band);
     std::filesystem::path folder_;
     VolumeParts parts_;
     int part_;
+    glm::ivec3 extent_; // of the part
     LevelWriter levels_;
     WrittenPart written_;
     SlabPyramid pyramid_; // last: its sink is take()
@@ -77,8 +83,10 @@ bool isWhole(const PartFiles& part, const std::filesystem::path& store);
 /// Makes the shards of a store. A file that is alone in its shard is moved, others are copied. After a kill
 /// it can be called again.
 /// @param store  a folder, empty or left by such a call
+/// @param planOf  of the slabs of the levels that no part has, of their extent
 /// Throws InputError for a damaged file, Error if the disk fails.
 WrittenLevels joinParts(const std::vector<PartFiles>& files, const VolumeParts& parts, const VolumeInfo& info,
-                        const std::filesystem::path& store, MemoryBudget& ram, int threads);
+                        const std::filesystem::path& store, MemoryBudget& ram, int threads,
+                        const std::function<SlabPlan(const glm::ivec3&)>& planOf = {});
 
 } // namespace tessera

@@ -202,6 +202,13 @@ class DicomSource final : public RandomSlabSource {
         return lines;
     }
 
+    std::size_t roomBytes() const override {
+        // Its stored numbers, the bytes of the file, and what decoders take; neighbours where it blends.
+        constexpr std::size_t kDecoding = 20; // bytes a pixel
+        const std::size_t slice = sliceBytesOf(info_);
+        return slice / bytesPerValue(info_.type) * kDecoding + (plan_.resampled ? 2 * slice : 0);
+    }
+
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
         const SliceSample sample = plan_.samples[static_cast<std::size_t>(z)];

@@ -13,17 +13,30 @@
 namespace tessera {
 namespace {
 
+constexpr std::size_t kRowsAtOnce = std::size_t{4} << 20; // of a slice that is read and converted at once
+
+/// Calls body(first, count) for runs of rows of at most kRowsAtOnce each.
+template <typename Body> void eachPiece(int rows, std::size_t rowBytes, const Body& body) {
+    const int most = static_cast<int>(
+        std::clamp<std::size_t>(kRowsAtOnce / rowBytes, 1, static_cast<std::size_t>(std::max(rows, 1))));
+    for (int first = 0; first < rows; first += most)
+        body(first, std::min(most, rows - first));
+}
+
 class PlainFileSource final : public RandomSlabSource {
   public:
     PlainFileSource(InputFile file, const VolumeInfo& info, const VoxelLayout& layout,
                     std::string description)
         : file_(std::move(file)), info_(info), layout_(layout), description_(std::move(description)),
           converter_(layout.type, layout.bigEndian, [this](const auto& visit) {
+              std::vector<std::byte> piece;
               for (int z = 0; z < info_.extentVoxels.z; ++z) {
                   checkInterrupted();
-                  std::vector<std::byte> slice(fileSliceBytes());
-                  readFileSlice(z, slice);
-                  visit(slice);
+                  eachPiece(info_.extentVoxels.y, fileRowBytes(), [&](int first, int count) {
+                      piece.resize(fileRowBytes() * static_cast<std::size_t>(count));
+                      readFileRows(z, first, piece);
+                      visit(piece);
+                  });
               }
           }) {}
 
@@ -31,20 +44,35 @@ class PlainFileSource final : public RandomSlabSource {
     std::string describe() const override { return description_; }
     VoxelTally takeTally() override { return converter_.takeTally(); }
 
-    void readSliceAt(int z, std::span<std::byte> out) override {
-        TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
-        buffer_.resize(fileSliceBytes());
-        readFileSlice(z, buffer_);
-        converter_.convert(buffer_, out, info_);
+    void readSliceAt(int z, std::span<std::byte> out) override { readRows(z, 0, info_.extentVoxels.y, out); }
+    RowAccess rowAccess() const override { return RowAccess::any; }
+    void readRows(int z, int first, int count, std::span<std::byte> out) override {
+        const std::size_t rowBytes = rowBytesOf(info_);
+        TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && first >= 0 &&
+                      first + count <= info_.extentVoxels.y &&
+                      out.size() == rowBytes * static_cast<std::size_t>(count));
+        eachPiece(count, fileRowBytes(), [&](int row, int rows) {
+            const auto to = out.subspan(rowBytes * static_cast<std::size_t>(row),
+                                        rowBytes * static_cast<std::size_t>(rows));
+            if (converter_.keepsBytes()) {
+                readFileRows(z, first + row, to);
+                return converter_.count(to, info_);
+            }
+            buffer_.resize(fileRowBytes() * static_cast<std::size_t>(rows));
+            readFileRows(z, first + row, buffer_);
+            converter_.convert(buffer_, to, info_);
+        });
     }
 
   private:
-    std::size_t fileSliceBytes() const {
-        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(layout_.type);
+    std::size_t fileRowBytes() const {
+        return static_cast<std::size_t>(info_.extentVoxels.x) * bytesPerFileValue(layout_.type);
     }
-    void readFileSlice(int z, std::span<std::byte> out) const {
-        file_.readAt(layout_.offsetBytes + static_cast<std::uint64_t>(z) * layout_.sliceStep * out.size(),
-                     out);
+    void readFileRows(int z, int first, std::span<std::byte> out) const {
+        const auto row = static_cast<std::uint64_t>(z) * layout_.sliceStep *
+                             static_cast<std::uint64_t>(info_.extentVoxels.y) +
+                         static_cast<std::uint64_t>(first);
+        file_.readAt(layout_.offsetBytes + row * fileRowBytes(), out);
     }
 
     InputFile file_;
@@ -52,7 +80,7 @@ class PlainFileSource final : public RandomSlabSource {
     VoxelLayout layout_;
     std::string description_;
     SliceConverter converter_;
-    std::vector<std::byte> buffer_; // one slice, as it lies in the file
+    std::vector<std::byte> buffer_; // rows as they lie in the file
 };
 
 } // namespace
@@ -158,11 +186,14 @@ class ForwardFileSource final : public SlabSource {
         : open_(std::move(open)), info_(info), type_(type), description_(std::move(description)),
           converter_(type, bigEndian, [this](const auto& visit) {
               const std::unique_ptr<VoxelStream> second = open_();
-              std::vector<std::byte> slice(fileSliceBytes());
+              std::vector<std::byte> piece;
               for (int z = 0; z < info_.extentVoxels.z; ++z) {
                   checkInterrupted();
-                  second->read(slice);
-                  visit(slice);
+                  eachPiece(info_.extentVoxels.y, fileRowBytes(), [&](int, int rows) {
+                      piece.resize(fileRowBytes() * static_cast<std::size_t>(rows));
+                      second->read(piece);
+                      visit(piece);
+                  });
               }
           }) {}
 
@@ -174,22 +205,36 @@ class ForwardFileSource final : public SlabSource {
         const std::size_t sliceBytes = sliceBytesOf(info_);
         TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
         TESSERA_CHECK(out.size() == static_cast<std::size_t>(count) * sliceBytes);
+        for (int i = 0; i < count; ++i)
+            readRows(next_, 0, info_.extentVoxels.y,
+                     out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes));
+    }
+    RowAccess rowAccess() const override { return RowAccess::inOrder; }
+    void readRows(int z, int first, int count, std::span<std::byte> out) override {
+        const std::size_t rowBytes = rowBytesOf(info_);
+        TESSERA_CHECK(z == next_ && first == nextRow_ && first + count <= info_.extentVoxels.y &&
+                      out.size() == rowBytes * static_cast<std::size_t>(count));
         if (!stream_)
             stream_ = open_();
-        buffer_.resize(fileSliceBytes());
-        for (int i = 0; i < count; ++i) {
+        eachPiece(count, fileRowBytes(), [&](int row, int rows) {
+            buffer_.resize(fileRowBytes() * static_cast<std::size_t>(rows));
             stream_->read(buffer_);
-            converter_.convert(buffer_, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes),
+            converter_.convert(buffer_,
+                               out.subspan(rowBytes * static_cast<std::size_t>(row),
+                                           rowBytes * static_cast<std::size_t>(rows)),
                                info_);
-        }
-        next_ += count;
-        if (next_ == info_.extentVoxels.z)
+        });
+        nextRow_ += count;
+        if (nextRow_ < info_.extentVoxels.y)
+            return;
+        nextRow_ = 0;
+        if (++next_ == info_.extentVoxels.z)
             stream_->finish();
     }
 
   private:
-    std::size_t fileSliceBytes() const {
-        return sliceBytesOf(info_) / bytesPerValue(info_.type) * bytesPerFileValue(type_);
+    std::size_t fileRowBytes() const {
+        return static_cast<std::size_t>(info_.extentVoxels.x) * bytesPerFileValue(type_);
     }
 
     std::function<std::unique_ptr<VoxelStream>()> open_;
@@ -198,8 +243,8 @@ class ForwardFileSource final : public SlabSource {
     std::string description_;
     std::unique_ptr<VoxelStream> stream_;
     SliceConverter converter_;
-    int next_ = 0;
-    std::vector<std::byte> buffer_; // one slice, as it lies in the file
+    int next_ = 0, nextRow_ = 0;
+    std::vector<std::byte> buffer_; // rows as they lie in the file
 };
 
 } // namespace

@@ -46,6 +46,22 @@ void copyPlane(std::size_t valueBytes, const std::byte* from, const PlaneView& v
     }
 }
 
+template <class T> void reverseRow(std::span<std::byte> row) {
+    auto* const values = reinterpret_cast<T*>(row.data());
+    std::reverse(values, values + row.size() / sizeof(T));
+}
+
+void reverseRow(std::span<std::byte> row, std::size_t valueBytes) {
+    switch (valueBytes) {
+    case 1:
+        return reverseRow<std::uint8_t>(row);
+    case 2:
+        return reverseRow<std::uint16_t>(row);
+    default:
+        return reverseRow<std::uint32_t>(row);
+    }
+}
+
 class OrientedSource final : public SlabSource {
   public:
     OrientedSource(std::unique_ptr<SlabSource> source, std::filesystem::path scratchFolder)
@@ -67,6 +83,31 @@ class OrientedSource final : public SlabSource {
         return true;
     }
 
+    RowAccess rowAccess() const override {
+        if (order_.sourceAxis != AxisOrder{}.sourceAxis)
+            return RowAccess::none;
+        const RowAccess access = source_->rowAccess();
+        if (access == RowAccess::any)
+            return order_.flipped[1] && source_->rowUnit() > 1 ? RowAccess::none : RowAccess::any;
+        return order_.flipped[1] || order_.flipped[2] ? RowAccess::none : access;
+    }
+    int rowUnit() const override { return source_->rowUnit(); }
+    std::size_t roomBytes() const override {
+        return source_->roomBytes() + (rowAccess() == RowAccess::none ? 2 * sourceSliceBytes() : 0);
+    }
+    void readRows(int z, int first, int count, std::span<std::byte> out) override {
+        TESSERA_CHECK(rowAccess() != RowAccess::none);
+        const std::size_t rowBytes = rowBytesOf(info_);
+        source_->readRows(order_.flipped[2] ? sourceExtent_.z - 1 - z : z,
+                          order_.flipped[1] ? sourceExtent_.y - first - count : first, count, out);
+        const auto row = [&](int n) { return out.subspan(static_cast<std::size_t>(n) * rowBytes, rowBytes); };
+        for (int y = 0; order_.flipped[1] && y < count / 2; ++y)
+            std::ranges::swap_ranges(row(y), row(count - 1 - y));
+        for (int y = 0; order_.flipped[0] && y < count; ++y)
+            reverseRow(row(y), valueBytes_);
+        takeFindings();
+    }
+
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t sliceBytes = sliceBytesOf(info_);
         TESSERA_CHECK(count >= 0 && next_ + count <= info_.extentVoxels.z);
@@ -80,6 +121,11 @@ class OrientedSource final : public SlabSource {
                 readOwnSlice(next_ + i, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes));
         }
         next_ += count;
+        takeFindings();
+    }
+
+  private:
+    void takeFindings() {
         info_.nonFiniteVoxels = source_->info().nonFiniteVoxels;
         info_.absentStored = source_->info().absentStored;
         info_.clampedVoxels = source_->info().clampedVoxels;
@@ -87,7 +133,6 @@ class OrientedSource final : public SlabSource {
         info_.remarks = source_->info().remarks;
     }
 
-  private:
     std::size_t sourceSliceBytes() const {
         return static_cast<std::size_t>(sourceExtent_.x) * static_cast<std::size_t>(sourceExtent_.y) *
                valueBytes_;

@@ -7,6 +7,7 @@
 #include "core/base/volume.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -30,6 +31,13 @@ struct SourceOptions {
     std::optional<glm::dvec3> spacingMm = {};
 };
 
+/// How a source gives rows of slices without a whole one in memory.
+enum class RowAccess : std::uint8_t {
+    none,    // whole slices only
+    inOrder, // forward only: each behind the one before, from the first row of a slice on
+    any      // in any order
+};
+
 class SlabSource {
   public:
     virtual ~SlabSource() = default;
@@ -47,6 +55,18 @@ class SlabSource {
         static_cast<void>(z);
         return false;
     }
+    virtual RowAccess rowAccess() const { return RowAccess::none; }
+    /// Reads rows [first, first + count) of slice z into out: [y][x], otherwise as readSlices(). In order: of
+    /// the slice that comes next, behind the rows before; of any order: each row once, or counts repeat, and
+    /// without a say in what comes next.
+    virtual void readRows(int z, int first, int count, std::span<std::byte> out) {
+        static_cast<void>(z), static_cast<void>(first), static_cast<void>(count), static_cast<void>(out);
+        TESSERA_CHECK(rowAccess() != RowAccess::none);
+    }
+    /// Rows that come together: readRows() takes whole units, fewer rows at the end of a slice only.
+    virtual int rowUnit() const { return 1; }
+    /// Memory beside `out` that grows with a slice.
+    virtual std::size_t roomBytes() const { return 0; }
     /// Of the slices read since the last call.
     virtual VoxelTally takeTally() { return {}; }
     /// One line for people: "134 DICOM slices, series 2". Never a patient identifier.
@@ -79,10 +99,12 @@ class RandomSlabSource : public SlabSource {
     int next_ = 0;
 };
 
-/// Bytes of one slice of stored values.
+/// Bytes of one row of stored values, and of one slice.
+inline std::size_t rowBytesOf(const VolumeInfo& info) {
+    return static_cast<std::size_t>(info.extentVoxels.x) * bytesPerValue(info.type);
+}
 inline std::size_t sliceBytesOf(const VolumeInfo& info) {
-    return static_cast<std::size_t>(info.extentVoxels.x) * static_cast<std::size_t>(info.extentVoxels.y) *
-           bytesPerValue(info.type);
+    return rowBytesOf(info) * static_cast<std::size_t>(info.extentVoxels.y);
 }
 
 } // namespace tessera

@@ -174,9 +174,25 @@ void SliceConverter::convert(std::span<const std::byte> in, std::span<std::byte>
     info.nonFiniteVoxels += counts.nonFinite;
     info.clampedVoxels += counts.clamped;
     tally_.rounded += counts.rounded;
+    count(out, info);
+}
+
+bool SliceConverter::keepsBytes() const {
+    switch (type_) {
+    case FileType::u8:
+        return true;
+    case FileType::i16:
+    case FileType::u16:
+        return !bigEndian_;
+    default:
+        return false;
+    }
+}
+
+void SliceConverter::count(std::span<const std::byte> stored, const VolumeInfo& info) {
     const bool isBare = info.rescaleSlope == 1 && info.rescaleIntercept == 0 && info.unit.empty();
     if (isBare)
-        tally_.labels.add(out, info.type);
+        tally_.labels.add(stored, info.type, static_cast<std::size_t>(info.extentVoxels.x));
 }
 
 VoxelTally SliceConverter::takeTally() {

@@ -65,9 +65,12 @@ class SliceConverter {
 
     /// visitAll is called once, and only if there is a voxel without a number.
     SliceConverter(FileType type, bool bigEndian, VisitVoxels visitAll);
-    /// Converts as storeVoxels() does and updates info: nonFiniteVoxels, absentStored, clampedVoxels. Throws
-    /// what visitAll throws.
+    /// Converts whole rows as storeVoxels() does and updates info: nonFiniteVoxels, absentStored,
+    /// clampedVoxels. Throws what visitAll throws.
     void convert(std::span<const std::byte> in, std::span<std::byte> out, VolumeInfo& info);
+    /// True if stored values are the file's own bytes, whatever they are: then count() does for convert().
+    bool keepsBytes() const;
+    void count(std::span<const std::byte> stored, const VolumeInfo& info);
     /// Of what was converted since the last call. Only numbers without a scale and a unit may be labels.
     VoxelTally takeTally();
 

@@ -26,21 +26,22 @@ void LabelTally::see(double value) {
     values.insert(at, value);
 }
 
-void LabelTally::add(std::span<const std::byte> stored, ValueType type) {
-    if (isOther)
-        return;
-    withValueType(type, [&](auto typed) {
-        for (std::size_t at = 0; at < stored.size() && !isOther; at += sizeof typed) {
+void LabelTally::add(std::span<const std::byte> stored, ValueType type, std::size_t rowValues) {
+    const std::size_t rowBytes = rowValues * bytesPerValue(type);
+    for (std::size_t row = 0; row < stored.size() && !isOther; row += rowBytes) {
+        double before = storedValue(type, stored.data() + row);
+        see(before);
+        for (std::size_t at = row; at < row + rowBytes && !isOther; at += bytesPerValue(type)) {
             const double value = storedValue(type, stored.data() + at);
             const bool isEdge = value != before;
-            if (isEdge || voxels == 0)
+            if (isEdge)
                 see(value);
             ++voxels;
             inside += value > 0;
             edges += value > 0 && isEdge;
             before = value;
         }
-    });
+    }
 }
 
 void LabelTally::add(const LabelTally& part) {

@@ -1,5 +1,5 @@
 // bricking/import/source/voxel_tally.h: what a volume's voxels tell of it, beyond the counts of VolumeInfo.
-// Tallies of parts of a volume are added; how a volume is cut into parts has a say, who read them has none.
+// Tallies of parts of a volume are added; neither their order nor how a volume is cut into rows has a say.
 #pragma once
 
 #include "core/base/volume.h"
@@ -21,11 +21,11 @@ struct LabelTally {
     std::vector<double> values; // ascending
     bool isOther = false;       // too many values, or a value that is no label
     std::uint64_t voxels = 0, inside = 0,
-                  edges = 0; // inside: above 0; edges: those of them unlike the one before
-    double before = 0;       // the last value
+                  edges = 0; // inside: above 0; edges: those of them unlike the one before in their row
 
-    /// Stored values in the order of the volume. Nearly free once there are too many values.
-    void add(std::span<const std::byte> stored, ValueType type);
+    /// Stored values of whole rows, in any order. Nearly free once there are too many values.
+    /// @param rowValues  of a row
+    void add(std::span<const std::byte> stored, ValueType type, std::size_t rowValues);
     /// Of another part.
     void add(const LabelTally& part);
     /// "looks like a label map (43 whole values, 0 to 117): ..."; "" for other data.

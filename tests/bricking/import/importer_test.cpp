@@ -129,8 +129,8 @@ TEST(Import, KeepsItsBudgetAndNamesTheFloor) {
             for (const int threads : {1, 3}) {
                 ScratchFolder scratch;
                 const VolumeInfo info = plainInfo(extent, type);
-                const std::size_t floor = importFloorBytes(info, threads);
                 HashSource refused(info);
+                const std::size_t floor = importFloorBytes(refused, info, threads);
                 EXPECT_THAT(
                     [&] { import(scratch / "v.zarr", refused, false, threads, floor - 1); },
                     ThrowsMessage<InputError>(AllOf(HasSubstr(formatBytes(floor)), HasSubstr("--ram"))));

@@ -241,7 +241,10 @@ TEST(ImportBudget, IsKeptFromTheFloorUp) {
         const StoreReader reader(folder / "a.zarr", ram);
         return reader.contentHash();
     };
-    const std::size_t floor = importFloorBytes(makePhantom("sphere", {70, 90, 67}, 2)->info(), 2);
+    const std::size_t floor = [] {
+        const auto source = makePhantom("sphere", {70, 90, 67}, 2);
+        return importFloorBytes(*source, source->info(), 2);
+    }();
     const std::string expected = import(kRoomy);
     int accepted = 0;
     for (const std::size_t bytes : budgetsDown(floor, 64 << 20, 12)) {

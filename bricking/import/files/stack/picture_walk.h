@@ -20,6 +20,7 @@ struct PictureHead {
     PictureShape shape;
     int pages = 1;
     int tileRows = 0;        // rows of a tile; 0: rows one after another
+    int stripRows = 0;       // rows of a TIFF that are packed together; 0: none are
     bool isLossy = false;    // JPEG, JPEG 2000
     std::string description; // TIFF's ImageDescription, of the first page
     /// Pixels per unit of length along x and y, and millimetres of the unit; 0: of a unit that is not said.

@@ -23,6 +23,7 @@ class GapSource final : public RandomSlabSource {
     std::string describe() const override { return slices_->describe(); }
     std::vector<std::string> notes() const override { return slices_->notes(); }
     VoxelTally takeTally() override { return slices_->takeTally(); }
+    std::size_t roomBytes() const override { return slices_->roomBytes() + 2 * sliceBytesOf(info_); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));

@@ -36,21 +36,39 @@ class StackSource final : public RandomSlabSource {
           converter_(head_.shape.type, false, [this](const auto& visit) {
               Opened second;
               for (int z = 0; z < info_.extentVoxels.z; ++z)
-                  readBands(z, second, [&](std::span<const std::byte> rows, int) { visit(rows); });
+                  readBands(z, 0, head_.shape.size.y, second,
+                            [&](std::span<const std::byte> rows, int) { visit(rows); });
           }) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
     VoxelTally takeTally() override { return converter_.takeTally(); }
 
-    void readSliceAt(int z, std::span<std::byte> out) override {
-        TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
-        const std::size_t rowBytes = out.size() / static_cast<std::size_t>(info_.extentVoxels.y);
-        readBands(z, opened_, [&](std::span<const std::byte> rows, int first) {
-            const std::size_t count = rows.size() / (static_cast<std::size_t>(info_.extentVoxels.x) *
-                                                     bytesPerFileValue(head_.shape.type));
+    void readSliceAt(int z, std::span<std::byte> out) override { readRows(z, 0, info_.extentVoxels.y, out); }
+    RowAccess rowAccess() const override {
+        // Parts of a TIFF are packed by themselves; other pictures are decoded from the top.
+        return std::string_view(head_.shape.format) == "tiff" ? RowAccess::any : RowAccess::inOrder;
+    }
+    int rowUnit() const override { return std::max({1, head_.tileRows, head_.stripRows}); }
+    std::size_t roomBytes() const override {
+        constexpr std::size_t kDecoded = 16; // bytes a pixel while OpenJPEG decodes
+        const auto width = static_cast<std::size_t>(head_.shape.size.x);
+        if (std::string_view(head_.shape.format) == kJpeg2000)
+            return kDecoded * width * static_cast<std::size_t>(head_.shape.size.y);
+        // The rows that are packed together, in this buffer and in the library's.
+        const auto unit = static_cast<std::size_t>(std::min(rowUnit(), head_.shape.size.y));
+        return 2 * unit * width * bytesPerFileValue(head_.shape.type);
+    }
+    void readRows(int z, int first, int count, std::span<std::byte> out) override {
+        const std::size_t rowBytes = rowBytesOf(info_);
+        TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && first >= 0 &&
+                      first + count <= info_.extentVoxels.y &&
+                      out.size() == rowBytes * static_cast<std::size_t>(count));
+        readBands(z, first, first + count, opened_, [&](std::span<const std::byte> rows, int row) {
+            const std::size_t read = rows.size() / (static_cast<std::size_t>(info_.extentVoxels.x) *
+                                                    bytesPerFileValue(head_.shape.type));
             converter_.convert(
-                rows, out.subspan(static_cast<std::size_t>(first) * rowBytes, count * rowBytes), info_);
+                rows, out.subspan(static_cast<std::size_t>(row - first) * rowBytes, read * rowBytes), info_);
         });
     }
 
@@ -62,8 +80,9 @@ class StackSource final : public RandomSlabSource {
         std::vector<std::byte> band;
     };
 
-    /// Rows of slice z from the top, some at a time: f(rows, number of the first).
-    template <typename Each> void readBands(int z, Opened& opened, const Each& each) {
+    /// Rows [begin, end) of slice z, some at a time: f(rows, number of the first). Whole units, but for the
+    /// last one of a slice.
+    template <typename Each> void readBands(int z, int begin, int end, Opened& opened, const Each& each) {
         checkInterrupted();
         const auto [file, page] = slices_[static_cast<std::size_t>(z)];
         if (opened.file != file) {
@@ -75,15 +94,15 @@ class StackSource final : public RandomSlabSource {
                               : openPictureRows(files_[file], head_.shape);
             opened.file = file;
         }
-        const int height = head_.shape.size.y, unit = std::max(1, head_.tileRows);
+        const int height = end - begin, unit = rowUnit();
         const std::size_t rowBytes =
             static_cast<std::size_t>(head_.shape.size.x) * bytesPerFileValue(head_.shape.type);
         const auto units = static_cast<int>(std::clamp<std::size_t>(
             kBandBytes / (rowBytes * static_cast<std::size_t>(unit)), 1, static_cast<std::size_t>(height)));
         const std::int64_t rows = std::min<std::int64_t>(std::int64_t{units} * unit, height);
         opened.band.resize(static_cast<std::size_t>(rows) * rowBytes);
-        for (int first = 0; first < height;) {
-            const int count = static_cast<int>(std::min<std::int64_t>(rows, height - first));
+        for (int first = begin; first < end;) {
+            const int count = static_cast<int>(std::min<std::int64_t>(rows, end - first));
             const std::span<std::byte> band =
                 std::span(opened.band).first(static_cast<std::size_t>(count) * rowBytes);
             opened.rows->read(page, first, count, band);
@@ -284,6 +303,7 @@ std::unique_ptr<SlabSource> openFolder(const fs::path& folder, const std::vector
             throw badFile(where, "ImageJ's calibration as in " + first, "another");
         head.isLossy = head.isLossy || next.isLossy;
         head.shape.isPalette = head.shape.isPalette || next.shape.isPalette;
+        head.stripRows = std::max(head.stripRows, next.stripRows);
     }
     VolumeInfo info =
         infoOf(head, static_cast<int>(names.files.size()), latticeOf(head), options, folder.string());

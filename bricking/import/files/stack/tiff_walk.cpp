@@ -292,6 +292,8 @@ class TiffWalk {
                 refuse("a row of tiles of 256 MiB at most", "tiles of " + std::to_string(partWidth) + "x" +
                                                                 std::to_string(partHeight) + " pixels");
             head.tileRows = static_cast<int>(partHeight);
+        } else if (coding != 1) {
+            head.stripRows = static_cast<int>(partHeight);
         }
         if (partHeight < 1)
             refuse("a row a strip at least", "RowsPerStrip 0");

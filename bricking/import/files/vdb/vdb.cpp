@@ -35,6 +35,7 @@ class VdbSource final : public RandomSlabSource {
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
     VoxelTally takeTally() override { return converter_.takeTally(); }
+    std::size_t roomBytes() const override { return 2 * sliceBytesOf(info_); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));

@@ -52,6 +52,10 @@ class ZarrSource final : public SlabSource {
         }
     }
 
+    std::size_t roomBytes() const override {
+        return slice_.size() + ZarrSlices::bytesNeeded(image_.array, place_);
+    }
+
     std::string describe() const override {
         const FileType type = image_.array.type;
         return image_.what + ", " + name(type) + (losesPrecision(type) ? ", converted to float32" : "");
