@@ -38,7 +38,7 @@ struct RenderArguments {
     std::string path, frames;                           // of films
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
-    int tiles = 0; // pixels along a side; 0: the picture is drawn as a whole
+    int tiles = 0;      // pixels along a side; 0: the picture is drawn as a whole
     bool ranks = false; // the picture is drawn by the processes of mpirun
     bool unfold = false, mayLeak = false;
     bool noCheck = false, explain = false, json = false, scaleBar = false;
