@@ -2,8 +2,14 @@
 #include "bricking/statistics/brick_rays.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <numeric>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -11,41 +17,180 @@ namespace {
 
 constexpr int kResidualLevel = 3; // rays are sorted by their distance from this level: cells of 8 voxels
 
+constexpr int kEdge = kBrickExtent;
+constexpr std::size_t kMostCandidates = 3 * std::size_t{kEdge / 2} * (kEdge / 2);
+
 struct Candidate {
     int axis = 0;
     glm::ivec3 start{0};
     double mean = 0, residual = 0; // of the values; of |value - its sample at kResidualLevel|
 };
 
-/// Every second row each way, staggered, so that all phases against the coarser lattices occur.
-void addCandidates(const BrickFields& fields, int axis, std::vector<Candidate>& out) {
-    const int u = (axis + 1) % 3, w = (axis + 2) % 3;
+/// Sums along all rows of a brick, by axis; a row's place is that of its first voxel.
+/// @tparam Sum  double: in the order of the voxels; float: of whole numbers, which are exact in any order
+template <typename Sum> struct RowSums {
+    using Plane = std::array<Sum, static_cast<std::size_t>(kEdge* kEdge)>;
+    std::array<Plane, 3> values, residuals;
+
+    static std::size_t placeOf(int axis, const glm::ivec3& start) {
+        return static_cast<std::size_t>(axis == 0   ? start.z * kEdge + start.y
+                                        : axis == 1 ? start.z * kEdge + start.x
+                                                    : start.y * kEdge + start.x);
+    }
+};
+
+using RowOfFloats = std::array<float, static_cast<std::size_t>(kEdge)>;
+
+/// Ranges of a brick's slices.
+struct SliceRanges {
+    RowOfFloats least, most;
+};
+
+template <typename Sum> Sum sumOf(const std::array<Sum, static_cast<std::size_t>(kEdge)>& row) {
+    if constexpr (std::is_same_v<Sum, float>) {
+        constexpr std::size_t kLanes = 8;
+        std::array<float, kLanes> lanes{};
+        for (std::size_t x = 0; x < row.size(); x += kLanes)
+            for (std::size_t lane = 0; lane < kLanes; ++lane)
+                lanes[lane] += row[x + lane];
+        return std::accumulate(lanes.begin(), lanes.end(), 0.f);
+    } else {
+        return std::accumulate(row.begin(), row.end(), Sum{0});
+    }
+}
+
+/// One pass over all voxels, by whole rows along x: the sums of every third row would take as long.
+template <typename Sum> void sumRows(const BrickFields& fields, RowSums<Sum>& sums, SliceRanges& ranges) {
+    using Row = std::array<Sum, static_cast<std::size_t>(kEdge)>;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        sums.values[axis].fill(0);
+        sums.residuals[axis].fill(0);
+    }
     const glm::ivec3 size = fields.size;
-    const glm::ivec3 stride(1, size.x, size.x * size.y);
+    const auto width = static_cast<std::size_t>(size.x);
     const BrickFields::Box& box = fields.levels[kResidualLevel];
+    Row coarse{}, value{}, residual{}; // 0 beyond the brick
+    RowOfFloats seen{};                // the last voxel again beyond it
+    for (int z = 0; z < size.z; ++z) {
+        RowOfFloats least, most;
+        least.fill(std::numeric_limits<float>::infinity());
+        most.fill(-std::numeric_limits<float>::infinity());
+        for (int y = 0; y < size.y; ++y) {
+            if (y % (1 << kResidualLevel) == 0) {
+                const glm::ivec3 first = glm::ivec3(0, y, z) >> kResidualLevel;
+                const float* const samples = box.samples.data() + linearIndex(first - box.first, box.extent);
+                for (std::size_t x = 0; x < width; ++x)
+                    coarse[x] = static_cast<Sum>(samples[x >> kResidualLevel]);
+            }
+            const float* const row = fields.voxels.data() + linearIndex({0, y, z}, size);
+            seen.fill(row[width - 1]);
+            std::copy_n(row, width, seen.begin());
+            for (std::size_t x = 0; x < width; ++x)
+                value[x] = static_cast<Sum>(row[x]);
+            for (std::size_t x = 0; x < value.size(); ++x) {
+                residual[x] = std::abs(value[x] - coarse[x]);
+                least[x] = seen[x] < least[x] ? seen[x] : least[x];
+                most[x] = most[x] < seen[x] ? seen[x] : most[x];
+            }
+            const std::size_t alongY = RowSums<Sum>::placeOf(1, {0, y, z}),
+                              alongZ = RowSums<Sum>::placeOf(2, {0, y, z});
+            for (std::size_t x = 0; x < value.size(); ++x) {
+                sums.values[1][alongY + x] += value[x];
+                sums.values[2][alongZ + x] += value[x];
+                sums.residuals[1][alongY + x] += residual[x];
+                sums.residuals[2][alongZ + x] += residual[x];
+            }
+            const std::size_t alongX = RowSums<Sum>::placeOf(0, {0, y, z});
+            sums.values[0][alongX] = sumOf(value);
+            sums.residuals[0][alongX] = sumOf(residual);
+        }
+        ranges.least[static_cast<std::size_t>(z)] = *std::min_element(least.begin(), least.end());
+        ranges.most[static_cast<std::size_t>(z)] = *std::max_element(most.begin(), most.end());
+    }
+}
+
+/// Every second row each way, staggered, so that all phases against the coarser lattices occur.
+template <typename Sum>
+void addCandidates(const glm::ivec3& size, const RowSums<Sum>& sums, int axis, std::vector<Candidate>& out) {
+    const int u = (axis + 1) % 3, w = (axis + 2) % 3;
+    const auto at = static_cast<std::size_t>(axis);
     for (int q = 0; 2 * q < size[w]; ++q)
         for (int p = 0; 2 * p < size[u]; ++p) {
             Candidate candidate;
             candidate.axis = axis;
             candidate.start[u] = std::min(2 * p + (q & 1), size[u] - 1);
             candidate.start[w] = std::min(2 * q + (p & 1), size[w] - 1);
-            const float* voxel = fields.voxels.data() + linearIndex(candidate.start, size);
-            glm::ivec3 at = candidate.start >> kResidualLevel;
-            for (int first = 0; first < size[axis]; first += 1 << kResidualLevel) {
-                at[axis] = first >> kResidualLevel;
-                const double coarse = box.samples[linearIndex(at - box.first, box.extent)];
-                const int end = std::min(first + (1 << kResidualLevel), size[axis]);
-                for (int i = first; i < end; ++i) {
-                    const double value = voxel[i * stride[axis]];
-                    candidate.mean += value;
-                    candidate.residual += std::abs(value - coarse);
-                }
-            }
-            candidate.mean /= size[axis];
-            candidate.residual /= size[axis];
+            const std::size_t place = RowSums<Sum>::placeOf(axis, candidate.start);
+            candidate.mean = static_cast<double>(sums.values[at][place]) / size[axis];
+            candidate.residual = static_cast<double>(sums.residuals[at][place]) / size[axis];
             out.push_back(candidate);
         }
 }
+
+template <typename Sum>
+void addCandidates(const BrickFields& fields, std::vector<Candidate>& out, SliceRanges& ranges) {
+    static thread_local RowSums<Sum> sums; // 48 KiB: not for the stack
+    sumRows(fields, sums, ranges);
+    for (int axis = 0; axis < 3; ++axis)
+        addCandidates(fields.size, sums, axis, out);
+}
+
+/// First of the least voxels and last of the most, as std::minmax_element() has them.
+std::pair<std::size_t, std::size_t> extremesOf(const BrickFields& fields, const SliceRanges& ranges) {
+    const std::size_t slices = static_cast<std::size_t>(fields.size.z), slice = fields.voxels.size() / slices;
+    const float* const leastOf = std::min_element(ranges.least.data(), ranges.least.data() + slices);
+    std::size_t z = slices - 1;
+    for (std::size_t other = slices; other-- > 0;)
+        z = ranges.most[other] > ranges.most[z] ? other : z;
+    const auto first = static_cast<std::size_t>(leastOf - ranges.least.data()) * slice;
+    const auto in = fields.voxels.subspan(first, slice);
+    const auto least = static_cast<std::size_t>(std::find(in.begin(), in.end(), *leastOf) - in.begin());
+    std::size_t most = (z + 1) * slice - 1;
+    while (fields.voxels[most] != ranges.most[z])
+        --most;
+    return {first + least, most};
+}
+
+/// Numbers of candidates by ascending keys, of equal ones as they come: by bytes, the last one first.
+class CandidateOrder {
+  public:
+    template <typename KeyOf> void sort(std::size_t count, const KeyOf& keyOf) {
+        std::uint64_t differ = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            from_[i] = {bitsOf(keyOf(i)), static_cast<std::uint32_t>(i)};
+            differ |= from_[i].bits ^ from_[0].bits;
+        }
+        for (int shift = 0; shift < 64; shift += 8)
+            if ((differ >> shift & 0xFF) != 0)
+                pass(count, shift);
+    }
+    std::size_t operator[](std::size_t rank) const { return from_[rank].number; }
+
+  private:
+    struct Entry {
+        std::uint64_t bits;
+        std::uint32_t number;
+    };
+    /// Whole numbers in the order of the keys; no key is NaN.
+    static std::uint64_t bitsOf(double key) {
+        const auto bits = std::bit_cast<std::uint64_t>(key + 0.0); // -0 is 0
+        constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+        return bits & kSign ? ~bits : bits | kSign;
+    }
+    void pass(std::size_t count, int shift) {
+        std::array<std::uint32_t, 256> places{};
+        const auto digit = [&](const Entry& entry) { return entry.bits >> shift & 0xFF; };
+        for (std::size_t i = 0; i < count; ++i)
+            ++places[digit(from_[i])];
+        std::uint32_t before = 0;
+        for (std::uint32_t& place : places)
+            before += std::exchange(place, before);
+        for (std::size_t i = 0; i < count; ++i)
+            to_[places[digit(from_[i])]++] = from_[i];
+        from_.swap(to_);
+    }
+    std::vector<Entry> from_ = std::vector<Entry>(kMostCandidates), to_ = from_;
+};
 
 using Values = std::array<float, static_cast<std::size_t>(kRaysPerPart* kSamplesPerRay)>;
 
@@ -67,9 +212,11 @@ BrickRayPart quantised(const Values& values) {
     part.hi = *hi;
     const double range = static_cast<double>(part.hi) - static_cast<double>(part.lo);
     if (range > 0)
-        for (std::size_t i = 0; i < values.size(); ++i)
-            part.codes[i] = static_cast<std::uint8_t>(
-                std::lround((static_cast<double>(values[i]) - static_cast<double>(part.lo)) / range * 255));
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const double code = (static_cast<double>(values[i]) - static_cast<double>(part.lo)) / range * 255;
+            const int below = static_cast<int>(code); // to the nearest, halves up: as std::lround(), inline
+            part.codes[i] = static_cast<std::uint8_t>(below + (code - below >= 0.5 ? 1 : 0));
+        }
     return part;
 }
 
@@ -136,32 +283,37 @@ float BrickFields::at(int level, const glm::dvec3& p) const {
 }
 
 std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
-    std::vector<Candidate> candidates;
-    candidates.reserve(3 * 256);
-    for (int axis = 0; axis < 3; ++axis)
-        addCandidates(fields, axis, candidates);
-    std::vector<std::size_t> order(candidates.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        order[i] = i;
+    static thread_local std::vector<Candidate> candidates;
+    static thread_local CandidateOrder byMean, byResidual;
+    candidates.clear();
+    SliceRanges ranges;
+    if (fields.isWhole)
+        addCandidates<float>(fields, candidates, ranges);
+    else
+        addCandidates<double>(fields, candidates, ranges);
     // Ties go to the first candidate, so that the choice is the same everywhere.
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return candidates[a].mean != candidates[b].mean ? candidates[a].mean < candidates[b].mean : a < b;
-    });
+    const std::size_t n = candidates.size();
+    byMean.sort(n, [](std::size_t i) { return candidates[i].mean; });
+    byResidual.sort(n, [](std::size_t i) { return candidates[i].residual; });
+    // Groups of ranks by mean, in each the candidates by residual.
+    std::array<std::uint32_t, kMostCandidates> order{}, groupOf{}; // of a candidate
+    std::array<std::size_t, kRayGroups + 1> firstOf{};
+    for (std::size_t group = 0; group <= kRayGroups; ++group)
+        firstOf[group] = n * group / kRayGroups;
+    for (std::size_t group = 0; group < kRayGroups; ++group)
+        for (std::size_t rank = firstOf[group]; rank < firstOf[group + 1]; ++rank)
+            groupOf[byMean[rank]] = static_cast<std::uint32_t>(group);
+    std::array<std::size_t, kRayGroups + 1> next = firstOf;
+    for (std::size_t i = 0; i < n; ++i)
+        order[next[groupOf[byResidual[i]]]++] = static_cast<std::uint32_t>(byResidual[i]);
     std::array<Values, kBrickRayParts> values{};
     std::array<std::uint32_t, kBrickRayParts> axes{};
     for (std::size_t group = 0; group < kRayGroups; ++group) {
-        const std::size_t n = order.size();
-        std::size_t first = n * group / kRayGroups, end = n * (group + 1) / kRayGroups;
+        std::size_t first = firstOf[group], end = firstOf[group + 1];
         if (first == end) { // fewer candidates than groups: some occur twice
             first = std::min(first, n - 1);
             end = first + 1;
         }
-        const auto begin = order.begin() + static_cast<std::ptrdiff_t>(first);
-        std::sort(begin, order.begin() + static_cast<std::ptrdiff_t>(end), [&](std::size_t a, std::size_t b) {
-            return candidates[a].residual != candidates[b].residual
-                       ? candidates[a].residual < candidates[b].residual
-                       : a < b;
-        });
         for (std::size_t half = 0; half < kBrickRayParts; ++half) {
             const std::size_t middle = (end - first) * (2 * half + 1) / (2 * kBrickRayParts);
             const Candidate& ray = candidates[order[first + middle]];
@@ -171,9 +323,9 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
             axes[part] |= static_cast<std::uint32_t>(ray.axis) << (2 * group);
         }
     }
-    const auto [least, most] = std::minmax_element(fields.voxels.begin(), fields.voxels.end());
+    const auto [least, most] = extremesOf(fields, ranges);
     for (std::size_t part = 0; part < kBrickRayParts; ++part) {
-        const auto voxel = static_cast<int>((part == 0 ? most : least) - fields.voxels.begin());
+        const auto voxel = static_cast<int>(part == 0 ? most : least);
         Candidate ray;
         ray.axis = static_cast<int>(part);
         ray.start = {voxel % fields.size.x, voxel / fields.size.x % fields.size.y,

@@ -207,7 +207,9 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
     writeFile(folder / kRayGroupFile, storedText(plainGroup()));
 
     BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "computing statistics");
-    gatherCells(store, statistics, pool, threads);
+    const auto [lowest, highest] = store.storedRange();
+    statistics.lowest = static_cast<float>(lowest);
+    statistics.highest = static_cast<float>(highest);
     Json crcs = Json::object(), rayCrcs = Json::array();
     {
         const Charge charge = ram.charge(kBrickRayParts * rayLayerBytes(info), "rays of bricks");
@@ -236,8 +238,14 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
                 rayCrcs[static_cast<std::size_t>(part)].push_back(crc32c(used));
             }
         };
-        gatherRays(
+        const FoundRange found = gatherRays(
             store, &statistics, pool, ram, threads, [](std::size_t) { return true; }, brickDone, groupDone);
+        if (found != FoundRange{statistics.lowest, statistics.highest}) { // of a store by another hand
+            statistics.lowest = found.lowest;
+            statistics.highest = found.highest;
+            std::fill(statistics.histogram.begin(), statistics.histogram.end(), std::uint64_t{0});
+            gatherHistogram(store, statistics, pool, threads);
+        }
     }
     const auto write = [&](const char* name, const glm::ivec3& grid, std::vector<float>& values) {
         const ArraySpec array = floatSpec(grid);

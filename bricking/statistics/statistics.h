@@ -71,7 +71,7 @@ struct Statistics {
 /// Memory for computing the statistics of such a volume, including its reader.
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
 
-/// Computes everything from the chunks (two passes over the store), writing the arrays under STORE/stats.
+/// Computes everything from the chunks (one pass over the store), writing the arrays under STORE/stats.
 /// Rays go to disk only.
 /// @param progress  gets the share that is done
 void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, MemoryBudget& ram,

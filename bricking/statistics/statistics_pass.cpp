@@ -106,9 +106,10 @@ void merge(const Boxes<Value, Slots>& box, const glm::ivec3& firstSlot, const gl
             }
 }
 
+/// @param range  of the whole volume
 template <typename Value>
 void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<const std::byte> bytes,
-                Statistics& statistics, std::mutex& mutex) {
+                Statistics& statistics, FoundRange& range, std::mutex& mutex) {
     const auto* values = reinterpret_cast<const Value*>(bytes.data());
     Boxes<Value, CellSlots> cells;
     boxOf(values, valid, cells);
@@ -118,8 +119,8 @@ void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<cons
     merge(cells, chunk * kCellsPerBrick - 1, statistics.cells, statistics.cellMin, statistics.cellMax);
     merge(wide, chunk - 1, statistics.bricks, statistics.wideMin, statistics.wideMax);
     if (wide.lo[1][1][1] <= wide.hi[1][1][1]) { // the chunk itself
-        statistics.lowest = std::min(statistics.lowest, static_cast<float>(wide.lo[1][1][1]));
-        statistics.highest = std::max(statistics.highest, static_cast<float>(wide.hi[1][1][1]));
+        range.lowest = std::min(range.lowest, static_cast<float>(wide.lo[1][1][1]));
+        range.highest = std::max(range.highest, static_cast<float>(wide.hi[1][1][1]));
     }
 }
 
@@ -147,16 +148,22 @@ template <typename Value> class Binner {
 
 } // namespace
 
-void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
-    const VolumeInfo& info = store.info();
-    static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
+namespace {
+/// Of cells and bricks.
+void clearRanges(Statistics& statistics) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     for (std::vector<float>* least : {&statistics.cellMin, &statistics.wideMin})
         std::fill(least->begin(), least->end(), kInfinity);
     for (std::vector<float>* most : {&statistics.cellMax, &statistics.wideMax})
         std::fill(most->begin(), most->end(), -kInfinity);
-    statistics.lowest = kInfinity;
-    statistics.highest = -statistics.lowest;
+}
+} // namespace
+
+void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
+    const VolumeInfo& info = store.info();
+    static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
+    clearRanges(statistics);
+    FoundRange range;
     const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
     std::mutex mutex;
     parallelFor(cellCount(grid), threads, [&](std::size_t n) {
@@ -165,9 +172,11 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
         store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
         withValueType(info.type, [&](auto value) {
-            mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), statistics, mutex);
+            mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), statistics, range, mutex);
         });
     });
+    statistics.lowest = range.lowest;
+    statistics.highest = range.highest;
 }
 
 void gatherMeans(const ChunkSource& volume, Statistics& statistics, BufferPool& pool) {
@@ -271,6 +280,7 @@ BrickFields fieldsOf(const glm::ivec3& brick, const glm::ivec3& valid, const Val
     };
     BrickFields fields;
     fields.size = valid;
+    fields.isWhole = sizeof(Value) <= 2;
     const std::span<float> voxels = take(cellCount(valid));
     float* to = voxels.data();
     for (int z = 0; z < valid.z; ++z)
@@ -306,16 +316,23 @@ BrickFields fieldsOf(const glm::ivec3& brick, const glm::ivec3& valid, const Val
 template <typename Value>
 void countChunk(const Binner<Value>& binOf, const glm::ivec3& valid, const Value* chunk, std::mutex& mutex,
                 std::vector<std::uint64_t>& histogram) {
-    std::array<std::uint64_t, kHistogramBins> counts{};
+    // Several counters a bin: neighbours are often of one bin, and each waits for the one before.
+    constexpr std::size_t kCounters = 4;
+    std::array<std::array<std::uint32_t, kHistogramBins>, kCounters> counts{};
     for (int z = 0; z < valid.z; ++z)
         for (int y = 0; y < valid.y; ++y) {
             const Value* row = chunk + linearIndex({0, y, z}, glm::ivec3(kChunkExtent));
-            for (int x = 0; x < valid.x; ++x)
-                ++counts[binOf(row[x])];
+            int x = 0;
+            for (; x + static_cast<int>(kCounters) <= valid.x; x += static_cast<int>(kCounters))
+                for (std::size_t n = 0; n < kCounters; ++n)
+                    ++counts[n][binOf(row[static_cast<std::size_t>(x) + n])];
+            for (; x < valid.x; ++x)
+                ++counts[0][binOf(row[x])];
         }
     const std::lock_guard lock(mutex);
-    for (std::size_t bin = 0; bin < counts.size(); ++bin)
-        histogram[bin] += counts[bin];
+    for (const auto& some : counts)
+        for (std::size_t bin = 0; bin < some.size(); ++bin)
+            histogram[bin] += some[bin];
 }
 
 /// Of the most samples that a level's window has around so many rows of bricks.
@@ -365,9 +382,9 @@ std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
            windowBytes(info, 1);
 }
 
-void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
-                int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
-                const std::function<void(int)>& groupDone) {
+FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& pool, MemoryBudget& ram,
+                      int threads, const std::function<bool(std::size_t)>& wanted,
+                      const BrickRaysDone& brickDone, const std::function<void(int)>& groupDone) {
     static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
     const VolumeInfo& info = volume.info();
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
@@ -381,16 +398,19 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
         window.extent = levelExtent(info.extentVoxels, level);
         window.values.resize(cellCount(windowExtent(info, level, bandRows)) * bytesPerValue(info.type));
     }
+    FoundRange range;
+    if (whole)
+        clearRanges(*whole);
     std::mutex mutex;
     withValueType(info.type, [&](auto example) {
         using Value = decltype(example);
-        const Binner<Value> binOf(histogram ? histogram->lowest : 0, histogram ? histogram->highest : 0);
+        const Binner<Value> binOf(whole ? whole->lowest : 0, whole ? whole->highest : 0);
         const auto sampleBand = [&](const glm::ivec3& first, const glm::ivec3& end) {
             const glm::ivec3 grid = end - first;
             const auto placeOf = [&](std::size_t n) { // of a brick in the volume
                 return linearIndex(gridPosition(n, grid) + first, bricks);
             };
-            bool any = histogram != nullptr;
+            bool any = whole != nullptr;
             for (std::size_t n = 0; n < cellCount(grid) && !any; ++n)
                 any = wanted(placeOf(n));
             if (!any)
@@ -400,14 +420,14 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
                            windows[static_cast<std::size_t>(level)]);
             std::vector<ChunkKey> read;
             for (std::size_t n = 0; n < cellCount(grid); ++n)
-                if (wanted(placeOf(n)) || histogram) {
+                if (wanted(placeOf(n)) || whole) {
                     const glm::ivec3 brick = gridPosition(n, grid) + first;
                     read.push_back({0, brick.x, brick.y, brick.z});
                 }
             volume.willRead(read);
             parallelFor(cellCount(grid), threads, [&](std::size_t n) {
                 const bool want = wanted(placeOf(n));
-                if (!want && !histogram)
+                if (!want && !whole)
                     return;
                 const glm::ivec3 brick = gridPosition(n, grid) + first;
                 const glm::ivec3 valid =
@@ -415,8 +435,10 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
                 const BufferPool::Lease buffer(pool);
                 volume.readChunk({0, brick.x, brick.y, brick.z}, buffer.bytes());
                 const auto* values = reinterpret_cast<const Value*>(buffer.bytes().data());
-                if (histogram)
-                    countChunk(binOf, valid, values, mutex, histogram->histogram);
+                if (whole) {
+                    mergeChunk<Value>(brick, valid, buffer.bytes(), *whole, range, mutex);
+                    countChunk(binOf, valid, values, mutex, whole->histogram);
+                }
                 if (!want)
                     return;
                 const BufferPool::Lease room(rooms);
@@ -431,6 +453,7 @@ void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& po
             groupDone(group);
         }
     });
+    return range;
 }
 
 } // namespace tessera

@@ -1,4 +1,4 @@
-// bricking/statistics/statistics_pass.h: the two passes over a store's chunks that compute its statistics.
+// bricking/statistics/statistics_pass.h: the passes over a store's chunks that compute its statistics.
 // Internal to statistics.cpp; the results do not depend on the number of threads.
 #pragma once
 
@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 namespace tessera {
 
@@ -18,6 +19,12 @@ constexpr int kRayLayers = 2;
 /// Fills cellMin, cellMax, wideMin, wideMax (sized already), lowest and highest from level 0.
 /// @param pool  buffers of store.chunkBytes(), one per thread
 void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads);
+
+/// Of values.
+struct FoundRange {
+    float lowest = std::numeric_limits<float>::infinity(), highest = -lowest;
+    bool operator==(const FoundRange&) const = default;
+};
 
 /// Fills brickMean (sized already) from the coarsest level.
 void gatherMeans(const ChunkSource& volume, Statistics& statistics, BufferPool& pool);
@@ -30,12 +37,15 @@ std::size_t rayScratchBytes(const VolumeInfo& info, int threads);
 
 using BrickRaysDone = std::function<void(std::size_t, const std::array<BrickRayPart, kBrickRayParts>&)>;
 
-/// Samples the rays of all bricks for which wanted() is true, kRayLayers layers of bricks at a time.
-/// @param histogram  if not null: as gatherHistogram, over all bricks, in the same pass
+/// Samples the rays of all bricks for which wanted() is true, kRayLayers layers of bricks at a time, or a
+/// band of their rows of bricks if ram is scarce.
+/// @param whole  if not null: as gatherCells and gatherHistogram, over all bricks, in the same pass; lowest
+///     and highest are what the histogram takes for the range
 /// @param brickDone  called from any thread with a brick's position and its rays
 /// @param groupDone  called in order, after the last brick of each group of layers
-void gatherRays(const ChunkSource& volume, Statistics* histogram, BufferPool& pool, MemoryBudget& ram,
-                int threads, const std::function<bool(std::size_t)>& wanted, const BrickRaysDone& brickDone,
-                const std::function<void(int)>& groupDone);
+/// @return the range that `whole` has indeed
+FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& pool, MemoryBudget& ram,
+                      int threads, const std::function<bool(std::size_t)>& wanted,
+                      const BrickRaysDone& brickDone, const std::function<void(int)>& groupDone);
 
 } // namespace tessera

@@ -99,6 +99,10 @@ const VolumeInfo& StoreReader::info() const {
     return state_->metadata.info;
 }
 
+std::pair<double, double> StoreReader::storedRange() const {
+    return {state_->metadata.lowest, state_->metadata.highest};
+}
+
 void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const {
     TESSERA_CHECK(key.level >= 0 && key.level < kLevelCount && out.size() == chunkBytes());
     const glm::ivec3 grid = chunkGrid(info().extentVoxels, key.level);

@@ -14,6 +14,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace tessera {
 
@@ -33,6 +34,8 @@ class StoreReader : public ChunkSource {
 
     const std::filesystem::path& path() const;
     const VolumeInfo& info() const override;
+    /// Of the stored values of level 0, as the metadata say.
+    std::pair<double, double> storedRange() const;
     /// Decodes one chunk: [z][y][x] of kChunkExtent^3 stored values; beyond the array's edge the fill value.
     /// Thread-safe. out.size() == chunkBytes(). A chunk that the store leaves out is all fill.
     /// Throws InputError naming shard and chunk if a checksum or an index is wrong.

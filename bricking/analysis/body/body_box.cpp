@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -36,6 +37,8 @@ void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const 
                     line[i] = value < kFarAway ? static_cast<double>(value)
                                                : std::numeric_limits<double>::infinity();
                 }
+                if (std::adjacent_find(line.begin(), line.end(), std::not_equal_to<>()) == line.end())
+                    continue; // each is its own nearest
                 envelope.transform(line, spacingMm[axis]);
                 for (std::size_t i = 0; i < line.size(); ++i)
                     at[static_cast<std::ptrdiff_t>(i) * strides[axis]] =
