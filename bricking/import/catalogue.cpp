@@ -52,7 +52,7 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
     row.what = printableName(path.filename());
     try {
         row.info = orientedInfo(format.open(path, options)->info());
-        row.slices = row.info->extentVoxels.z;
+        row.slices = alongSourceAxes(*row.info, row.info->extentVoxels).z;
         row.modality = row.info->acquisition.modality;
     } catch (const Error& error) {
         row.problem = withoutPath(error);

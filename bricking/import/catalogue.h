@@ -27,7 +27,7 @@ struct CatalogueRow {
     std::filesystem::path path; // the path to open
     CatalogueRank rank = CatalogueRank::none;
     std::string modality;            // "" unknown
-    int slices = 0, files = 0;       // files: for rows without slices
+    int slices = 0, files = 0;       // slices of the source; files: for rows without slices
     std::optional<int> number;       // SeriesNumber of the scanner
     std::string date;                // "2023-05-17", "" unknown
     std::string folder;              // folder of its files, relative to the catalogue's path; "" itself

@@ -1,6 +1,7 @@
 // bricking/import/series_table.cpp: a catalogue as text, for catalogue.h: the table of series, and what
 // opening one of them passes over.
 #include "bricking/import/catalogue.h"
+#include "bricking/import/source/oriented_source.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -8,6 +9,7 @@
 namespace tessera {
 namespace {
 
+/// In the order of the source's axes: columns, rows.
 std::string cellOfSize(const Catalogue& catalogue, const CatalogueRow& row) {
     glm::ivec2 size(0);
     if (row.series > 0 && !row.isInFile) {
@@ -15,7 +17,7 @@ std::string cellOfSize(const Catalogue& catalogue, const CatalogueRow& row) {
             catalogue.scan.series[static_cast<std::size_t>(row.series - 1)].slices.front();
         size = {first.columns, first.rows};
     } else if (row.info) {
-        size = glm::ivec2(row.info->extentVoxels);
+        size = glm::ivec2(alongSourceAxes(*row.info, row.info->extentVoxels));
     }
     return size.x > 0 ? std::to_string(size.x) + " x " + std::to_string(size.y) : "-";
 }
@@ -24,10 +26,7 @@ std::string cellOfSize(const Catalogue& catalogue, const CatalogueRow& row) {
 std::string cellOfSpacing(const CatalogueRow& row) {
     if (!row.info)
         return "-";
-    const glm::dvec3 mm = row.info->spacingMm();
-    glm::dvec3 ofSource(0);
-    for (int axis = 0; axis < 3; ++axis)
-        ofSource[row.info->originalOrder.sourceAxis[static_cast<std::size_t>(axis)]] = mm[axis];
+    const glm::dvec3 ofSource = alongSourceAxes(*row.info, row.info->spacingMm());
     const bool uneven = row.problem.find("--resample-z") != std::string::npos;
     char text[96];
     std::snprintf(text, sizeof text, uneven ? "%.3f x %.3f x uneven" : "%.3f x %.3f x %.3f", ofSource.x,

@@ -1,13 +1,15 @@
 // bricking/store/stand_in_reader.cpp: see stand_in_reader.h.
 #include "bricking/store/stand_in_reader.h"
 
+#include "bricking/store/pyramid.h" // kMajorityRule
 #include "bricking/store/shard.h"
+#include "bricking/store/store_files.h"
+#include "bricking/store/zarr_metadata.h"
 #include "core/base/error.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <system_error>
 #include <tuple>
 #include <type_traits>
 
@@ -95,8 +97,8 @@ void refine(const VolumeInfo& info, const ChunkKey& key, const ChunkKey& coarse,
 
 StandInReader::StandInReader(const std::filesystem::path& path, MemoryBudget& ram, const glm::dmat4& moved)
     : StoreReader(path, ram, moved) {
-    std::error_code ignored;
-    areNames_ = std::filesystem::exists(path / "sets", ignored); // bricking/labels/label_files.h
+    const auto text = readText(openFolder(path), "zarr.json", path, kMaxMetadataBytes);
+    areNames_ = parseGroup(text.value_or(""), (path / "zarr.json").string()).rule == kMajorityRule;
 }
 
 void StandInReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const {

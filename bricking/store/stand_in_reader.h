@@ -41,7 +41,7 @@ class StandInReader : public StoreReader {
   private:
     void note(const ChunkKey& key, int drawnFrom, const char* why) const;
 
-    bool areNames_; // whose means say nothing
+    bool areNames_; // of labels, by the rule of levels: their means say nothing
     mutable std::mutex mutex_;
     mutable std::array<std::vector<bool>, kLevelCount> noted_; // per chunk; empty: none of the level
     mutable std::uint64_t count_ = 0;

@@ -5,6 +5,7 @@
 
 #include "bricking/import/source/slab_source.h"
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 
@@ -17,6 +18,14 @@ AxisOrder nearestLpsOrder(const glm::dmat4& patientFromVoxel);
 /// The volume with its axes in nearestLpsOrder: extent, affine and originalOrder change. Every voxel keeps
 /// its patient position (to rounding in double).
 VolumeInfo orientedInfo(const VolumeInfo& source);
+
+/// Numbers along the axes of a volume in nearest LPS order, along those of its source.
+template <class Vector> Vector alongSourceAxes(const VolumeInfo& oriented, const Vector& numbers) {
+    Vector ofSource(0);
+    for (int axis = 0; axis < 3; ++axis)
+        ofSource[oriented.originalOrder.sourceAxis[static_cast<std::size_t>(axis)]] = numbers[axis];
+    return ofSource;
+}
 
 /// The source in nearest LPS order. Memory: two slices. x and y are exchanged and reversed slice by slice. A
 /// reversed z is read backwards if the source is a RandomSlabSource. Else, and if another axis becomes z, the

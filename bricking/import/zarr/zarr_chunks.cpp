@@ -144,9 +144,10 @@ std::span<const std::byte> ZarrChunks::decoded(std::span<const std::byte> bytes)
 }
 
 void ZarrChunks::tell(const std::vector<std::vector<std::int64_t>>& places) const {
-    if (!folder_.remote || !array_.shard.empty())
+    if (!isToBeTold())
         return;
     std::vector<RemoteRange> ranges;
+    ranges.reserve(places.size());
     for (const std::vector<std::int64_t>& at : places)
         ranges.push_back({folder_.remote->nameOf(fileOf(array_, at)), 0, array_.encodedBound()});
     folder_.remote->files->willRead(std::move(ranges));

@@ -20,6 +20,8 @@ class ZarrChunks {
     /// Most memory that it takes.
     static std::size_t bytesNeeded(const ZarrArray& array);
 
+    /// False for an array whose chunks need not be told.
+    bool isToBeTold() const { return folder_.remote && array_.shard.empty(); }
     /// Tells an array behind an address that these chunks will be read (RemoteFiles::willRead()). Chunks of
     /// shards are not told.
     void tell(const std::vector<std::vector<std::int64_t>>& places) const;

@@ -2,6 +2,7 @@
 #include "bricking/import/zarr/zarr_node.h"
 
 #include "bricking/store/store_files.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
 
@@ -68,6 +69,17 @@ std::optional<ZarrNode> readZarrNode(const std::filesystem::path& path) {
     if (!node.attributes)
         node.attributes = empty;
     return node;
+}
+
+std::optional<ZarrNode> readZarrNode(const ZarrNode& group, const std::string& below) {
+    std::filesystem::path path = group.path;
+    std::error_code none;
+    for (const std::filesystem::path& name : std::filesystem::path(below)) {
+        path /= name;
+        if (!isAddress(path) && std::filesystem::is_symlink(path, none))
+            throw badFile(path.string(), "a folder", "a symbolic link");
+    }
+    return readZarrNode(path);
 }
 
 } // namespace tessera

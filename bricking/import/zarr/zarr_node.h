@@ -29,5 +29,8 @@ bool isZarr(const std::filesystem::path& folder);
 /// Nullopt: there is no Zarr. Throws InputError naming the file for metadata that are damaged, larger than
 /// kMaxJsonBytes (core/base/json_reader.h), links, or of another version.
 std::optional<ZarrNode> readZarrNode(const std::filesystem::path& folder);
+/// The same of a path below a group, as metadata name it. Throws InputError naming a link on the way, too.
+/// @param below  of pathBelow() (ome_image.h)
+std::optional<ZarrNode> readZarrNode(const ZarrNode& group, const std::string& below);
 
 } // namespace tessera

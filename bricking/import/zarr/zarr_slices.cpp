@@ -1,15 +1,20 @@
 // bricking/import/zarr/zarr_slices.cpp: see zarr_slices.h.
 #include "bricking/import/zarr/zarr_slices.h"
 
+#include "bricking/store/remote_files.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
 #include <algorithm>
 #include <cstring>
+#include <string>
 #include <utility>
 
 namespace tessera {
 namespace {
+
+constexpr std::uint64_t kNone = ~std::uint64_t{0};
+constexpr std::int64_t kMostTold = 4096; // at a time
 
 /// Of a slice of a chunk.
 std::size_t sliceBytesIn(const ZarrArray& array, const std::array<std::size_t, 3>& axes) {
@@ -23,6 +28,9 @@ std::size_t sliceBytesIn(const ZarrArray& array, const std::array<std::size_t, 3
 
 ZarrSlices::ZarrSlices(ZarrArray array, ZarrVolumePlace place, std::filesystem::path scratch)
     : array_(std::move(array)), place_(std::move(place)), scratch_(std::move(scratch)), chunks_(array_) {
+    if (across(1) > kMostAcross / across(2))
+        throw badFile(array_.where, "at most " + std::to_string(kMostAcross) + " chunks across a slice",
+                      std::to_string(across(1)) + " x " + std::to_string(across(2)));
     place_.at.resize(array_.shape.size());
     std::vector<std::size_t> step(array_.chunk.size());
     std::size_t bytes = array_.valueBytes();
@@ -42,12 +50,13 @@ std::size_t ZarrSlices::bytesNeeded(const ZarrArray& array, const ZarrVolumePlac
         return static_cast<std::size_t>((array.shape[axis] - 1) / array.chunk[axis] + 1);
     };
     return ZarrChunks::bytesNeeded(array) + sliceBytesIn(array, axes) +
-           across(axes[1]) * across(axes[2]) * sizeof(Part);
+           across(axes[1]) * across(axes[2]) * sizeof(std::uint64_t) +
+           static_cast<std::size_t>(kMostTold) * (sizeof(std::vector<std::int64_t>) + sizeof(RemoteRange) +
+                                                  ZarrArray::kMostAxes * sizeof(std::int64_t));
 }
 
-void ZarrSlices::spoolChunk(Part& part, std::span<const std::byte> chunk, std::int64_t slices) {
+void ZarrSlices::spoolChunk(const Part& part, std::span<const std::byte> chunk, std::int64_t slices) {
     const std::size_t value = array_.valueBytes();
-    part.at = spooled_;
     buffer_.resize(static_cast<std::size_t>(part.sizeX * part.sizeY) * value);
     for (std::int64_t z = 0; z < slices; ++z) {
         std::byte* to = buffer_.data();
@@ -67,37 +76,55 @@ void ZarrSlices::spoolChunk(Part& part, std::span<const std::byte> chunk, std::i
     spooled_ += buffer_.size() * static_cast<std::size_t>(slices);
 }
 
-/// The chunks of the layer that begins with the next slice.
-void ZarrSlices::readLayer() {
+ZarrSlices::Part ZarrSlices::partOf(std::int64_t number) const {
+    Part part;
+    part.x = number % across(2) * chunkOf(2);
+    part.y = number / across(2) * chunkOf(1);
+    part.sizeX = std::min(chunkOf(2), lengthOf(2) - part.x);
+    part.sizeY = std::min(chunkOf(1), lengthOf(1) - part.y);
+    return part;
+}
+
+/// The place of a chunk of the layer that the next slice is in.
+std::vector<std::int64_t> ZarrSlices::chunkAt(std::int64_t number) const {
     std::vector<std::int64_t> at(array_.shape.size());
     for (std::size_t axis = 0; axis < at.size(); ++axis)
         at[axis] = place_.at[axis] / array_.chunk[axis];
     at[place_.axes[0]] = next_ / chunkOf(0);
+    at[place_.axes[1]] = number / across(2);
+    at[place_.axes[2]] = number % across(2);
+    return at;
+}
+
+void ZarrSlices::tellFrom(std::int64_t number) const {
+    if (!chunks_.isToBeTold())
+        return;
+    std::vector<std::vector<std::int64_t>> told;
+    const std::int64_t end = std::min(number + kMostTold, static_cast<std::int64_t>(parts_.size()));
+    for (; number < end; ++number)
+        told.push_back(chunkAt(number));
+    chunks_.tell(told);
+}
+
+/// The chunks of the layer that begins with the next slice.
+void ZarrSlices::readLayer() {
     const std::int64_t slices = std::min(chunkOf(0), lengthOf(0) - next_);
-    parts_.clear();
+    parts_.assign(static_cast<std::size_t>(across(1) * across(2)), kNone);
     spool_.reset();
     spooled_ = 0;
-    std::vector<std::vector<std::int64_t>> all;
-    for (std::int64_t y = 0; y < lengthOf(1); y += chunkOf(1))
-        for (std::int64_t x = 0; x < lengthOf(2); x += chunkOf(2)) {
-            at[place_.axes[1]] = y / chunkOf(1);
-            at[place_.axes[2]] = x / chunkOf(2);
-            all.push_back(at);
-        }
-    chunks_.tell(all);
-    for (std::int64_t y = 0; y < lengthOf(1); y += chunkOf(1))
-        for (std::int64_t x = 0; x < lengthOf(2); x += chunkOf(2)) {
-            checkInterrupted();
-            at[place_.axes[1]] = y / chunkOf(1);
-            at[place_.axes[2]] = x / chunkOf(2);
-            Part part{x, y, std::min(chunkOf(2), lengthOf(2) - x), std::min(chunkOf(1), lengthOf(1) - y), {}};
-            if (const auto chunk = chunks_.read(at); !chunk.empty()) {
-                if (!spool_)
-                    spool_ = std::make_unique<SpoolFile>(scratch_);
-                spoolChunk(part, chunk, slices);
-            }
-            parts_.push_back(part);
-        }
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        checkInterrupted();
+        const auto number = static_cast<std::int64_t>(i);
+        if (number % kMostTold == 0)
+            tellFrom(number);
+        const auto chunk = chunks_.read(chunkAt(number));
+        if (chunk.empty())
+            continue;
+        if (!spool_)
+            spool_ = std::make_unique<SpoolFile>(scratch_);
+        parts_[i] = spooled_;
+        spoolChunk(partOf(number), chunk, slices);
+    }
 }
 
 std::string ZarrSlices::sayMissing() const {
@@ -114,17 +141,19 @@ void ZarrSlices::readSlice(std::span<std::byte> out) {
                   out.size() == static_cast<std::size_t>(lengthOf(1) * lengthOf(2)) * value);
     if (next_ % chunkOf(0) == 0)
         readLayer();
-    for (const Part& part : parts_) {
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        const Part part = partOf(static_cast<std::int64_t>(i));
+        const bool isThere = parts_[i] != kNone;
         const std::size_t row = static_cast<std::size_t>(part.sizeX) * value;
-        if (part.at) {
+        if (isThere) {
             buffer_.resize(row * static_cast<std::size_t>(part.sizeY));
-            spool_->readAt(*part.at + static_cast<std::uint64_t>(next_ % chunkOf(0)) * buffer_.size(),
+            spool_->readAt(parts_[i] + static_cast<std::uint64_t>(next_ % chunkOf(0)) * buffer_.size(),
                            buffer_);
         }
         for (std::int64_t y = 0; y < part.sizeY; ++y) {
             std::byte* const to =
                 out.data() + static_cast<std::size_t>((part.y + y) * lengthOf(2) + part.x) * value;
-            if (part.at)
+            if (isThere)
                 std::memcpy(to, buffer_.data() + static_cast<std::size_t>(y) * row, row);
             else
                 for (std::size_t x = 0; x < row; x += value)

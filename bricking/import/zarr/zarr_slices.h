@@ -8,9 +8,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +25,9 @@ struct ZarrVolumePlace {
 
 class ZarrSlices {
   public:
+    /// Chunks across a slice: each takes 8 bytes.
+    static constexpr std::int64_t kMostAcross = 1 << 22;
+    /// Throws InputError naming the array if it has more of them.
     /// @param scratch  folder for the temporary file; "": the system's
     ZarrSlices(ZarrArray array, ZarrVolumePlace place, std::filesystem::path scratch);
     /// Most memory that it takes.
@@ -41,12 +44,17 @@ class ZarrSlices {
     std::string sayMissing() const;
 
   private:
-    struct Part { // of a layer: a chunk without what lies beyond the array
+    /// Of a layer: a chunk without what lies beyond the array.
+    struct Part {
         std::int64_t x = 0, y = 0, sizeX = 0, sizeY = 0;
-        std::optional<std::uint64_t> at; // in the spool; none: all is fill
     };
+    std::int64_t across(int axis) const { return (lengthOf(axis) - 1) / chunkOf(axis) + 1; }
+    /// @param number  x runs fastest
+    Part partOf(std::int64_t number) const;
+    std::vector<std::int64_t> chunkAt(std::int64_t number) const;
+    void tellFrom(std::int64_t number) const;
     void readLayer();
-    void spoolChunk(Part& part, std::span<const std::byte> chunk, std::int64_t slices);
+    void spoolChunk(const Part& part, std::span<const std::byte> chunk, std::int64_t slices);
     std::int64_t lengthOf(int axis) const {
         return array_.shape[place_.axes[static_cast<std::size_t>(axis)]];
     }
@@ -58,7 +66,7 @@ class ZarrSlices {
     std::size_t firstByte_ = 0;              // of the volume in its chunks
     std::filesystem::path scratch_;
     ZarrChunks chunks_;
-    std::vector<Part> parts_;
+    std::vector<std::uint64_t> parts_; // of the layer: where they begin in the spool; kNone: all is fill
     std::unique_ptr<SpoolFile> spool_; // of the layer
     std::uint64_t spooled_ = 0;
     std::vector<std::byte> buffer_; // a slice of a part

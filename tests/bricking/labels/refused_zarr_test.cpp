@@ -68,6 +68,17 @@ TEST_F(RefusedZarr, DamagedChunks) {
     }
 }
 
+TEST_F(RefusedZarr, LinksThatMetadataName) {
+    for (const char* name : {"labels", "labels/cells", "labels/cells/0"}) {
+        write();
+        const auto path = folder / "a.zarr" / name, moved = folder / "moved";
+        std::filesystem::remove_all(moved);
+        std::filesystem::rename(path, moved);
+        std::filesystem::create_directory_symlink(moved, path);
+        EXPECT_THAT(refusalOfReading(folder / "a.zarr"), HasSubstr(path.string() + ": expected a folder"));
+    }
+}
+
 TEST_F(RefusedZarr, LyingMetadata) {
     using Lie = std::pair<const char*, std::function<void(Json&)>>;
     const auto grid = [](Json& a) -> Json& { return a["chunk_grid"]["configuration"]["chunk_shape"]; };

@@ -59,8 +59,10 @@ std::string withoutEntities(std::string_view text) {
                                              std::pair("apos", '\'')};
     std::string out;
     while (!text.empty()) {
-        const std::size_t end = text.find(';');
-        if (text.front() != '&' || end == std::string_view::npos) {
+        constexpr std::size_t kMostEntity = 12; // "&#x0010FFFF;"
+        const std::size_t end =
+            text.front() == '&' ? text.substr(0, kMostEntity).find(';') : std::string_view::npos;
+        if (end == std::string_view::npos) {
             out += text.front();
             text.remove_prefix(1);
             continue;

@@ -9,6 +9,8 @@
 #include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/json_reader.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <array>
@@ -104,15 +106,53 @@ class ZarrSource final : public SlabSource {
     std::vector<std::byte> slice_; // in the file's numbers
 };
 
-ZarrNode requireNode(const fs::path& path, const char* expected) {
-    if (auto node = readZarrNode(path))
-        return *std::move(node);
-    throw badFile(path.string(), expected, "no Zarr there");
+ZarrNode requireNode(std::optional<ZarrNode> node, const fs::path& path, const char* expected) {
+    if (!node)
+        throw badFile(path.string(), expected, "no Zarr there");
+    return *std::move(node);
+}
+ZarrNode requireNode(const ZarrNode& group, const std::string& below, const char* expected) {
+    return requireNode(readZarrNode(group, below), group.path / below, expected);
+}
+
+/// The images of a group as bioformats2raw (3) writes it: those that OME/ names, else 0, 1, ...
+std::vector<std::string> imagesOfLayout(const ZarrNode& group) {
+    constexpr std::size_t kMostImages = 10000, kMostLookedFor = 20;
+    std::vector<std::string> images;
+    const auto ome = omeAttributesOf(group);
+    if (!ome || !ome->has("bioformats2raw.layout"))
+        return images;
+    if (const auto about = readZarrNode(group, "OME"); about && !about->isArray)
+        if (const auto said = omeAttributesOf(*about); said && said->has("series"))
+            for (const JsonValue name : said->at("series").items(kMostImages, "images"))
+                images.push_back(pathBelow(name.text(), name.place()));
+    if (images.empty())
+        while (images.size() < kMostLookedFor && isZarr(group.path / std::to_string(images.size())))
+            images.push_back(std::to_string(images.size()));
+    return images;
+}
+
+/// The group of the image that a path means: itself, or the only one of a group of bioformats2raw.
+ZarrNode imageGroupOf(const ZarrNode& node, std::vector<std::string>& notes) {
+    const std::vector<std::string> images = imagesOfLayout(node);
+    if (images.empty())
+        return node;
+    if (images.size() == 1) {
+        notes.push_back("the image is " + printable(images.front()) + ", the only one of its group");
+        return requireNode(node, images.front(), "the image that its group names");
+    }
+    constexpr std::size_t kMostShown = 20;
+    std::string all;
+    for (std::size_t i = 0; i < std::min(images.size(), kMostShown); ++i)
+        all += (i == 0 ? "" : ", ") + printable(images[i]);
+    throw badFile(
+        node.path.string(), "one image: name it, as in " + printable((node.path / images.front()).string()),
+        std::to_string(images.size()) + " of them: " + all + (images.size() > kMostShown ? ", ..." : ""));
 }
 
 ZarrImage imageAt(const fs::path& given) {
     const fs::path path = given.has_filename() ? given : given.parent_path(); // "a.zarr/" means a.zarr
-    const ZarrNode node = requireNode(path, "a group or an array of Zarr");
+    ZarrNode node = requireNode(readZarrNode(path), path, "a group or an array of Zarr");
     ZarrImage found;
     if (node.isArray) {
         found.array = zarrArrayOf(node);
@@ -122,17 +162,23 @@ ZarrImage imageAt(const fs::path& given) {
         found.where = found.array.where;
         return found;
     }
-    const std::optional<OmeImage> image = omeImageOf(node);
+    std::optional<OmeImage> image = omeImageOf(node);
+    std::vector<std::string> notes;
+    if (!image) {
+        node = imageGroupOf(node, notes);
+        image = omeImageOf(node);
+    }
     if (!image)
         throw badFile(node.attributesFile,
                       "\"multiscales\" of OME-Zarr 0.4 or 0.5; where the group holds images, the name of one",
                       "a group without them");
-    const ZarrNode data = requireNode(node.path / image->path, "the array that \"multiscales\" names");
+    const ZarrNode data = requireNode(node, image->path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     found.array = zarrArrayOf(data);
     findSeparator(found.array);
     found.grid = omeGridOf(*image, found.array, node.attributesFile);
+    found.grid.notes.insert(found.grid.notes.begin(), notes.begin(), notes.end());
     found.channels = image->channels;
     found.hasPlace = true;
     found.what = node.version == 2 ? "OME-Zarr 0.4" : "OME-Zarr 0.5";

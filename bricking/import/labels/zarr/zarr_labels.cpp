@@ -79,10 +79,13 @@ class ZarrLayer final : public LabelLayer {
     int next_ = 0;
 };
 
-ZarrNode requireNode(const fs::path& path, const char* expected) {
-    if (auto node = readZarrNode(path))
-        return *std::move(node);
-    throw badFile(path.string(), expected, "no Zarr there");
+ZarrNode requireNode(std::optional<ZarrNode> node, const fs::path& path, const char* expected) {
+    if (!node)
+        throw badFile(path.string(), expected, "no Zarr there");
+    return *std::move(node);
+}
+ZarrNode requireNode(const ZarrNode& group, const std::string& below, const char* expected) {
+    return requireNode(readZarrNode(group, below), group.path / below, expected);
 }
 
 /// The names that a "labels" group lists; nullopt: the group is none.
@@ -97,10 +100,10 @@ std::optional<std::vector<std::string>> listedLabels(const ZarrNode& group) {
     return names;
 }
 
-/// The one label image of a group of them. Throws InputError with their names if there are several.
-fs::path onlyOf(const ZarrNode& group, const std::vector<std::string>& names) {
+/// The one label image of a group of them, below it. Throws InputError with their names if there are several.
+std::string onlyOf(const ZarrNode& group, const std::vector<std::string>& names) {
     if (names.size() == 1)
-        return group.path / names.front();
+        return names.front();
     if (names.empty())
         throw badFile(group.attributesFile, "a label image", "an empty list of them");
     constexpr std::size_t kMostShown = 20;
@@ -117,17 +120,17 @@ fs::path onlyOf(const ZarrNode& group, const std::vector<std::string>& names) {
 /// The label image or array that a path means: itself, or the only one in its "labels".
 ZarrNode labelNodeAt(const fs::path& path) {
     const fs::path folder = path.has_filename() ? path : path.parent_path(); // "a.zarr/" means a.zarr
-    ZarrNode node = requireNode(folder, "labels in Zarr");
+    ZarrNode node = requireNode(readZarrNode(folder), folder, "labels in Zarr");
     if (node.isArray || omeLabelsOf(node).isThere)
         return node;
     if (const auto names = listedLabels(node))
-        return requireNode(onlyOf(node, *names), "the label image that its group lists");
+        return requireNode(node, onlyOf(node, *names), "the label image that its group lists");
     if (isZarr(folder / "labels")) {
-        const ZarrNode group = requireNode(folder / "labels", "a group of labels");
+        const ZarrNode group = requireNode(node, "labels", "a group of labels");
         const auto names = listedLabels(group);
         if (!names)
             throw badFile(group.attributesFile, "a list \"labels\" of names", "none");
-        return requireNode(onlyOf(group, *names), "the label image that its group lists");
+        return requireNode(group, onlyOf(group, *names), "the label image that its group lists");
     }
     return node;
 }
@@ -174,7 +177,7 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     if (!image)
         throw badFile(node.attributesFile, "\"multiscales\" of OME-Zarr 0.4 or 0.5, or the path of an array",
                       "a group without them");
-    const ZarrNode data = requireNode(node.path / image->path, "the array that \"multiscales\" names");
+    const ZarrNode data = requireNode(node, image->path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     ZarrArray array = zarrArrayOf(data);

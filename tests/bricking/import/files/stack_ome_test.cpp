@@ -5,6 +5,7 @@
 #include "tests/support/stack_writers.h"
 
 #include <cstdlib>
+#include <ctime>
 #include <gmock/gmock.h>
 #include <random>
 
@@ -66,6 +67,18 @@ std::string blockOf(int page, int z, int c, int t, int file, const std::string& 
 }
 
 // By the definition of DimensionOrder: the first axis goes up first.
+// Every look at a folder reads the attributes of its files.
+TEST(ImportOme, LongAttributesTakeTimeByTheirLength) {
+    const ScratchFolder folder;
+    for (const char one : {'x', '&'}) {
+        writeFile(folder / "a.tif",
+                  tiffOf({0, 1}, omeOf({2, 1, 1}, "XYZCT", "", std::string(std::size_t{1} << 20, one))));
+        const std::clock_t begin = std::clock();
+        EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder / "a.tif", {})), valuesOf({0, 1}));
+        EXPECT_LT(std::clock() - begin, 10 * CLOCKS_PER_SEC) << one; // milliseconds
+    }
+}
+
 TEST(ImportOme, PlanesFollowTheOrderOfAxes) {
     const ScratchFolder folder;
     const Sizes n{2, 3, 4};

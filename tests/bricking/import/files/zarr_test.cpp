@@ -407,9 +407,10 @@ TEST(ImportZarr, FillValuesOfVersion2AreTakenAsProgramsWriteThem) {
         for (const Json& fill : {Json("three"), Json(""), Json("0x3"), Json(Json::array({1, 2})),
                                  Json(Json::object()), Json("3 ")})
             EXPECT_THAT(refusalOf([&] { firstWith(fill); }), HasSubstr("fill_value")) << type << fill;
-        if (type == std::string("int16"))
-            for (const Json& fill : {Json(-3.5), Json("-3.5"), Json("40000"), Json(1e30), Json("1e400")})
-                EXPECT_THAT(refusalOf([&] { firstWith(fill); }), HasSubstr("fill_value")) << fill;
+        if (type != std::string("int16"))
+            continue;
+        for (const Json& fill : {Json(-3.5), Json("-3.5"), Json("40000"), Json(1e30), Json("1e400")})
+            EXPECT_THAT(refusalOf([&] { firstWith(fill); }), HasSubstr("fill_value")) << fill;
     }
 }
 
@@ -449,6 +450,81 @@ TEST(ImportZarr, MetadataThatAreNotNeededRefuseNothing) {
             writeFile(path / "full/.zattrs", attributes);
             EXPECT_EQ(openSource(path, {})->info().extentVoxels, glm::ivec3(13, 11, 7)) << attributes;
         }
+    }
+}
+
+TEST(ImportZarr, TheImagesOfBioformats2rawAreFoundBelowTheirGroup) {
+    const ScratchFolder folder;
+    int number = 0;
+    for (const int version : {2, 3})
+        for (const bool hasList : {false, true}) {
+            const fs::path group = folder / std::to_string(number++);
+            WrittenZarr zarr;
+            zarr.version = version;
+            zarr.shape = zarr.chunk = kShape;
+            const auto values = zarrLabelValues(7 * 11 * 13);
+            const Json layout = {{"bioformats2raw.layout", 3}};
+            writeZarrGroup(group, version, layout);
+            EXPECT_THAT(refusalOf([&] { openSource(group, {}); }), HasSubstr("multiscales"));
+            const std::string first = hasList ? "a" : "0", second = hasList ? "b" : "1";
+            const auto list = [&](const Json& names) {
+                if (hasList)
+                    writeZarrGroup(group / "OME", version, {{"series", names}});
+            };
+            writeImage(group / first, zarr, values, "zyx");
+            list(Json::array({first}));
+            const auto only = openSource(group, {});
+            EXPECT_EQ(readAll<std::uint16_t>(*only), as<std::uint16_t>(values));
+            EXPECT_THAT(only->notes(), testing::Contains(HasSubstr("the image is " + first)));
+            writeImage(group / second, zarr, values, "zyx");
+            list(Json::array({first, second}));
+            EXPECT_THAT(
+                refusalOf([&] { openSource(group, {}); }),
+                AllOf(HasSubstr("2 of them: " + first + ", " + second), HasSubstr((group / first).string())));
+            EXPECT_EQ(openSource(group / second, {})->info().extentVoxels, glm::ivec3(13, 11, 7));
+            if (!hasList)
+                continue;
+            list(Json::array({"../../etc"}));
+            EXPECT_THAT(refusalOf([&] { openSource(group, {}); }), HasSubstr("a path below the group"));
+        }
+}
+
+TEST(ImportZarr, LinksThatMetadataNameAreNotFollowed) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.shape = zarr.chunk = kShape;
+    writeImage(folder / "image", zarr, zarrLabelValues(7 * 11 * 13), "zyx");
+    fs::rename(folder / "image/full", folder / "elsewhere");
+    fs::create_directory_symlink(folder / "elsewhere", folder / "image/full");
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "image", {}); }),
+                AllOf(HasSubstr("image/full"), HasSubstr("a symbolic link")));
+    fs::create_directory_symlink(folder / "elsewhere", folder / "link"); // which a user names
+    EXPECT_EQ(openSource(folder / "link", oneMm())->info().extentVoxels, glm::ivec3(13, 11, 7));
+}
+
+TEST(ImportZarr, SlicesOfTooManyChunksAreRefused) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.shape = {2, 4096, 4096};
+    zarr.chunk = {2, 1, 1};
+    writeJson(folder / "a/zarr.json", arrayMetadata(zarr));
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "a", oneMm()); }),
+                AllOf(HasSubstr("at most 4194304 chunks across a slice"), HasSubstr("4096 x 4096")));
+    zarr.chunk = {2, 2, 2}; // as many as may be
+    writeJson(folder / "a/zarr.json", arrayMetadata(zarr));
+    EXPECT_EQ(openSource(folder / "a", oneMm())->info().extentVoxels, glm::ivec3(4096, 4096, 2));
+}
+
+TEST(ImportZarr, TheTableHasSizesAndSpacingsOfTheFilesAxes) {
+    const ScratchFolder folder;
+    WrittenZarr zarr;
+    zarr.shape = zarr.chunk = kShape; // 13 columns, 11 rows, 7 slices
+    for (const char* axes : {"zyx", "xyz", "yzx", "xzy"}) {
+        const fs::path path = folder / axes;
+        writeImage(path, zarr, zarrLabelValues(7 * 11 * 13), axes);
+        const Catalogue catalogue = lookThrough(path);
+        EXPECT_EQ(catalogue.rows.front().slices, 7) << axes;
+        EXPECT_THAT(tableOf(catalogue), AllOf(HasSubstr("13 x 11 "), HasSubstr("0.250 x 0.500 x 2.000")));
     }
 }
 
