@@ -94,7 +94,7 @@ class StackSource final : public RandomSlabSource {
                               : openPictureRows(files_[file], head_.shape);
             opened.file = file;
         }
-        const int height = end - begin, unit = rowUnit();
+        const int height = end - begin, unit = std::max(1, head_.tileRows); // strips go row by row
         const std::size_t rowBytes =
             static_cast<std::size_t>(head_.shape.size.x) * bytesPerFileValue(head_.shape.type);
         const auto units = static_cast<int>(std::clamp<std::size_t>(
