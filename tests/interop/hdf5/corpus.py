@@ -2,6 +2,7 @@
 """tests/interop/hdf5/corpus.py FOLDER: the small HDF5 files of tests/fuzz/corpus/hdf5, by h5py. Voxel (z, y, x) of every
 set has the value 100 z + 10 y + x, and 1000 n more at n along an axis before z; chunks that are missing have the fill
 value 7."""
+import ctypes
 import os
 import sys
 
@@ -47,6 +48,7 @@ for libver in ("earliest", "latest"):
     with new(f"contiguous_{libver}.h5", libver) as file:
         file.create_dataset("little", data=values(SHAPE, "<i2"))
         file.create_dataset("group/big", data=values(SHAPE, ">f4"))
+        file["same"] = file["little"]  # one set, two links
     with new(f"compact_{libver}.h5", libver) as file:
         laid_out(file, "compact", "compact", values(SHAPE, ">u2"))
     with new(f"chunks_{libver}.h5", libver) as file:
@@ -59,6 +61,8 @@ for libver in ("earliest", "latest"):
         made = file.create_dataset("missing", SHAPE, "<u2", chunks=(2, 3, 4), fillvalue=7)
         made[2:4, 3:6, 0:4] = values(SHAPE)[2:4, 3:6, 0:4]
         file.create_dataset("never", SHAPE, "<u2", fillvalue=7)
+    with new(f"many_{libver}.h5", libver) as file:  # trees of two levels
+        file.create_dataset("many", data=values((30, 6, 7)), chunks=(1, 3, 4), maxshape=(None, None, 7))
     for name, most in ENDLESS.items():
         with new(f"endless_{name}_{libver}.h5", libver) as file:
             file.create_dataset("plain", data=values(SHAPE), chunks=(1, 2, 3), maxshape=most)
@@ -68,6 +72,18 @@ with new("implicit_latest.h5", "latest") as file:
 with new("pages_latest.h5", "latest") as file:  # a fixed array in pages, most of them not there
     made = file.create_dataset("pages", (30, 6, 7), "<u1", chunks=(1, 1, 1), fillvalue=7)
     made[29, 5, 6] = 2900 + 50 + 6 & 255
+with new("ordered_latest.h5", "latest", track_order=True) as file:
+    file.create_dataset("ordered", data=values(SHAPE), track_order=True).attrs["element_size_um"] = np.array([1.0, 1, 1])
+with new("fletcher_earliest.h5") as file:
+    file.create_dataset("summed", data=values(SHAPE), chunks=SHAPE, fletcher32=True)
+with new("partial_latest.h5", "latest") as file:  # chunks beyond an end of the set are not filtered
+    plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    plist.set_chunk((2, 3, 4))
+    plist.set_deflate(6)
+    opened = next(line.split()[-1] for line in open("/proc/self/maps", encoding="utf-8") if "libhdf5_serial.so" in line)
+    ctypes.CDLL(opened).H5Pset_chunk_opts(ctypes.c_int64(plist.id), ctypes.c_uint(2))
+    made = h5py.h5d.create(file.id, b"partial", h5py.h5t.STD_U16LE, h5py.h5s.create_simple(SHAPE), plist)
+    made.write(h5py.h5s.ALL, h5py.h5s.ALL, values(SHAPE))
 with new("dense_latest.h5", "latest") as file:  # links and attributes in heaps
     for n in range(30):
         file.create_group(f"group {n}")
@@ -78,7 +94,7 @@ with new("dense_latest.h5", "latest") as file:  # links and attributes in heaps
 with new("spacing_earliest.h5", userblock_size=512) as file:
     file.create_dataset("data", data=values(SHAPE)).attrs["element_size_um"] = np.array([3000, 2000, 500], "f4")
 with new("axes_latest.h5", "latest") as file:
-    file.create_dataset("channels", data=values((2, *SHAPE)), chunks=(1, 2, 3, 4), compression="gzip")
+    file.create_dataset("channels", data=values((2, *SHAPE)), chunks=(2, 2, 3, 4), compression="gzip")
     file.create_dataset("behind", data=values(SHAPE).reshape(*SHAPE, 1))
 with new("itk.h5") as file:
     image = file.create_group("ITKImage/0")

@@ -103,7 +103,7 @@ std::vector<std::byte> readH5Chunk(const H5File& file, const H5Set& set, const H
     if (isPacked ? chunk.extent.bytes > bytes + bytes / 64 + kMostMore : chunk.extent.bytes != bytes)
         file.refuse(std::to_string(bytes) + " bytes of a chunk of " + set.name,
                     std::to_string(chunk.extent.bytes));
-    const std::string where = file.where();
+    const std::string& where = file.where();
     std::vector<std::byte> data(chunk.extent.bytes); // within the file: H5Chunks
     file.readAt(chunk.extent.at, data);
     for (auto filter = used.rbegin(); filter != used.rend(); ++filter) {

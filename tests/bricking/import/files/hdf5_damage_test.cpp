@@ -88,6 +88,16 @@ void replaceAt(std::string& bytes, std::size_t at, std::uint64_t number, std::si
 // Checksums, and fletcher32, tell of a bit that differs.
 TEST(DamagedHdf5, ABitThatDiffersIsFoundByChecksums) {
     const ScratchFolder folder;
+    std::string summed = contentOf(hdf5Corpus() / "fletcher_earliest.h5");
+    const std::size_t voxel = summed.find(std::string("\0\0\1\0\2\0\3\0", 8));
+    ASSERT_NE(voxel, std::string::npos);
+    summed[voxel + 3] = 1;
+    writeFile(folder / "a.h5", summed);
+    EXPECT_THAT(refusal([&] {
+                    for (Hdf5Volume& volume : openHdf5Volumes(folder / "a.h5"))
+                        valuesOf(*volume.source);
+                }),
+                HasSubstr("fletcher32"));
     const std::string whole = contentOf(hdf5Corpus() / "chunks_latest.h5");
     for (const char* mark : {"OHDR", "FADB", "FAHD"}) {
         std::string damaged = whole;
@@ -141,7 +151,7 @@ TEST(DamagedHdf5, LiesAboutSizesTakeNoMemory) {
                                      at = bytes.find(sides, at + 1))
                                     replaceAt(bytes, at, 1 << 22, 4);
                             }),
-                HasSubstr("of a chunk"));
+                HasSubstr("too few for them"));
     // Records of a B-tree's node.
     EXPECT_THAT(refusedWith("endless_two_latest.h5",
                             [](std::string& bytes) {
@@ -155,6 +165,15 @@ TEST(DamagedHdf5, LiesAboutSizesTakeNoMemory) {
                             [](std::string& bytes) { replaceAt(bytes, 96 + 8, 0xfffffff0u, 4); }),
                 HasSubstr("16 MiB"));
     h5ChecksumsCount = true;
+}
+
+TEST(DamagedHdf5, BlocksAreReadUpToSixteenMebibytes) {
+    const ScratchFolder folder;
+    fs::copy_file(hdf5Corpus() / "contiguous_earliest.h5", folder / "a.h5");
+    fs::resize_file(folder / "a.h5", 40 << 20); // takes no place
+    const H5File file(folder / "a.h5");
+    EXPECT_EQ(file.block(0, 16 << 20, "a block").left(), std::size_t{16} << 20);
+    EXPECT_THAT(refusal([&] { file.block(0, (16 << 20) + 1, "a block"); }), HasSubstr("16 MiB at most"));
 }
 
 // Nodes, parts of headers and groups that point back at themselves.
