@@ -103,6 +103,12 @@ with new("itk.h5") as file:
     image["Origin"] = np.array([-10.0, 20.0, 30.0])
     image["Directions"] = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     image.create_dataset("VoxelData", data=values(SHAPE, "<i2"))
+with new("refused_tensors.h5") as file:
+    image = file.create_group("ITKImage/0")
+    image["Spacing"] = np.ones(3)
+    image["Origin"] = np.zeros(3)
+    image["Directions"] = np.eye(3)
+    image.create_dataset("VoxelData", data=np.zeros((1, *SHAPE[1:], 6), "<i2"))
 with new("imaris.ims", ("earliest", "v108")) as file:
     for channel in range(2):
         made = file.create_group(f"DataSet/ResolutionLevel 0/TimePoint 0/Channel {channel}")

@@ -50,6 +50,9 @@ std::optional<H5Lattice> latticeOfItk(const H5File& file, const H5Volume& volume
     const std::size_t axes = spacing.size();
     if (axes < 3 || origin.size() != axes || directions.size() != axes * axes)
         return std::nullopt;
+    if (axes != volume.place.at.size())
+        file.refuse("one number a voxel of ITK's image of " + std::to_string(axes) + " axes",
+                    "several (a set of " + std::to_string(volume.place.at.size()) + " axes)");
     H5Lattice lattice;
     lattice.isOfPatient = true;
     lattice.field = "Spacing, Origin and Directions of ITK";

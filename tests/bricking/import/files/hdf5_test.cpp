@@ -117,6 +117,7 @@ TEST(ImportHdf5, WhatIsNotReadIsRefusedWithItsReason) {
     EXPECT_THAT(refused("refused_types.h5"),
                 AllOf(HasSubstr("/colours (4 axes, the last one with 3 numbers"),
                       HasSubstr("/mask (enumerations)"), HasSubstr("/pairs (structures)")));
+    EXPECT_THAT(refused("refused_tensors.h5"), HasSubstr("one number a voxel of ITK's image of 3 axes"));
     const ScratchFolder folder;
     writeFile(folder / "a.h5", std::string(4096, 'x'));
     EXPECT_THAT(refusalOfOpening(folder / "a.h5"), HasSubstr("expected an HDF5 file"));
