@@ -62,7 +62,7 @@ for libver in ("earliest", "latest"):
         made[2:4, 3:6, 0:4] = values(SHAPE)[2:4, 3:6, 0:4]
         file.create_dataset("never", SHAPE, "<u2", fillvalue=7)
     with new(f"many_{libver}.h5", libver) as file:  # trees of two levels
-        file.create_dataset("many", data=values((30, 6, 7)), chunks=(1, 3, 4), maxshape=(None, None, 7))
+        file.create_dataset("many", data=values((30, 6, 7)), chunks=(6, 1, 2), maxshape=(None, None, 7))
     for name, most in ENDLESS.items():
         with new(f"endless_{name}_{libver}.h5", libver) as file:
             file.create_dataset("plain", data=values(SHAPE), chunks=(1, 2, 3), maxshape=most)
