@@ -33,6 +33,7 @@ PartImport::PartImport(SlabSource& source, const VolumeInfo& info, WorkFolder& w
     : source_(&source), all_{options.key, info, {info.extentVoxels.z, options.partSlices}}, work_(work),
       ram_(ram), options_(options), progress_(progress), facts_(static_cast<std::size_t>(all_.parts.count())),
       notes_(source.notes()), plan_(planImport(source, info, ram.freeBytes(), options.threads, work.path())) {
+    source_->setThreads(options.threads);
     for (int part = 0; part < all_.parts.count(); ++part)
         found_ += find(part);
     if (found_ > 0)
@@ -133,6 +134,7 @@ void PartImport::goTo(int slice, SlabFeed& feed, std::span<std::byte> scratch) {
                         std::to_string(slice) + " is wanted, of a source that reads on only");
         reopened_ = options_.reopen();
         source_ = reopened_.get();
+        source_->setThreads(options_.threads);
         next_ = 0;
     }
     for (; next_ < slice; ++next_) {

@@ -23,7 +23,7 @@ namespace tessera {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kSlotsPerThread = 4; // chunks compressed per batch: enough to hide one slow chunk
+constexpr int kSlotsPerThread = 4; // two batches of chunks: enough to hide one slow chunk
 
 /// A shard while it grows.
 struct GrowingShard {
@@ -162,11 +162,20 @@ void LevelWriter::write(const SlabPyramid::Slab& slab) {
     TESSERA_CHECK(slab.firstRow % kChunkExtent == 0);
     const int firstRow = slab.firstRow / kChunkExtent; // of chunks
     const int endRow = firstRow + (slab.rows - 1) / kChunkExtent + 1;
-    std::size_t used = 0;
+    // One half of the slots is compressed while the other one, the batch before, is written.
+    const std::size_t half = s.slots.size() / 2;
+    std::span<Slot> batch = std::span(s.slots).first(half), before = std::span(s.slots).subspan(half, half);
+    std::size_t used = 0, unwritten = 0; // of the batch; of the one before
     const auto flush = [&] {
-        parallelFor(used, s.threads, [&](std::size_t i) { s.prepare(s.slots[i], slab); });
-        s.append(std::span(s.slots).first(used));
-        used = 0;
+        const std::size_t writing = unwritten > 0 ? 1 : 0;
+        parallelFor(used + writing, s.threads, [&](std::size_t i) {
+            if (i < writing)
+                s.append(before.first(unwritten));
+            else
+                s.prepare(batch[i - writing], slab);
+        });
+        std::swap(batch, before);
+        unwritten = std::exchange(used, 0);
     };
     // Shard after shard, so that each is opened about once per slab.
     for (int sy = 0; sy < level.layout.shards.y; ++sy)
@@ -175,12 +184,13 @@ void LevelWriter::write(const SlabPyramid::Slab& slab) {
             const glm::ivec3 end = glm::min(first + level.layout.chunks, grid);
             for (int j = std::max(first.y, firstRow); j < std::min(end.y, endRow); ++j)
                 for (int i = first.x; i < end.x; ++i) {
-                    s.slots[used++].key = {slab.level, i, j, k};
-                    if (used == s.slots.size())
+                    batch[used++].key = {slab.level, i, j, k};
+                    if (used == batch.size())
                         flush();
                 }
         }
     flush();
+    s.append(before.first(unwritten));
     if (endRow == grid.y && (k + 1 == grid.z || (k + 1) % level.layout.chunks.z == 0))
         s.closeRow(slab.level);
 }

@@ -3,18 +3,22 @@
 #pragma once
 
 #include "bricking/import/open_source.h"
+#include "bricking/import/source/slab_source.h"
 #include "core/base/error.h"
 #include "core/base/program_folders.h"
 #include "tests/support/folders.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <memory>
 #include <optional>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 #include <zlib.h>
@@ -73,6 +77,43 @@ template <class T> std::vector<T> readAll(SlabSource& source) {
         z += now;
     }
     return values;
+}
+
+/// Rows by themselves, in the ways that the source allows, are those of whole slices, and count the same.
+/// @param open  the source anew
+template <typename Open> void expectRowsOfSlices(const Open& open, RowAccess expected) {
+    const std::unique_ptr<SlabSource> slices = open(), rows = open();
+    EXPECT_EQ(rows->rowAccess(), expected);
+    const glm::ivec3 extent = slices->info().extentVoxels;
+    const std::size_t rowBytes = rowBytesOf(slices->info()), sliceBytes = sliceBytesOf(slices->info());
+    std::vector<std::byte> whole(sliceBytes * static_cast<std::size_t>(extent.z)), found(whole.size());
+    slices->readSlices(extent.z, whole);
+    const auto readSome = [&](int z, int first, int count) {
+        rows->readRows(z, first, count,
+                       std::span(found).subspan(static_cast<std::size_t>(z) * sliceBytes +
+                                                    static_cast<std::size_t>(first) * rowBytes,
+                                                static_cast<std::size_t>(count) * rowBytes));
+    };
+    const int unit = rows->rowUnit(), band = 2 * unit;
+    if (expected == RowAccess::any)
+        for (int first = 0; first < extent.y; first += band)
+            for (int z = extent.z; z-- > 0;)
+                readSome(z, first, std::min(band, extent.y - first));
+    else
+        for (int z = 0; z < extent.z; ++z)
+            for (int first = 0; first < extent.y; first += band)
+                readSome(z, first, std::min(band, extent.y - first));
+    EXPECT_TRUE(found == whole);
+    EXPECT_EQ(rows->info().nonFiniteVoxels, slices->info().nonFiniteVoxels);
+    EXPECT_EQ(rows->info().absentStored, slices->info().absentStored);
+    const VoxelTally some = rows->takeTally(), all = slices->takeTally();
+    EXPECT_EQ(some.labels.isOther, all.labels.isOther);
+    if (!all.labels.isOther) { // else counting ended
+        EXPECT_EQ(some.labels.values, all.labels.values);
+        EXPECT_EQ(some.labels.edges, all.labels.edges);
+        EXPECT_EQ(some.labels.inside, all.labels.inside);
+    }
+    EXPECT_EQ(some.rounded, all.rounded);
 }
 
 inline std::size_t indexOf(const VolumeInfo& info, int x, int y, int z) {

@@ -173,6 +173,15 @@ void checkMended(const StreamHeader& header, const DicomSlice& slice, std::span<
 
 } // namespace
 
+void StreamFindings::add(const StreamFindings& later) {
+    clamped += later.clamped;
+    lossy = lossy || later.lossy;
+    for (std::string StreamFindings::*const line :
+         {&StreamFindings::disagreement, &StreamFindings::beyond, &StreamFindings::mended})
+        if ((this->*line).empty())
+            this->*line = later.*line;
+}
+
 void DicomPixels::decode(const DicomSlice& slice, std::span<std::int32_t> out) {
     const std::string where = slice.file.string();
     std::vector<std::byte> stream = readFrame(InputFile(slice.file), slice.fragments);

@@ -23,6 +23,8 @@ struct StreamFindings {
     std::string disagreement;  // the first contradiction between a stream and the tags; empty: none
     std::string beyond;        // words with bits beside the stored ones, of the first such slice; empty: none
     std::string mended;        // the first repair of a stream; empty: none
+    /// Of a later slice.
+    void add(const StreamFindings& later);
 };
 
 /// Converts a stream's samples to stored values, in place. Throws InputError naming the file if both
@@ -39,7 +41,7 @@ class DicomPixels {
     /// Throws InputError naming the file if it is truncated, if its stream is damaged or contradicts the
     /// tags in size, and if it cannot be decoded.
     void read(const DicomSlice& slice, std::span<std::int32_t> out);
-    /// For all slices read so far.
+    /// Of all slices that this one has read.
     const StreamFindings& findings() const { return findings_; }
 
   private:

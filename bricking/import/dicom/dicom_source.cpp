@@ -11,12 +11,14 @@
 #include "bricking/import/source/slab_source.h"
 #include "bricking/import/source/source_files.h"
 #include "core/base/error.h"
+#include "core/base/threads.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -194,20 +196,18 @@ class DicomSource final : public RandomSlabSource {
     std::string describe() const override { return description_; }
 
     std::vector<std::string> notes() const override {
-        const StreamFindings& findings = pixels_.findings();
         std::vector<std::string> lines = info_.remarks;
-        for (const std::string* line : {&findings.beyond, &findings.disagreement, &findings.mended})
+        for (const std::string* line : {&findings_.beyond, &findings_.disagreement, &findings_.mended})
             if (!line->empty())
                 lines.push_back(*line);
         return lines;
     }
 
     std::size_t roomBytes() const override {
-        // Its stored numbers, the bytes of the file, and what decoders take; neighbours where it blends.
-        constexpr std::size_t kDecoding = 20; // bytes a pixel
-        const std::size_t slice = sliceBytesOf(info_);
-        return slice / bytesPerValue(info_.type) * kDecoding + (plan_.resampled ? 2 * slice : 0);
+        return decodingBytes() +
+               (plan_.resampled ? 2 * sliceBytesOf(info_) : 0); // neighbours that are blended
     }
+    void setThreads(int threads) override { threads_ = threads > 0 ? threads : defaultThreads(); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
@@ -223,8 +223,51 @@ class DicomSource final : public RandomSlabSource {
         blendSlices(info_.type, lower, upper, sample.weight, out);
     }
 
+  protected:
+    /// Several at once, as far as there is room for what decoders take.
+    void readSlicesAt(int first, int count, std::span<std::byte> out) override {
+        constexpr std::size_t kMostDecoding = std::size_t{256} << 20;
+        const std::size_t slice = sliceBytesOf(info_);
+        TESSERA_CHECK(out.size() == slice * static_cast<std::size_t>(count));
+        const auto workers = static_cast<int>(
+            std::clamp<std::size_t>(kMostDecoding / decodingBytes(), 1, static_cast<std::size_t>(threads_)));
+        if (plan_.resampled || workers == 1)
+            return RandomSlabSource::readSlicesAt(first, count, out);
+        std::vector<Found> found(static_cast<std::size_t>(count));
+        std::vector<std::exception_ptr> refused(found.size());
+        parallelFor(found.size(), workers, [&](std::size_t i) {
+            const int n = plan_.samples[static_cast<std::size_t>(first) + i].lower;
+            try {
+                found[i] = decoded(n, out.subspan(i * slice, slice));
+            } catch (const InputError&) {
+                refused[i] = std::current_exception();
+            }
+        });
+        for (std::size_t i = 0; i < found.size(); ++i) { // told as if read one after another
+            if (refused[i])
+                std::rethrow_exception(refused[i]);
+            take(found[i]);
+        }
+    }
+
   private:
     using Slice = std::vector<std::byte>;
+    /// What one slice told.
+    struct Found {
+        StreamFindings stream;
+        std::uint64_t clamped = 0; // by slope and intercept
+    };
+
+    /// Of a slice: its stored numbers, the bytes of the file, and what decoders take.
+    std::size_t decodingBytes() const {
+        constexpr std::size_t kOfPixel = 20;
+        return sliceBytesOf(info_) / bytesPerValue(info_.type) * kOfPixel;
+    }
+    void take(const Found& found) {
+        findings_.add(found.stream);
+        info_.lossy = info_.lossy || findings_.lossy;
+        info_.clampedVoxels += found.stream.clamped + found.clamped;
+    }
 
     /// The sorted slice n, cached with one other; `keep` is the one not to replace.
     const Slice& converted(int n, int keep) {
@@ -240,40 +283,49 @@ class DicomSource final : public RandomSlabSource {
     }
 
     /// Reads the sorted slice n and converts it to physical values of the stored type.
-    void convert(int n, std::span<std::byte> out) {
+    void convert(int n, std::span<std::byte> out) { take(decoded(n, out)); }
+    Found decoded(int n, std::span<std::byte> out) const {
         const DicomSlice& slice =
             series_.slices[static_cast<std::size_t>(plan_.order[static_cast<std::size_t>(n)])];
-        stored_.resize(static_cast<std::size_t>(slice.columns) * static_cast<std::size_t>(slice.rows));
-        const std::uint64_t clampedBefore = pixels_.findings().clamped;
-        pixels_.read(slice, stored_);
-        info_.lossy = info_.lossy || pixels_.findings().lossy;
-        info_.clampedVoxels += pixels_.findings().clamped - clampedBefore;
+        std::vector<std::int32_t> stored(static_cast<std::size_t>(slice.columns) *
+                                         static_cast<std::size_t>(slice.rows));
+        DicomPixels pixels;
+        pixels.read(slice, stored);
+        Found found{pixels.findings()};
         switch (info_.type) {
         case ValueType::i16:
-            return rescale<std::int16_t>(slice, out);
+            found.clamped = rescale<std::int16_t>(slice, stored, out);
+            break;
         case ValueType::u16:
-            return rescale<std::uint16_t>(slice, out);
+            found.clamped = rescale<std::uint16_t>(slice, stored, out);
+            break;
         default:
-            return rescale<float>(slice, out);
+            found.clamped = rescale<float>(slice, stored, out);
         }
+        return found;
     }
 
-    template <class T> void rescale(const DicomSlice& slice, std::span<std::byte> out) {
+    /// @return values that were clamped
+    template <class T>
+    std::uint64_t rescale(const DicomSlice& slice, std::span<const std::int32_t> stored,
+                          std::span<std::byte> out) const {
+        std::uint64_t clamped = 0;
         const double slope = slopeOf(slice), intercept = interceptOf(slice);
-        for (std::size_t i = 0; i < stored_.size(); ++i) {
-            double value = slope * stored_[i] + intercept; // exact for whole slope and intercept
+        for (std::size_t i = 0; i < stored.size(); ++i) {
+            double value = slope * stored[i] + intercept; // exact for whole slope and intercept
             const bool isPadding =
-                slice.paddingFirst && stored_[i] >= *slice.paddingFirst && stored_[i] <= *slice.paddingLast;
+                slice.paddingFirst && stored[i] >= *slice.paddingFirst && stored[i] <= *slice.paddingLast;
             if (isPadding && series_.isHounsfield && value < kAirHu)
                 value = kAirHu;
             const double least = std::numeric_limits<T>::lowest(), most = std::numeric_limits<T>::max();
             if (value < least || value > most) {
                 value = std::clamp(value, least, most);
-                ++info_.clampedVoxels;
+                ++clamped;
             }
             const T typed = static_cast<T>(value);
             std::memcpy(out.data() + i * sizeof(T), &typed, sizeof(T));
         }
+        return clamped;
     }
 
     struct Kept {
@@ -285,9 +337,9 @@ class DicomSource final : public RandomSlabSource {
     SlicePlan plan_;
     VolumeInfo info_;
     std::string description_;
-    DicomPixels pixels_;
-    std::vector<std::int32_t> stored_; // one slice
-    std::array<Kept, 2> kept_;         // resampling only: the two neighbours
+    StreamFindings findings_; // of all slices read so far
+    int threads_ = 1;
+    std::array<Kept, 2> kept_; // resampling only: the two neighbours
 };
 
 std::string shortNumber(double value) {

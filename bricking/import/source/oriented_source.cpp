@@ -83,6 +83,7 @@ class OrientedSource final : public SlabSource {
         return true;
     }
 
+    void setThreads(int threads) override { source_->setThreads(threads); }
     RowAccess rowAccess() const override {
         if (order_.sourceAxis != AxisOrder{}.sourceAxis)
             return RowAccess::none;

@@ -65,6 +65,8 @@ class SlabSource {
     }
     /// Rows that come together: readRows() takes whole units, fewer rows at the end of a slice only.
     virtual int rowUnit() const { return 1; }
+    /// Threads that reading several slices may take; 0: all processors. One where it is never called.
+    virtual void setThreads(int threads) { static_cast<void>(threads); }
     /// Memory beside `out` that grows with a slice.
     virtual std::size_t roomBytes() const { return 0; }
     /// Of the slices read since the last call.
@@ -85,14 +87,21 @@ class RandomSlabSource : public SlabSource {
 
     void readSlices(int count, std::span<std::byte> out) final {
         TESSERA_CHECK(count >= 0 && next_ + count <= info().extentVoxels.z);
-        const std::size_t sliceBytes = count == 0 ? 0 : out.size() / static_cast<std::size_t>(count);
-        for (int i = 0; i < count; ++i)
-            readSliceAt(next_++, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes));
+        readSlicesAt(next_, count, out);
+        next_ += count;
     }
     bool seek(int z) final {
         TESSERA_CHECK(z >= 0 && z <= info().extentVoxels.z);
         next_ = z;
         return true;
+    }
+
+  protected:
+    /// As readSliceAt(), of several.
+    virtual void readSlicesAt(int first, int count, std::span<std::byte> out) {
+        const std::size_t sliceBytes = count == 0 ? 0 : out.size() / static_cast<std::size_t>(count);
+        for (int i = 0; i < count; ++i)
+            readSliceAt(first + i, out.subspan(static_cast<std::size_t>(i) * sliceBytes, sliceBytes));
     }
 
   private:

@@ -527,5 +527,46 @@ TEST_F(Streams, DamageNeverCrashes) {
     EXPECT_LT(accepted, tried * 3 / 4);
 }
 
+/// Findings and refusals too: those of the first slice that has them.
+TEST_F(Streams, SeveralAtOnceAreThoseOfOneAfterAnother) {
+    const std::vector<std::uint16_t> words = twelveBits();
+    const auto readBy = [&](int threads) {
+        auto source = openSource(folder_.path(), {});
+        source->setThreads(threads);
+        return std::pair{readAll<std::int16_t>(*source), std::move(source)};
+    };
+    for (const bool isLs : {false, true}) {
+        const auto streamOf = [&](int n) {
+            std::vector<std::uint16_t> own = words;
+            std::rotate(own.begin(), own.begin() + n, own.end());
+            return isLs ? encodeJpegLs(own, kColumns, kRows, 12)
+                        : encodeJpeg2000(asNumbers(own), kColumns, kRows, {.bits = 12});
+        };
+        const auto write = [&](int n, const std::string& stream) {
+            DicomImage slice = image(isLs ? kLs : k2000, stream);
+            slice.position = glm::dvec3(0, 0, 2 * n);
+            slice.slope = "9"; // 4095 becomes more than 32767
+            writeDicom(folder_ / ("IM" + std::to_string(1000 + n) + ".dcm"), slice);
+        };
+        for (int n = 0; n < 11; ++n)
+            write(n, streamOf(n));
+        const auto [one, oneSource] = readBy(1);
+        EXPECT_GT(oneSource->info().clampedVoxels, 0u);
+        for (const int threads : {2, 4}) {
+            const auto [several, source] = readBy(threads);
+            EXPECT_TRUE(several == one);
+            EXPECT_EQ(source->info().clampedVoxels, oneSource->info().clampedVoxels);
+            EXPECT_EQ(source->notes(), oneSource->notes());
+        }
+        for (const int n : {8, 6, 4}) {
+            write(n, streamOf(n).substr(0, 400));
+            const std::string first = refusal([&] { readBy(1); });
+            EXPECT_THAT(first, HasSubstr("IM" + std::to_string(1000 + n)));
+            for (int time = 0; time < 5; ++time)
+                EXPECT_EQ(refusal([&] { readBy(4); }), first);
+        }
+    }
+}
+
 } // namespace
 } // namespace tessera::test

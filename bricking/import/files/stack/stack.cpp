@@ -46,10 +46,13 @@ class StackSource final : public RandomSlabSource {
 
     void readSliceAt(int z, std::span<std::byte> out) override { readRows(z, 0, info_.extentVoxels.y, out); }
     RowAccess rowAccess() const override {
-        // Parts of a TIFF are packed by themselves; other pictures are decoded from the top.
-        return std::string_view(head_.shape.format) == "tiff" ? RowAccess::any : RowAccess::inOrder;
+        // Parts of a TIFF are packed by themselves; other pictures are decoded from the top, and long strips.
+        const bool hasParts = std::string_view(head_.shape.format) == "tiff";
+        return hasParts && (head_.stripRows == 0 || hasShortStrips()) ? RowAccess::any : RowAccess::inOrder;
     }
-    int rowUnit() const override { return std::max({1, head_.tileRows, head_.stripRows}); }
+    int rowUnit() const override {
+        return std::max({1, head_.tileRows, hasShortStrips() ? head_.stripRows : 0});
+    }
     std::size_t roomBytes() const override {
         constexpr std::size_t kDecoded = 16; // bytes a pixel while OpenJPEG decodes
         const auto width = static_cast<std::size_t>(head_.shape.size.x);
@@ -73,6 +76,12 @@ class StackSource final : public RandomSlabSource {
     }
 
   private:
+    bool hasShortStrips() const {
+        constexpr std::size_t kMostStrip = std::size_t{16} << 20;
+        return static_cast<std::size_t>(head_.stripRows) * static_cast<std::size_t>(head_.shape.size.x) *
+                   bytesPerFileValue(head_.shape.type) <=
+               kMostStrip;
+    }
     static constexpr std::size_t kBandBytes = std::size_t{4} << 20;
     struct Opened {
         std::unique_ptr<PictureRows> rows;

@@ -81,6 +81,54 @@ TEST(ImportNrrd, LongNumbersBecomeFloatsAndAreCounted) {
     EXPECT_THAT(source->takeTally().notes(), testing::Contains(HasSubstr("1 whole numbers beyond 2^24")));
 }
 
+/// Plain and packed data, axes that run the other way or change places, numbers that are converted, few
+/// values.
+TEST(ImportNrrd, RowsAreThoseOfSlices) {
+    const ScratchFolder folder;
+    std::vector<float> numbers(7 * 50 * 6);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] = static_cast<float>(i % 5 + i / 700);
+    std::vector<float> holes = numbers;
+    holes[3] = holes[1000] = std::nanf("");
+    const std::vector<std::uint16_t> whole(numbers.begin(), numbers.end());
+    const auto expectRows = [&](const std::string& name, const std::string& text, RowAccess expected) {
+        SCOPED_TRACE(name);
+        writeFile(folder / "a.nrrd", text);
+        expectRowsOfSlices([&] { return openSource(folder / "a.nrrd", {}); }, expected);
+    };
+    struct Axes {
+        const char *directions, *name;
+        RowAccess plain, packed;
+    };
+    for (const Axes& axes :
+         {Axes{"(2,0,0) (0,3,0) (0,0,4)", "as they are", RowAccess::any, RowAccess::inOrder},
+          Axes{"(-2,0,0) (0,3,0) (0,0,4)", "x turned", RowAccess::any, RowAccess::inOrder},
+          Axes{"(-2,0,0) (0,-3,0) (0,0,-4)", "all turned", RowAccess::any, RowAccess::none},
+          Axes{"(0,3,0) (2,0,0) (0,0,4)", "exchanged", RowAccess::none, RowAccess::none}}) {
+        const std::string place = std::string("space: left-posterior-superior\nspace directions: ") +
+                                  axes.directions + "\nspace origin: (0,0,0)\n";
+        for (const bool packed : {false, true})
+            for (const bool big : {false, true}) {
+                const RowAccess access = packed ? axes.packed : axes.plain;
+                if (access == RowAccess::none) {
+                    writeFile(folder / "a.nrrd", nrrdHeader("ushort", packed ? "gzip" : "raw",
+                                                            place + "endian: little\n", "7 50 6") +
+                                                     "\n" +
+                                                     (packed ? gzip(voxelBytes(whole)) : voxelBytes(whole)));
+                    EXPECT_EQ(openSource(folder / "a.nrrd", {})->rowAccess(), access);
+                    continue;
+                }
+                const auto file = [&](const char* type, const std::string& data) {
+                    return nrrdHeader(type, packed ? "gzip" : "raw",
+                                      place + "endian: " + (big ? "big" : "little") + "\n", "7 50 6") +
+                           "\n" + (packed ? gzip(data) : data);
+                };
+                expectRows(axes.name, file("ushort", voxelBytes(whole, big)), access);
+                expectRows(axes.name, file("float", voxelBytes(holes, big)), access);
+            }
+    }
+}
+
 TEST(ImportNrrd, DataInManyFiles) {
     const ScratchFolder folder;
     const std::vector<std::uint16_t> values = nrrdVoxels<std::uint16_t>();

@@ -41,6 +41,22 @@ TEST(ImportStack, EveryTypeAndCodingReadsBackEqual) {
     expectStackCodings<std::uint32_t, float>();
 }
 
+TEST(ImportStack, RowsAreThoseOfSlices) {
+    for (const char* compression : {"none", "zip", "lzw"})
+        for (const auto& [tile, strip] : {std::pair{0, 1}, {0, 7}, {0, 45}, {16, 0}}) {
+            SCOPED_TRACE(testing::Message() << compression << " tiles " << tile << " strips " << strip);
+            const ScratchFolder folder;
+            OiioSpec spec;
+            spec.compression = compression, spec.tile = tile, spec.rowsPerStrip = strip;
+            writeByOiio<std::uint16_t>(folder / "a.tif", spec, 3);
+            expectRowsOfSlices([&] { return openSource(folder / "a.tif", kCubes); }, RowAccess::any);
+        }
+    const ScratchFolder folder;
+    for (int z = 0; z < 3; ++z)
+        writeByOiio<std::uint8_t>(folder / ("s" + std::to_string(z) + ".png"), {}, 1, z);
+    expectRowsOfSlices([&] { return openSource(folder.path(), kCubes); }, RowAccess::inOrder);
+}
+
 TEST(ImportStack, BothOrdersOfBytesAndBigTiff) {
     const ScratchFolder folder;
     const std::vector<std::uint16_t> values = stackValues<std::uint16_t>(5, 6, 3);
