@@ -109,9 +109,12 @@ bool readRaw(const std::string& bytes) {
 }
 
 // Zarr: a document of metadata, a zero byte, then the first chunk.
-bool readZarr(const std::string& bytes, const char* metadata, const char* chunk) {
+bool readZarr(const std::string& bytes, const char* metadata, const char* chunk,
+              const std::string& inside = {}) {
     static int number = 0;
     const fs::path array = folder() / ("zarr" + std::to_string(number++));
+    if (!inside.empty())
+        write(array / "0/0.0.0.0", inside);
     const std::size_t end = std::min(bytes.find('\0'), bytes.size());
     write(array / metadata, bytes.substr(0, end));
     if (end < bytes.size())
@@ -128,7 +131,7 @@ bool readZarr2(const std::string& bytes) {
     return readZarr(bytes, ".zarray", "0.0.0");
 }
 bool readOmeZarr(const std::string& bytes) {
-    return readZarr(bytes, ".zattrs", "0/.zarray");
+    return readZarr(bytes, ".zattrs", "0/.zarray", std::string(48, '\1'));
 }
 
 /// The group of a store, with a checksum that fits.
@@ -273,7 +276,7 @@ std::vector<std::string> zarr2Seeds() {
 std::vector<std::string> omeSeeds() {
     return {
         R"({"multiscales":[{"version":"0.4","axes":[{"name":"c","type":"channel"},{"name":"z","type":"space","unit":"millimeter"},)"
-        R"({"name":"y","type":"space"},{"name":"x","type":"space"}],"datasets":[{"path":"0","coordinateTransformations":)"
+        R"({"name":"y","type":"space","unit":"millimeter"},{"name":"x","type":"space","unit":"mm"}],"datasets":[{"path":"0","coordinateTransformations":)"
         R"([{"type":"scale","scale":[1,2,0.5,0.5]},{"type":"translation","translation":[0,1,2,3]}]}]}],)"
         R"("omero":{"channels":[{"label":"a"},{"label":"b"}]}})" +
         std::string(1, '\0') +

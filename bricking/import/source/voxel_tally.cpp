@@ -31,7 +31,9 @@ void LabelTally::add(std::span<const std::byte> stored, ValueType type, std::siz
     for (std::size_t row = 0; row < stored.size() && !isOther; row += rowBytes) {
         double before = storedValue(type, stored.data() + row);
         see(before);
-        for (std::size_t at = row; at < row + rowBytes && !isOther; at += bytesPerValue(type)) {
+        ++voxels;
+        for (std::size_t at = row + bytesPerValue(type); at < row + rowBytes && !isOther;
+             at += bytesPerValue(type)) {
             const double value = storedValue(type, stored.data() + at);
             const bool isEdge = value != before;
             if (isEdge)
@@ -55,7 +57,7 @@ void LabelTally::add(const LabelTally& part) {
 
 std::string LabelTally::remark() const {
     if (isOther || values.size() < 2 || voxels < kLeastVoxels ||
-        static_cast<double>(edges) > kMostEdges * static_cast<double>(inside))
+        static_cast<double>(edges) >= kMostEdges * static_cast<double>(inside)) // also of rows of one voxel
         return "";
     char text[240];
     std::snprintf(text, sizeof text,

@@ -21,7 +21,7 @@ struct LabelTally {
     std::vector<double> values; // ascending
     bool isOther = false;       // too many values, or a value that is no label
     std::uint64_t voxels = 0, inside = 0,
-                  edges = 0; // inside: above 0; edges: those of them unlike the one before in their row
+                  edges = 0; // inside: above 0, with one before in their row; edges: those of them unlike it
 
     /// Stored values of whole rows, in any order. Nearly free once there are too many values.
     /// @param rowValues  of a row
