@@ -59,9 +59,9 @@ std::size_t importFloorBytes(const SlabSource& source, const VolumeInfo& info, i
 /// fit, bands of their rows, and files in the folder (slab_feed.h). Throws InputError naming the minimum if
 /// neither fits. Throws it if the store exists and force is off, if the existing path is not a store,
 /// for a unit other than the source's own, and if another process imports with the same key and either does
-/// not share. With `shared` a store that exists counts as finished by others if slices of the source are in it. The source's
-/// slice order and infos are kept; texts are cut to 64 printable ASCII characters. Finished parts stay for
-/// the next import after Interrupted and errors other than InputError.
+/// not share. With `shared` a store that exists counts as finished by others if slices of the source are in
+/// it. The source's slice order and infos are kept; texts are cut to 64 printable ASCII characters. Finished
+/// parts stay for the next import after Interrupted and errors other than InputError.
 /// @param source  at its first slice
 ImportReport importToStore(SlabSource& source, const std::filesystem::path& store, MemoryBudget& ram,
                            const ImportOptions& options);
