@@ -2,6 +2,7 @@
 #include "viewer/cli/input/volume_input.h"
 
 #include "bricking/import/source/voxel_tally.h" // kLabelMapRemark
+#include "bricking/store/remote_files.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
 #include "bricking/store/zarr_metadata.h"
@@ -210,6 +211,9 @@ fs::path storeFor(const fs::path& given, const InputOptions& options, MemoryBudg
     requireExisting(path);
     if (looksLikeStore(path)) { // the reader says what is wrong with a damaged one
         requireNoChoice(path, options, common);
+        if (const auto place = remotePlaceOf(path);
+            place && !place->files->sizeOf(place->nameOf("stats/zarr.json")))
+            common.note(path.string() + " has no statistics: all of the volume is fetched to make them");
         return path;
     }
     const MakeStore make = [&](const fs::path& store, bool durable) {
