@@ -20,8 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 constexpr std::size_t kPrefix = 2; // digits of a name that are its folder
 
-/// Two independent hashes of 64 bits (FNV-1a): a name that no other key has, by all odds.
-std::string nameOf(const std::string& key) {
+} // namespace
+
+/// Two independent hashes of 64 bits (FNV-1a).
+std::string BlockFiles::nameOf(const std::string& key) {
     std::string name;
     for (std::uint64_t h : {0xCBF29CE484222325u, 0x9E3779B97F4A7C15u}) {
         for (const char c : key)
@@ -32,8 +34,6 @@ std::string nameOf(const std::string& key) {
     }
     return name;
 }
-
-} // namespace
 
 BlockFiles::BlockFiles(fs::path folder, std::uint64_t limitBytes)
     : folder_(std::move(folder)), limit_(limitBytes) {

@@ -30,6 +30,9 @@ class BlockFiles {
     /// Keeps a block; silently does not where the disk is full. Thread-safe.
     void write(const std::string& key, std::span<const std::byte> block);
 
+    /// Digits that no other key has, by all odds.
+    static std::string nameOf(const std::string& key);
+
     bool isUsable() const { return isUsable_ && limit_ > 0; }
 
   private:

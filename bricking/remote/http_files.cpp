@@ -54,14 +54,6 @@ std::string encoded(const std::string& text, std::string_view plain) {
     return out;
 }
 
-/// Tells texts apart that are not to be kept.
-std::string hashOf(const std::string& text) {
-    std::uint64_t hash = 0xCBF29CE484222325u; // FNV-1a
-    for (const char c : text)
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
-    return text.empty() ? "" : std::to_string(hash);
-}
-
 /// The address by https of an s3 one.
 std::string overHttp(const std::string& address) {
     constexpr std::string_view s3 = "s3://";
@@ -92,14 +84,14 @@ class HttpFiles final : public RemoteFiles {
         if (host >= shown_.size() || shown_[host] == '/')
             throw badFile(printable(shown_), "an address with a host", "none");
         const std::string plain = overHttp(withPlainScheme(address));
-        const std::size_t query = std::min(plain.find_first_of("?#"), plain.size());
-        base_ = encoded(plain.substr(0, query), "-._~:/@!$&'()*+,;=%[]");
-        query_ = encoded(plain.substr(query, plain.find('#') - query), "-._~:/?@!$&'()*+,;=%");
+        const std::size_t end = std::min(plain.find_first_of("?#"), plain.size());
+        const std::string query = plain.substr(end, plain.find('#') - end);
+        base_ = encoded(plain.substr(0, end), "-._~:/@!$&'()*+,;=%[]");
+        query_ = encoded(query, "-._~:/?@!$&'()*+,;=%");
         for (std::string* text : {&base_, &shown_})
             while (text->ends_with('/'))
                 text->pop_back();
-        const std::size_t asked = std::min(address.find('?'), address.size());
-        identity_ = withoutSecrets(base_) + "\n" + hashOf(address.substr(asked, address.find('#') - asked));
+        identity_ = withoutSecrets(base_) + "\n" + (query.empty() ? "" : BlockFiles::nameOf(query));
     }
     ~HttpFiles() override {
         client_.stop();

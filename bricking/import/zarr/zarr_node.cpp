@@ -82,4 +82,16 @@ std::optional<ZarrNode> readZarrNode(const ZarrNode& group, const std::string& b
     return readZarrNode(path);
 }
 
+ZarrNode requireZarrNode(const std::filesystem::path& folder, const char* expected) {
+    if (auto node = readZarrNode(folder))
+        return *std::move(node);
+    throw badFile(folder.string(), expected, "no Zarr there");
+}
+
+ZarrNode requireZarrNode(const ZarrNode& group, const std::string& below, const char* expected) {
+    if (auto node = readZarrNode(group, below))
+        return *std::move(node);
+    throw badFile((group.path / below).string(), expected, "no Zarr there");
+}
+
 } // namespace tessera

@@ -33,4 +33,9 @@ std::optional<ZarrNode> readZarrNode(const std::filesystem::path& folder);
 /// @param below  of pathBelow() (ome_image.h)
 std::optional<ZarrNode> readZarrNode(const ZarrNode& group, const std::string& below);
 
+/// The same, where there has to be one: else throws InputError naming the path.
+/// @param expected  "a group or an array of Zarr"
+ZarrNode requireZarrNode(const std::filesystem::path& folder, const char* expected);
+ZarrNode requireZarrNode(const ZarrNode& group, const std::string& below, const char* expected);
+
 } // namespace tessera

@@ -106,15 +106,6 @@ class ZarrSource final : public SlabSource {
     std::vector<std::byte> slice_; // in the file's numbers
 };
 
-ZarrNode requireNode(std::optional<ZarrNode> node, const fs::path& path, const char* expected) {
-    if (!node)
-        throw badFile(path.string(), expected, "no Zarr there");
-    return *std::move(node);
-}
-ZarrNode requireNode(const ZarrNode& group, const std::string& below, const char* expected) {
-    return requireNode(readZarrNode(group, below), group.path / below, expected);
-}
-
 /// The images of a group as bioformats2raw (3) writes it: those that OME/ names, else 0, 1, ...
 std::vector<std::string> imagesOfLayout(const ZarrNode& group) {
     constexpr std::size_t kMostImages = 10000, kMostLookedFor = 20;
@@ -139,7 +130,7 @@ ZarrNode imageGroupOf(const ZarrNode& node, std::vector<std::string>& notes) {
         return node;
     if (images.size() == 1) {
         notes.push_back("the image is " + printable(images.front()) + ", the only one of its group");
-        return requireNode(node, images.front(), "the image that its group names");
+        return requireZarrNode(node, images.front(), "the image that its group names");
     }
     constexpr std::size_t kMostShown = 20;
     std::string all;
@@ -152,7 +143,7 @@ ZarrNode imageGroupOf(const ZarrNode& node, std::vector<std::string>& notes) {
 
 ZarrImage imageAt(const fs::path& given) {
     const fs::path path = given.has_filename() ? given : given.parent_path(); // "a.zarr/" means a.zarr
-    ZarrNode node = requireNode(readZarrNode(path), path, "a group or an array of Zarr");
+    ZarrNode node = requireZarrNode(path, "a group or an array of Zarr");
     ZarrImage found;
     if (node.isArray) {
         found.array = zarrArrayOf(node);
@@ -172,7 +163,7 @@ ZarrImage imageAt(const fs::path& given) {
         throw badFile(node.attributesFile,
                       "\"multiscales\" of OME-Zarr 0.4 or 0.5; where the group holds images, the name of one",
                       "a group without them");
-    const ZarrNode data = requireNode(node, image->path, "the array that \"multiscales\" names");
+    const ZarrNode data = requireZarrNode(node, image->path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     found.array = zarrArrayOf(data);

@@ -79,15 +79,6 @@ class ZarrLayer final : public LabelLayer {
     int next_ = 0;
 };
 
-ZarrNode requireNode(std::optional<ZarrNode> node, const fs::path& path, const char* expected) {
-    if (!node)
-        throw badFile(path.string(), expected, "no Zarr there");
-    return *std::move(node);
-}
-ZarrNode requireNode(const ZarrNode& group, const std::string& below, const char* expected) {
-    return requireNode(readZarrNode(group, below), group.path / below, expected);
-}
-
 /// The names that a "labels" group lists; nullopt: the group is none.
 std::optional<std::vector<std::string>> listedLabels(const ZarrNode& group) {
     constexpr std::size_t kMostNames = 10000;
@@ -120,17 +111,17 @@ std::string onlyOf(const ZarrNode& group, const std::vector<std::string>& names)
 /// The label image or array that a path means: itself, or the only one in its "labels".
 ZarrNode labelNodeAt(const fs::path& path) {
     const fs::path folder = path.has_filename() ? path : path.parent_path(); // "a.zarr/" means a.zarr
-    ZarrNode node = requireNode(readZarrNode(folder), folder, "labels in Zarr");
+    ZarrNode node = requireZarrNode(folder, "labels in Zarr");
     if (node.isArray || omeLabelsOf(node).isThere)
         return node;
     if (const auto names = listedLabels(node))
-        return requireNode(node, onlyOf(node, *names), "the label image that its group lists");
+        return requireZarrNode(node, onlyOf(node, *names), "the label image that its group lists");
     if (isZarr(folder / "labels")) {
-        const ZarrNode group = requireNode(node, "labels", "a group of labels");
+        const ZarrNode group = requireZarrNode(node, "labels", "a group of labels");
         const auto names = listedLabels(group);
         if (!names)
             throw badFile(group.attributesFile, "a list \"labels\" of names", "none");
-        return requireNode(group, onlyOf(group, *names), "the label image that its group lists");
+        return requireZarrNode(group, onlyOf(group, *names), "the label image that its group lists");
     }
     return node;
 }
@@ -177,7 +168,7 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     if (!image)
         throw badFile(node.attributesFile, "\"multiscales\" of OME-Zarr 0.4 or 0.5, or the path of an array",
                       "a group without them");
-    const ZarrNode data = requireNode(node, image->path, "the array that \"multiscales\" names");
+    const ZarrNode data = requireZarrNode(node, image->path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     ZarrArray array = zarrArrayOf(data);
