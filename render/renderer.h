@@ -104,6 +104,7 @@ struct RenderResult {
     double tableRelativeError = 0;
     Integrator integrator = Integrator::midpoint; // as used, as is the step
     double stepVoxels = 0;
+    Hulls hulls{0, 0};                          // of the rays; count 0: none
     std::optional<double> stepOfMeans;          // step of pixels with eight or more rays; voxels
     std::optional<PictureErrors> errors;        // if they were checked
     std::optional<PictureMeasurement> measured; // if requested

@@ -142,8 +142,10 @@ template <> const NameTable<EdgeFunction>& namesOf<EdgeFunction>() {
     return names;
 }
 template <> const NameTable<Sampling>& namesOf<Sampling>() {
-    static const NameTable<Sampling> names{
-        {{Sampling::full, "full"}, {Sampling::limited, "limited"}, {Sampling::naive, "naive"}}};
+    static const NameTable<Sampling> names{{{Sampling::full, "full"},
+                                            {Sampling::limited, "limited"},
+                                            {Sampling::naive, "naive"},
+                                            {Sampling::hulls, "hulls"}}};
     return names;
 }
 template <> const NameTable<Integrator>& namesOf<Integrator>() {

@@ -90,9 +90,18 @@ enum class Fetch { hardware, exact };
 /// Blending of samples of neighbouring bricks (docs/sampling.md, "Value"; course notes 2.10.2): nearest brick
 /// only, over the smaller half sample, over each side's own, or over the larger.
 enum class EdgeFunction { nearest, minimum, split, maximum };
-/// Density of samples in coarse bricks (course notes 2.11.1): every segment; as in the finest brick that can
-/// have weight there; as in the current brick.
-enum class Sampling { full, limited, naive };
+/// Samples along a ray. In coarse bricks (course notes 2.11.1): every segment; as in the finest brick that
+/// can have weight there; as in the current brick. hulls: by sampling hulls, whatever the bricks.
+enum class Sampling { full, limited, naive, hulls };
+
+/// Sampling hulls (Imagire et al. 2007; docs/sampling.md): the volume between planes parallel to the picture.
+/// A ray takes the same number of samples in each, however long its way there is.
+struct Hulls {
+    static constexpr int kAutomatic = 0, kMost = 64, kMostSamples = 1024;
+    int count = kAutomatic;   // automatic: 4 where lights cast shadows, else 1
+    int samples = kAutomatic; // of a ray in each; automatic: as many as an error within 1/255 needs
+    bool operator==(const Hulls&) const = default;
+};
 
 /// Integration of a ray's segment (docs/sampling.md, "Integrators").
 enum class Integrator { automatic, midpoint, linear, preintegrated, preintegrated2d };
@@ -130,6 +139,7 @@ struct Quality {
     EdgeFunction edgeFunction =
         EdgeFunction::split; // the least error on scans: docs/measurements/level-of-detail.md
     Sampling sampling = Sampling::limited;
+    Hulls hulls; // of Sampling::hulls
     /// Bound of the predicted error (CIE L*u*v*, 99th percentile over pixels), in as many passes as the
     /// budget needs. 0: the finest level that a pixel can show. None: the best picture of one pass.
     std::optional<double> maxError;

@@ -183,6 +183,18 @@ const Fields<SlicePlane>& sliceFields() {
     return fields;
 }
 
+const Fields<Hulls>& hullFields() {
+    static const Fields<Hulls> fields = [] {
+        Fields<Hulls> f("hulls");
+        f.add("count", &Hulls::count, numberOrAuto(Hulls::kMost),
+              "Parts of the volume; auto: 4 where lights cast shadows, else 1.");
+        f.add("samples", &Hulls::samples, numberOrAuto(Hulls::kMostSamples),
+              "Samples of a ray in each part; auto: as many as an error within 1/255 needs.");
+        return f;
+    }();
+    return fields;
+}
+
 Quality qualityOfNoWord() {
     Quality quality;
     quality.automaticStep = true;
@@ -220,8 +232,11 @@ const Fields<Quality>& qualityFields() {
                    "blending between bricks of different levels: {names} (default: {default})");
         f.add("sampling", &Quality::sampling, named<Sampling>(),
               "Sampling in coarse bricks. full: at the finest step; limited: as fine as the finest brick "
-              "with weight there needs; naive: as fine as the current brick needs.")
+              "with weight there needs; naive: as fine as the current brick needs; hulls: as many samples in "
+              "each of some parts between planes parallel to the picture.")
             .setBy("--sampling", "step in coarse bricks: {names} (default: {default})");
+        f.add("hulls", &Quality::hulls, objectOf(hullFields()), "Sampling hulls, of sampling \"hulls\".")
+            .writtenIf([](const Quality& q) { return q.sampling == Sampling::hulls; });
         f.add("maxError", &Quality::maxError, numberFrom(0),
               "Bound of the predicted error (CIE L*u*v*, 99th percentile over pixels), met in as many passes "
               "as the budget needs. 0: the finest level that a pixel can show. Without it: the best picture "

@@ -39,6 +39,8 @@ Kind<std::string> unitKind();
 Kind<WindowChoice> windowKind();
 /// A number, or auto; both may be typed as text.
 Kind<int> samplesKind();
+/// From 1 to most; "auto" is 0.
+Kind<int> numberOrAuto(int most);
 /// [width, height]; typed "WIDTHxHEIGHT".
 Kind<glm::ivec2> sizeKind();
 /// A colour's name, sRGB, linear light, or transparent.

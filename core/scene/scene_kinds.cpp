@@ -112,6 +112,18 @@ Kind<int> samplesKind() {
         }};
 }
 
+Kind<int> numberOrAuto(int most) {
+    const Kind<int> number = wholeIn(1, most);
+    return {[=](const JsonValue& value) {
+                const bool isAuto = isTypedText(value) ? value.text() == "auto" : value.isText();
+                return isAuto ? (value.oneOf({"auto"}), 0) : number.read(value);
+            },
+            [](int n) { return n == 0 ? nlohmann::json("auto") : nlohmann::json(n); },
+            [=](Schema& parts) {
+                return Schema{{"oneOf", {{{"enum", {"auto"}}}, number.schema(parts)}}};
+            }};
+}
+
 Kind<glm::ivec2> sizeKind() {
     const Kind<std::vector<int>> list = listOf(wholeIn(1, Scene::kMaxImageExtent), 2, 2, "[width, height]");
     return {[=](const JsonValue& value) {

@@ -95,7 +95,7 @@ BrickCorner cornerOf(const Selection& selection, const glm::ivec3& at, EdgeFunct
 } // namespace
 
 int mostStride(const Selection& selection, const Quality& quality) {
-    if (quality.sampling == Sampling::full)
+    if (quality.sampling == Sampling::full || quality.sampling == Sampling::hulls)
         return 0;
     int most = selection.coarsest();
     while (most > 0 && quality.stepVoxels * (1 << most) > kBrickExtent / 2)

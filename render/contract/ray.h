@@ -31,6 +31,20 @@ struct RayPart {
     double from = 0, to = 0;
 };
 
+/// Parts of all rays between planes parallel to the picture, of one thickness each (docs/sampling.md,
+/// "Sampling hulls").
+struct RayHulls {
+    int count = 0;   // 0: rays have segments of one length
+    int samples = 1; // segments of a ray in each part
+    /// Depth of a place in voxels: dot(normal, place) + offset, mm along the view.
+    glm::dvec3 normal{0};
+    double offset = 0, nearest = 0, farthest = 0; // of the first plane and the last
+    /// Plane n, from 0 to count.
+    double plane(int n) const { return nearest + (farthest - nearest) * n / count; }
+};
+/// From the nearest corner of the volume that is before the eye to its farthest.
+RayHulls rayHulls(const Camera& camera, const VolumeInfo& info, int count, int samples);
+
 /// All that turns a pixel into a ray, in voxel space. Computed in double once a frame; Real is the number
 /// type of rays.
 template <typename Real> struct RayFrame {
@@ -52,6 +66,9 @@ template <typename Real> struct RayFrame {
     /// The part of each ray of the array behind and before which nothing of the volume is drawn, for example
     /// because it meets a mesh there; voxels along its line (pixelLine()). Empty: there are none. With cuts.
     std::span<const RayPart> ends = {};
+    RayHulls hulls = {}; // with cuts
+    /// Of a ray in each hull; 0: there are none.
+    int hullSamples() const { return hulls.count > 0 ? hulls.samples : 0; }
 };
 
 /// A ray cut into segments, from its entry into the drawn part of the volume. Segment i spans [entry +
@@ -105,6 +122,7 @@ template <typename Real> RayFrame<Real> cast(const RayFrame<double>& f) {
     out.flat = f.flat;
     out.cuts = f.cuts;
     out.ends = f.ends;
+    out.hulls = f.hulls;
     return out;
 }
 

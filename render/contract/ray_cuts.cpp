@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
+#include <limits>
 
 namespace tessera {
 namespace {
@@ -190,6 +191,46 @@ bool RayCuts::keeps(const glm::dvec3& point, double tolerance) const {
     return true;
 }
 
+RayHulls rayHulls(const Camera& camera, const VolumeInfo& info, int count, int samples) {
+    const glm::dvec3 forward = -patientFromCamera(camera)[2];
+    const glm::dmat4& m = info.patientFromVoxel;
+    RayHulls hulls;
+    hulls.count = count, hulls.samples = samples;
+    hulls.normal = glm::transpose(glm::dmat3(m)) * forward;
+    hulls.offset = glm::dot(forward, glm::dvec3(m[3]) - camera.position);
+    hulls.nearest = std::numeric_limits<double>::max(), hulls.farthest = -hulls.nearest;
+    for (int n = 0; n < 8; ++n) {
+        const glm::dvec3 corner = glm::dvec3(info.extentVoxels) * glm::dvec3(n & 1, n >> 1 & 1, n >> 2);
+        const double depth = glm::dot(hulls.normal, corner) + hulls.offset;
+        hulls.nearest = std::min(hulls.nearest, depth), hulls.farthest = std::max(hulls.farthest, depth);
+    }
+    if (camera.projection == Projection::perspective)
+        hulls.nearest = std::max(hulls.nearest, 0.0);
+    return hulls;
+}
+
+namespace {
+
+/// The parts of a ray, cut again at the planes of hulls.
+void cutAtHulls(const RayHulls& hulls, const RayLine<double>& line, std::vector<Part>& parts,
+                std::vector<Part>& scratch) {
+    const double at = glm::dot(hulls.normal, line.base) + hulls.offset;
+    const double along = glm::dot(hulls.normal, line.direction);
+    scratch.clear();
+    for (const Part& part : parts) {
+        double from = part.from;
+        for (int n = 1; n < hulls.count && along > 0; ++n) {
+            const double t = (hulls.plane(n) - at) / along;
+            if (t > from && t < part.to)
+                scratch.push_back({from, t}), from = t;
+        }
+        scratch.push_back({from, part.to});
+    }
+    parts.swap(scratch);
+}
+
+} // namespace
+
 CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places, int threads) {
     TESSERA_CHECK(frame.cuts);
     const glm::ivec2 size(frame.imageSize);
@@ -204,7 +245,7 @@ CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places
     std::vector<Strip> strips((rays + kStrip - 1) / kStrip);
     parallelFor(strips.size(), threads, [&](std::size_t number) {
         Strip& strip = strips[number];
-        std::vector<RayCuts::Part> parts;
+        std::vector<RayCuts::Part> parts, scratch;
         for (std::size_t n = number * kStrip; n < std::min(rays, (number + 1) * kStrip); ++n) {
             const glm::dvec2 place =
                 places.empty()
@@ -222,6 +263,8 @@ CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places
                 parts.clear();
                 if (to >= from)
                     frame.cuts->parts(line.base, line.direction, from, to, parts);
+                if (frame.hulls.count > 1)
+                    cutAtHulls(frame.hulls, line, parts, scratch);
                 for (const RayCuts::Part& part : parts) {
                     const RayInterval interval{static_cast<float>(part.from - t0),
                                                static_cast<float>(part.to - t0)};

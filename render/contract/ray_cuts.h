@@ -69,19 +69,29 @@ struct CutRays {
     }
 };
 /// Of rays through the middles of a frame's pixels or, where there are any, through places, between their
-/// ends; the frame has cuts.
+/// ends; in hulls, where the frame has some. The frame has cuts.
 /// @param threads  0: all processors
 CutRays cutRays(const RayFrame<double>& frame, std::span<const glm::vec2> places, int threads);
 
 /// An interval of a ray as a ray of its own: its lattice begins where the interval does.
+/// @param samples  segments of the interval, of equal length; 0: as many as the ray's own need
 template <typename Real>
-SegmentedRay<Real> partOf(const SegmentedRay<Real>& ray, const RayInterval& interval, Real segmentVoxels) {
+SegmentedRay<Real> partOf(const SegmentedRay<Real>& ray, const RayInterval& interval, Real segmentVoxels,
+                          int samples) {
     SegmentedRay<Real> part = ray;
     if (ray.count == 0)
         return part;
     const Real from = static_cast<Real>(interval.from);
     const Real segments = (static_cast<Real>(interval.to) - from) / segmentVoxels;
     part.entry = leaf::placeAlong(ray.entry, ray.direction, from);
+    if (samples > 0) {
+        const Real longer = segments / static_cast<Real>(samples);
+        part.step = longer * ray.step;
+        part.segmentMm = longer * ray.segmentMm;
+        part.count = samples;
+        part.tail = 1;
+        return part;
+    }
     part.count = std::max(static_cast<int>(std::ceil(segments)), 1);
     part.tail = segments - static_cast<Real>(part.count - 1);
     return part;

@@ -194,8 +194,11 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
     if (r.stepOfMeans)
         std::snprintf(means, sizeof means, "%g in pixels that are the mean of eight rays or more, ",
                       *r.stepOfMeans);
-    line("segments: %g voxels, %s%s", r.stepVoxels, means,
-         integratorNames()[static_cast<std::size_t>(r.integrator)].c_str());
+    const std::string& integrator = integratorNames()[static_cast<std::size_t>(r.integrator)];
+    if (r.hulls.count > 0)
+        line("segments: %d in each of %d hulls, %s", r.hulls.samples, r.hulls.count, integrator.c_str());
+    else
+        line("segments: %g voxels, %s%s", r.stepVoxels, means, integrator.c_str());
     if (r.pixels.asked == 1)
         line("pixels: one ray through the middle of each");
     else

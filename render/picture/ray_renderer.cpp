@@ -164,7 +164,13 @@ void RayRenderer::settleExposure(const FrameTask& task) {
 void RayRenderer::chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result) {
     using Goal = StepSearch::Goal;
     const Quality& asked = task.scene.quality;
-    const bool chosen = asked.automaticStep && (task.options.searching || task.options.checking);
+    const bool searches = task.options.searching || task.options.checking;
+    if (asked.sampling == Sampling::hulls) {
+        if (asked.hulls.samples == Hulls::kAutomatic && searches)
+            search.chooseHullSamples();
+        return;
+    }
+    const bool chosen = asked.automaticStep && searches;
     if (asked.maxError.value_or(0) > 0)
         search.chooseStep({Goal::Measure::luvP99, *asked.maxError - predictedOf(task.plan).p99});
     else if (chosen)
@@ -540,6 +546,7 @@ std::string RayPixels::toTruth() {
         all.quality.integrator = plan.layer().optics.integrator;
         all.quality.fetch = Fetch::exact;
         all.quality.maxError = 0; // rays wait for bricks
+        all.quality.sampling = Sampling::limited;
         try {
             plan.chooseAgain(all, engine_.limits(), task_.context, LevelChoice::finest);
         } catch (const InputError& e) {
@@ -553,6 +560,7 @@ std::string RayPixels::toTruth() {
     }
     const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
     phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();
+    plan.setHullSamples(0);
     plan.setStep(step_ / (phased_ ? kStepsOfPhasedTruth : kStepsOfTruth));
     plan.setTermination(ends_ * kEndsOfTruth);
     return {};

@@ -84,6 +84,9 @@ RenderResult renderUnfolded(const Scene& given, std::span<const UnfoldedRow> row
     if (scene.lighting.transport)
         throw InputError("lighting.transport: expected none where a line is unfolded, found one");
     scene.camera = cameraOf(rows.front(), 0);
+    if (scene.quality.sampling == Sampling::hulls)
+        throw badFile("quality.sampling",
+                      "full, limited or naive for a picture that is cut open, which has no plane", "hulls");
     scene.quality.maxError.reset();
     scene.quality.pixels.samples = 1;
     if (scene.quality.automaticStep)

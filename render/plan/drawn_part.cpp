@@ -159,7 +159,7 @@ DrawnPart drawnPart(const Scene& scene, const VolumeInfo& info) {
             others.add(scissors, info);
         }
     }
-    if (others.any() || drawsMeshes(scene))
+    if (others.any() || drawsMeshes(scene) || scene.quality.sampling == Sampling::hulls)
         part.cuts = std::make_shared<const RayCuts>(std::move(others));
     return part;
 }

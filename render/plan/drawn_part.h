@@ -19,7 +19,7 @@ struct DrawnPart {
     std::vector<RaySlab<double>> slabs; // of a slice first; at most kMostSlabs
     bool slice = false;                 // the first is a slice's
     bool flat = false;                  // that is a plane
-    /// Cuts that are no slabs; null: none, and no meshes, which end rays as cuts do.
+    /// Cuts that are no slabs; null: none, and no meshes or hulls, which end rays as cuts do.
     std::shared_ptr<const RayCuts> cuts;
 
     bool any() const { return !slabs.empty() || cuts; }

@@ -177,6 +177,19 @@ void FurtherVolumes::add(std::unique_ptr<FurtherVolume> volume) {
     all_.push_back(std::move(volume));
 }
 
+Hulls ViewState::hulls() const {
+    if (quality.sampling != Sampling::hulls)
+        return {0, 0};
+    constexpr int kWithShadows = 4, kUntilChosen = 16;
+    const bool shadows = std::any_of(lighting.lights.begin(), lighting.lights.end(),
+                                     [](const Light& light) { return light.shadow; });
+    const Hulls& asked = quality.hulls;
+    return {asked.count != Hulls::kAutomatic ? asked.count
+            : shadows                        ? kWithShadows
+                                             : 1,
+            asked.samples != Hulls::kAutomatic ? asked.samples : kUntilChosen};
+}
+
 Strides FramePlan::strides() const {
     Strides strides;
     strides.sampling = view.quality.sampling;

@@ -68,6 +68,8 @@ struct ViewState {
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 
+    /// Of sampling by hulls, with numbers where the scene leaves them open; else none: count 0.
+    Hulls hulls() const;
     /// The pixels that are drawn together: the picture's, or a part's.
     glm::ivec2 drawnSize() const { return mostTogether.x > 0 ? mostTogether : imageSize; }
 };

@@ -60,6 +60,8 @@ Scene withoutUnusedLight(Scene scene) {
 RayFrame<double> Planner::frameOf(const glm::ivec2& size) const {
     RayFrame<double> frame = rayFrame(view.camera, rayVoxels(), size, view.quality.stepVoxels);
     (fused ? fused->part : view.part).clip(frame);
+    if (const Hulls hulls = view.hulls(); hulls.count > 0)
+        frame.hulls = rayHulls(view.camera, rayVoxels(), hulls.count, hulls.samples);
     return frame;
 }
 

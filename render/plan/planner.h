@@ -65,6 +65,8 @@ class Planner : public FramePlan {
     void setImageSize(const glm::ivec2& size) { view.imageSize = size; }
     /// Another length of segments, in voxels, or another integrator, for the levels there are.
     void setStep(double stepVoxels);
+    /// Samples of a ray in each hull; 0: rays take segments of one length from here on.
+    void setHullSamples(int samples);
     void setIntegrator(Integrator integrator);
     /// Sets the end of rays: the light that is left, of 1.
     void setTermination(float transmittance);

@@ -134,7 +134,8 @@ void Planner::settleIntegrator(const FrameContext& context, std::size_t mostEntr
     if (view.quality.edgeFunction == EdgeFunction::nearest || view.lighting.transport)
         return;
     for (const Integrator larger : {Integrator::preintegrated, Integrator::preintegrated2d})
-        if (MemoryPlan(context.ram.freeBytes(), context.gpu.freeBytes())
+        if (!(larger == Integrator::preintegrated2d && view.quality.sampling == Sampling::hulls) &&
+            MemoryPlan(context.ram.freeBytes(), context.gpu.freeBytes())
                 .grant("tables of an integrator", tableRamBytes(mostEntries, larger),
                        integratorGpuBytes(mostEntries, larger), kPartsForTables, kPartsForTables))
             mayTake = larger;
@@ -148,6 +149,16 @@ void Planner::setStep(double stepVoxels) {
         layer().levels.mostStride = mostStride(layer().selection, view.quality);
     aim();
     prepareSegments();
+}
+
+void Planner::setHullSamples(int samples) {
+    if (view.quality.sampling != Sampling::hulls)
+        return;
+    if (samples == 0)
+        view.quality.sampling = Sampling::limited;
+    else
+        view.quality.hulls.samples = samples;
+    setStep(view.quality.stepVoxels);
 }
 
 void Planner::setIntegrator(Integrator integrator) {

@@ -45,9 +45,12 @@ void Planner::planMemory(const TextureLimits& limits, const FrameContext& contex
                     wantedBytes(brickGrid(volume->plan.info().extentVoxels)));
     if (view.lighting.surfaceOcclusion || view.reflects)
         floors.need("first hits of rays", 0, hitsBytes(together));
-    if (view.part.cuts) // one and a half intervals each, and their starts
-        floors.need("intervals of rays", 0,
-                    (kRayIntervalBytes * 3 / 2 + sizeof(std::size_t)) * rayCount(together));
+    if (view.part.cuts) // half an interval more than hulls make, and their starts
+        floors.need(
+            "intervals of rays", 0,
+            (kRayIntervalBytes * static_cast<std::size_t>(2 * std::max(view.hulls().count, 1) + 1) / 2 +
+             sizeof(std::size_t)) *
+                rayCount(together));
     floors.need("the index of bricks", 0,
                 indexBytes(bricks, limits.indexEntryBytes) * static_cast<std::size_t>(1 + channels));
     floors.need("light per voxel while it is computed", lightBytes(*this, view.lighting), 0);

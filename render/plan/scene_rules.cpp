@@ -20,6 +20,30 @@ void checkIntegrator(const Quality& quality) {
             integratorNames()[static_cast<std::size_t>(quality.integrator)]);
 }
 
+/// Hulls are a way to sample one medium. Segments of any length have no table of their own.
+void checkHulls(const Scene& scene) {
+    if (scene.quality.sampling != Sampling::hulls)
+        return;
+    struct Rule {
+        bool breaks;
+        const char *expected, *found;
+    };
+    const Rule rules[] = {
+        {scene.volumes.size() > 1, "one volume", "several"},
+        {scene.mode != Mode::composite, "mode composite", "another"},
+        {!scene.surfaces.empty(), "no isosurfaces, which are sought by steps in voxels", "some"},
+        {!scene.volumes.at(0).labels.path.empty(), "no labels, whose borders are sought by steps in voxels",
+         "some"},
+        {scene.lighting.transport.has_value(), "no paths of light", "them"},
+        {scene.quality.maxError.has_value(), "no error bound, for which steps are chosen", "one"},
+        {scene.quality.integrator == Integrator::preintegrated2d,
+         "an integrator whose tables hold for segments of any length", "pre-integrated-2d"},
+    };
+    for (const Rule& rule : rules)
+        if (rule.breaks)
+            throw badFile("quality.sampling \"hulls\"", rule.expected, rule.found);
+}
+
 /// Scattered light is gathered from one volume, in the colours of its function.
 void checkScatter(const Scene& scene) {
     if (!scatters(scene.lighting) || scene.lighting.transport || reductionOf(scene) != Reduction::composite)
@@ -129,6 +153,7 @@ void checkLight(const Scene& scene) {
 
 void checkScene(const Scene& scene) {
     checkIntegrator(scene.quality);
+    checkHulls(scene);
     checkLight(scene);
 }
 
@@ -154,6 +179,7 @@ void checkShared(const Scene& scene) {
         {drawsMeshes(scene), "no meshes, behind which rays go on in parts of their own", "some"},
         {lighting.transport.has_value(), "no paths of light, which cross all of the volume", "them"},
         {!volume.labels.path.empty(), "no labels", "some"},
+        {scene.quality.sampling == Sampling::hulls, "rays with segments of one length", "sampling hulls"},
         {!keepsInside || slabs > static_cast<std::size_t>(kMostSlabs),
          "cuts that keep the inside of at most two boxes and two planes", "others"},
         {std::any_of(lighting.lights.begin(), lighting.lights.end(),

@@ -37,6 +37,9 @@ RayFrame<double> PixelGrid::frame(const RayFrame<double>& picture, double segmen
         f.toCentre += offset;
     f.imageSize = glm::dvec2(size_);
     f.segmentVoxels = segmentVoxels;
+    if (f.hulls.count > 0) // more samples in place of shorter segments
+        f.hulls.samples = std::max(
+            1, static_cast<int>(std::lround(f.hulls.samples * picture.segmentVoxels / segmentVoxels)));
     return f;
 }
 
@@ -138,6 +141,23 @@ double StepSearch::chooseStep(const Goal& goal) {
     plan_.setStep(best->step);
     chosen_ = {best->integrator, best->step, best->estimate};
     return best->error;
+}
+
+void StepSearch::chooseHullSamples() {
+    const double step = plan_.view.quality.stepVoxels;
+    constexpr double kRms = 1.0 / 255;
+    std::vector<Image> drawn;
+    for (int n = 0; (1 << n) <= Hulls::kMostSamples; ++n) {
+        while (drawn.size() < static_cast<std::size_t>(n) + 3) {
+            plan_.setHullSamples(1 << drawn.size());
+            drawn.push_back(draw(step));
+        }
+        const std::size_t at = static_cast<std::size_t>(n);
+        const StepError e = stepError(drawn[at], drawn[at + 1], drawn[at + 2]);
+        plan_.setHullSamples(1 << n);
+        if (e.error.rms <= kRms && e.error.luvP99 <= kLuvOfLonger)
+            return;
+    }
 }
 
 PictureErrors StepSearch::errorsOf(const Image& picture, double brightest) {

@@ -24,7 +24,8 @@ class PixelGrid {
     static constexpr int kMostPixels = 48;
     explicit PixelGrid(const glm::ivec2& imageSize);
     const glm::ivec2& size() const { return size_; } // pixels of the grid
-    /// Draws the picture's rays through the grid's pixels, with segments of a length in voxels.
+    /// Draws the picture's rays through the grid's pixels, with segments of a length in voxels; in hulls with
+    /// as many times the samples as segments are shorter.
     RayFrame<double> frame(const RayFrame<double>& picture, double segmentVoxels) const;
     Image of(const Image& picture) const;
 
@@ -78,6 +79,9 @@ class StepSearch {
     /// are 2, 1, 1/2 ... 1/16 voxel. If half a step is good enough and the whole is not, steps between are
     /// tried, which must be within kLuvOfLonger too. Returns the error, by the goal's measure.
     double chooseStep(const Goal& goal);
+    /// Chooses the fewest samples in each hull, 1, 2, 4, ..., that agree with four times as many to 1/255
+    /// (rms) and kLuvOfLonger.
+    void chooseHullSamples();
     /// The finest step, voxels.
     static constexpr double kFinestStep = 1.0 / 16;
     /// L*u*v* at the 99th percentile: the share of steps in a visible difference of 3, so that the

@@ -87,6 +87,7 @@ void setRayUniforms(const GlProgram& program, const Rays& rays) {
     program.set("uPerspective", f.perspective ? 1 : 0);
     program.set("uSlabs", f.slabCount);
     program.set("uFlat", f.flat ? 1 : 0);
+    program.set("uHullSamples", f.hullSamples());
     for (std::size_t n = 0; n < static_cast<std::size_t>(f.slabCount); ++n) {
         program.set(element("uSlabNormal", n).c_str(), f.slabs[n].normal);
         program.set(element("uSlabEnds", n).c_str(), glm::vec2(f.slabs[n].low, f.slabs[n].high));
@@ -206,7 +207,8 @@ void March::restart(const Rays& rays, std::span<const Occupancy* const> changed)
         buffers_.fit(marchComposition(features_, static_cast<int>(volumes_.size())), size_, bricks(), gpu_);
     }
     const RayFrame<double>& frame = rays.frame;
-    maxCount_ = static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2;
+    maxCount_ = std::max(static_cast<int>(std::ceil(glm::length(frame.extent) / frame.segmentVoxels)) + 2,
+                         frame.hullSamples());
     for (std::size_t n = 0; n < changed.size(); ++n)
         if (changed[n])
             volumes_[n].takeOccupancy(*changed[n]);

@@ -198,7 +198,7 @@ std::span<const SegmentedRay<Real>> partsOf(const MirrorInput& input, const Segm
     else
         for (std::size_t n = 0; n < input.cuts->count(input.firstRay + number); ++n)
             parts.push_back(partOf(ray, input.cuts->at(input.firstRay + number, n),
-                                   static_cast<Real>(input.segmentVoxels)));
+                                   static_cast<Real>(input.segmentVoxels), input.hullSamples));
     return parts;
 }
 

@@ -125,6 +125,7 @@ class MirrorCaster : public RayCaster {
             (n == 0 ? input : input.further[n - 1]).light = &*lit_[n].light;
         input.cuts = cuts_ ? &*cuts_ : nullptr;
         input.segmentVoxels = rays_.frame.segmentVoxels;
+        input.hullSamples = rays_.frame.hullSamples();
         return input;
     }
 

@@ -35,6 +35,7 @@ struct MirrorInput {
     const CutRays* cuts = nullptr; // of all rays of the array; null: no cuts
     std::size_t firstRay = 0;      // number in the array of the first ray drawn
     double segmentVoxels = 1;      // with cuts
+    int hullSamples = 0;           // likewise: RayHulls::samples where there are hulls
     ShareDone progress = {};       // of a picture's rays
     /// Content of isosurfaces: distance along the ray, mm, in place of red.
     bool showsDistances = false;

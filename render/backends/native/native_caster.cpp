@@ -284,11 +284,14 @@ bool NativeCaster::drawPacket(const glm::ivec2& origin, NativeVolumes& volumes, 
         if (!within[lane])
             continue;
         const bool has = round_ < cuts_->count(slots[lane]);
-        const SegmentedRay<float> part =
-            has ? partOf(rayOf(job, lane), cuts_->at(slots[lane], round_), frame_.segmentVoxels)
-                : SegmentedRay<float>();
-        for (int axis = 0; axis < 3; ++axis)
+        const SegmentedRay<float> part = has ? partOf(rayOf(job, lane), cuts_->at(slots[lane], round_),
+                                                      frame_.segmentVoxels, frame_.hullSamples())
+                                             : SegmentedRay<float>();
+        for (int axis = 0; axis < 3; ++axis) {
             job.entry[axis][lane] = part.entry[axis];
+            job.step[axis][lane] = part.step[axis];
+        }
+        job.segmentMm[lane] = part.segmentMm;
         job.tail[lane] = part.tail;
         job.count[lane] = part.count;
     }

@@ -85,6 +85,15 @@ nlohmann::json measurementJson(const PictureMeasurement& m) {
     return out;
 }
 
+nlohmann::json segmentsJson(const RenderResult& r) {
+    const std::string& integrator = integratorNames()[static_cast<std::size_t>(r.integrator)];
+    if (r.hulls.count > 0)
+        return {{"hulls", r.hulls.count}, {"samplesOfHull", r.hulls.samples}, {"integrator", integrator}};
+    return {{"stepVoxels", r.stepVoxels},
+            {"stepVoxelsOfMeans", r.stepOfMeans.value_or(r.stepVoxels)},
+            {"integrator", integrator}};
+}
+
 nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
     const double share = scene.quality.terminationTransmittance;
     nlohmann::json errors = {{"termination", {{"lightLeftOutAtMost", share}}},
@@ -201,10 +210,7 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
           {"unseenBricks", result.unseenBricks},
           {"cells", result.cells},
           {"occupiedCells", result.occupiedCells}}},
-        {"segments",
-         {{"stepVoxels", result.stepVoxels},
-          {"stepVoxelsOfMeans", result.stepOfMeans.value_or(result.stepVoxels)},
-          {"integrator", integratorNames()[static_cast<std::size_t>(result.integrator)]}}},
+        {"segments", segmentsJson(result)},
         {"mode", modeNames()[static_cast<std::size_t>(scene.mode)]},
         {"pixels", pixelsJson(result, scene)},
         {"errors", errorsJson(result, scene)},

@@ -94,6 +94,7 @@ Ray makeRay(vec2 pixel, float phase) {
 }
 
 #if FEATURE_INTERVALS
+uniform int uHullSamples; // segments of an interval; 0: as many as the ray's own need
 // An interval of a ray as a ray of its own; as partOf() in render/contract/ray_cuts.h.
 Ray partOf(Ray ray, vec2 interval) {
     precise Ray part = ray;
@@ -104,6 +105,14 @@ Ray partOf(Ray ray, vec2 interval) {
     }
     precise float segments = (interval.y - interval.x) / uSegmentVoxels;
     part.entry = placeAlong(ray.entry, ray.direction, interval.x);
+    if (uHullSamples > 0) {
+        precise float longer = segments / float(uHullSamples);
+        part.step = longer * ray.step;
+        part.segmentMm = longer * ray.segmentMm;
+        part.count = uHullSamples;
+        part.tail = 1.0;
+        return part;
+    }
     part.count = max(int(ceil(segments)), 1);
     part.tail = segments - float(part.count - 1);
     return part;
