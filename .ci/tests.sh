@@ -11,7 +11,7 @@ one_a_feature+='|Occluder\.|LightPicture\.(NativeIsTheMirrorWhere|KeepsItsBudget
 quick_suites=(
     AreaPicture AutomaticIntegrator AutomaticStep BadRays Cameras ExtremeCases ExtremeReference FusedCameras HostileNumbers ImportBudget IntegratorOrder LabelCamera LabelLooks LabelShows LabelTexels
     OutlineBands PlanePlaces SetReaders LightMemory LightTexel MeshShade OcclusionRoom PlacedLights Reflections LightMapPicture SceneLight VoxelLight ExtinctionBoundsOfScenes PathPicture PathRounds PathSurfaces Gammas/PathsOfContract PictureLayers AutomaticSamples BestLevels ChunkExtinctions CutNothing CutScissors Cuts/CutRay DeepShadowMap
-    DistanceMap FirstHit FirstHitMap FirstHits FirstHitShadowsOfPictures FirstHitShadowsOfThinTissue Kinds/FirstHitShadows VarianceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
+    DistanceMap FirstHit FirstHitMap FirstHits FirstHitShadowsOfPictures FirstHitShadowsOfThinTissue Kinds/FirstHitShadows VarianceMap FirstPicture FusedBudgets FusedCuts FusedErrors FusedForms FusedGpu FusedLight FusedOcclusion FusedRefusals FusedSlices FusedValues Hulls Cameras/HullRays GradedCulling GradedNothing GradedVisibility HiddenLabelsOf HiddenTable HistogramLight IntegratorBound LabelBudgets
     LabelBorders LabelCells LabelForms LabelLevels LabelOptics LabelRefusals LevelsWithin Modes/HiddenLabels Of/MaxErrorScenes Scenes/Fused Scenes/Labelled
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
     Parts Scenes/PartsOf

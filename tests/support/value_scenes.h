@@ -93,4 +93,9 @@ inline double greyOf(double linear) {
     return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
+/// The same everywhere: what is seen of it is how much of a ray is left.
+inline TransferFunction fog(double perMm) {
+    return TransferFunction::fromExtinction({{-5000, perMm}, {5000, perMm}}, {{0, {1, 1, 1}}});
+}
+
 } // namespace tessera::test

@@ -124,11 +124,6 @@ Scene cutScene(const std::string& store, const char* preset, int cuts, int camer
     return scene;
 }
 
-/// The same everywhere: what is seen of it is how much of a ray is left.
-TransferFunction fog(double perMm) {
-    return TransferFunction::fromExtinction({{-5000, perMm}, {5000, perMm}}, {{0, {1, 1, 1}}});
-}
-
 CutRays cutsOf(const FramePlan& p) {
     return cutRays(p.view.frame, {}, 0);
 }
