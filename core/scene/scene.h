@@ -97,7 +97,7 @@ enum class Sampling { full, limited, naive, hulls };
 /// Sampling hulls (Imagire et al. 2007; docs/sampling.md): the volume between planes parallel to the picture.
 /// A ray takes the same number of samples in each, however long its way there is.
 struct Hulls {
-    static constexpr int kAutomatic = 0, kMost = 64, kMostSamples = 1024;
+    static constexpr int kAutomatic = 0, kMost = 64, kMostSamples = 4096;
     int count = kAutomatic;   // automatic: 4 where lights cast shadows, else 1
     int samples = kAutomatic; // of a ray in each; automatic: as many as an error within 1/255 needs
     bool operator==(const Hulls&) const = default;

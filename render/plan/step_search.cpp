@@ -146,18 +146,35 @@ double StepSearch::chooseStep(const Goal& goal) {
 void StepSearch::chooseHullSamples() {
     const double step = plan_.view.quality.stepVoxels;
     constexpr double kRms = 1.0 / 255;
-    std::vector<Image> drawn;
-    for (int n = 0; (1 << n) <= Hulls::kMostSamples; ++n) {
-        while (drawn.size() < static_cast<std::size_t>(n) + 3) {
-            plan_.setHullSamples(1 << drawn.size());
-            drawn.push_back(draw(step));
+    struct Choice {
+        Integrator integrator;
+        int samples;
+        double cost;
+    };
+    std::optional<Choice> best;
+    Choice finest{};
+    for (const Integrator integrator : plan_.integratorsToTry()) {
+        plan_.setIntegrator(integrator);
+        std::vector<Image> drawn;
+        for (int n = 0; (1 << n) <= Hulls::kMostSamples; ++n) {
+            finest = {integrator, 1 << n, costOfSegment(integrator) * (1 << n)};
+            if (best && finest.cost >= best->cost)
+                break;
+            while (drawn.size() < static_cast<std::size_t>(n) + 3) {
+                plan_.setHullSamples(1 << drawn.size());
+                drawn.push_back(draw(step));
+            }
+            const std::size_t at = static_cast<std::size_t>(n);
+            const StepError e = stepError(drawn[at], drawn[at + 1], drawn[at + 2]);
+            if (e.error.rms <= kRms && e.error.luvP99 <= kLuvOfLonger) {
+                best = finest;
+                break;
+            }
         }
-        const std::size_t at = static_cast<std::size_t>(n);
-        const StepError e = stepError(drawn[at], drawn[at + 1], drawn[at + 2]);
-        plan_.setHullSamples(1 << n);
-        if (e.error.rms <= kRms && e.error.luvP99 <= kLuvOfLonger)
-            return;
     }
+    const Choice& chosen = best ? *best : finest;
+    plan_.setIntegrator(chosen.integrator);
+    plan_.setHullSamples(chosen.samples);
 }
 
 PictureErrors StepSearch::errorsOf(const Image& picture, double brightest) {

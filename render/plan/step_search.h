@@ -79,8 +79,8 @@ class StepSearch {
     /// are 2, 1, 1/2 ... 1/16 voxel. If half a step is good enough and the whole is not, steps between are
     /// tried, which must be within kLuvOfLonger too. Returns the error, by the goal's measure.
     double chooseStep(const Goal& goal);
-    /// Chooses the fewest samples in each hull, 1, 2, 4, ..., that agree with four times as many to 1/255
-    /// (rms) and kLuvOfLonger.
+    /// Chooses the cheapest integrator and number of samples in each hull, 1, 2, 4, ..., that agree with four
+    /// times as many to 1/255 (rms) and kLuvOfLonger.
     void chooseHullSamples();
     /// The finest step, voxels.
     static constexpr double kFinestStep = 1.0 / 16;

@@ -8,6 +8,7 @@
 #include "tests/bench/lod/edge_functions.h"
 #include "tests/bench/lod/experiments.h"
 #include "tests/bench/memory/memory_budgets.h"
+#include "tests/bench/papers/papers.h"
 #include "tests/bench/report/page.h"
 #include "tests/bench/study_commands.h"
 
@@ -68,6 +69,16 @@ constexpr const char* kPictureHeading =
     "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
     "again.\n";
 
+constexpr const char* kPapersHeading =
+    "# Techniques of the papers: what was measured\n\n"
+    "What the four papers describe and Tessera does otherwise, beside what it does in its place, at equal "
+    "error. This page is "
+    "generated, with its figures and the CSV files beside it, by\n\n"
+    "    tessera bench papers -o docs/measurements --scans FOLDER\n\n"
+    "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
+    "again. "
+    "[papers.md](../papers.md) says where each system of the papers is in the code.\n";
+
 const Page& levelsPage() {
     static const Page page = {"level-of-detail",
                               "tessera bench lod -o FOLDER",
@@ -90,6 +101,13 @@ const Page& picturePage() {
         "tessera bench picture -o FOLDER",
         kPictureHeading,
         {{"framing", framingReport, VolumeSet::all}, {"grain", grainReport, VolumeSet::all}}};
+    return page;
+}
+const Page& papersPage() {
+    static const Page page = {"papers",
+                              "tessera bench papers -o FOLDER",
+                              kPapersHeading,
+                              {{"hulls", hullsReport, VolumeSet::levels}}};
     return page;
 }
 
@@ -219,6 +237,14 @@ void addBenchCommand(Command& program, const CommonOptions& common, Action& acti
     memory.whenChosen([arguments, &common, &action] {
         arguments->only = {"memory"};
         action = [arguments, &common] { runBench(*arguments, levelsPage(), common); };
+    });
+
+    Command papers =
+        add("papers", "Techniques of the papers beside what is done in their place", papersPage());
+    papers.option("--only", arguments->only, "sections to make: " + joinNames(experimentNames(papersPage())));
+    papers.footer("Example:\n  tessera bench papers -o results --scans scans --only hulls");
+    papers.whenChosen([arguments, &common, &action] {
+        action = [arguments, &common] { runBench(*arguments, papersPage(), common); };
     });
 
     Command picture = add("picture", "The fitted camera, and the smoothness of surfaces", picturePage());

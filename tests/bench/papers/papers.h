@@ -1,0 +1,14 @@
+// tests/bench/papers/papers.h: techniques of the four papers that Tessera follows, beside what it does in
+// their place. Each report is a section of docs/measurements/papers.md.
+#pragma once
+
+#include "tests/bench/lod/workbench.h"
+#include "tests/bench/report/report.h"
+
+namespace tessera::bench {
+
+/// Sampling hulls (Imagire et al. 2007): their aliasing beside that of slices, time by hulls and samples, and
+/// time at equal error beside the march.
+Report hullsReport(const Workbench& bench);
+
+} // namespace tessera::bench
