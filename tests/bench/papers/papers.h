@@ -11,4 +11,7 @@ namespace tessera::bench {
 /// time at equal error beside the march.
 Report hullsReport(const Workbench& bench);
 
+/// Presence bits of values (course notes, 2.7.2): what they cull beyond ranges.
+Report presenceReport(const Workbench& bench);
+
 } // namespace tessera::bench
