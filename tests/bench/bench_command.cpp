@@ -104,11 +104,12 @@ const Page& picturePage() {
     return page;
 }
 const Page& papersPage() {
-    static const Page page = {
-        "papers",
-        "tessera bench papers -o FOLDER",
-        kPapersHeading,
-        {{"hulls", hullsReport, VolumeSet::levels}, {"presence", presenceReport, VolumeSet::levels}}};
+    static const Page page = {"papers",
+                              "tessera bench papers -o FOLDER",
+                              kPapersHeading,
+                              {{"hulls", hullsReport, VolumeSet::levels},
+                               {"object-order", objectOrderReport, VolumeSet::levels},
+                               {"presence", presenceReport, VolumeSet::levels}}};
     return page;
 }
 

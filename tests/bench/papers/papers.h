@@ -11,6 +11,9 @@ namespace tessera::bench {
 /// time at equal error beside the march.
 Report hullsReport(const Workbench& bench);
 
+/// Starts and ends of rays in object order (course notes, 2.2 and 2.3).
+Report objectOrderReport(const Workbench& bench);
+
 /// Presence bits of values (course notes, 2.7.2): what they cull beyond ranges.
 Report presenceReport(const Workbench& bench);
 
