@@ -109,7 +109,8 @@ const Page& papersPage() {
                               kPapersHeading,
                               {{"hulls", hullsReport, VolumeSet::levels},
                                {"object-order", objectOrderReport, VolumeSet::levels},
-                               {"presence", presenceReport, VolumeSet::levels}}};
+                               {"presence", presenceReport, VolumeSet::levels},
+                               {"previews", previewsReport, VolumeSet::levels}}};
     return page;
 }
 

@@ -17,4 +17,7 @@ Report objectOrderReport(const Workbench& bench);
 /// Presence bits of values (course notes, 2.7.2): what they cull beyond ranges.
 Report presenceReport(const Workbench& bench);
 
+/// Lossy codes beside coarser levels as previews (course notes, 2.9.1).
+Report previewsReport(const Workbench& bench);
+
 } // namespace tessera::bench
