@@ -69,15 +69,15 @@ constexpr const char* kPictureHeading =
     "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
     "again.\n";
 
-constexpr const char* kPapersHeading =
-    "# Techniques of the papers: what was measured\n\n"
-    "What the four papers describe and Tessera does otherwise, beside what it does in its place, at equal "
-    "error. This page is "
-    "generated, with its figures and the CSV files beside it, by\n\n"
-    "    tessera bench papers -o docs/measurements --scans FOLDER\n\n"
-    "and each section says how, where and with which volumes it was made. `--only NAME` makes one section "
-    "again. "
-    "[papers.md](../papers.md) says where each system of the papers is in the code.\n";
+constexpr const char* kPapersHeading = "# Techniques of the papers\n\n"
+                                       "Tessera follows four papers. The first section says where each of "
+                                       "the 90 systems that they describe is in the code. The others "
+                                       "measure what Tessera does otherwise, beside what it does in its "
+                                       "place. This page is generated, with its figures and the CSV "
+                                       "files beside it, by\n\n"
+                                       "    tessera bench papers -o docs/measurements --scans FOLDER\n\n"
+                                       "and each section says how, where and with which volumes it was made. "
+                                       "`--only NAME` makes one section again.\n";
 
 const Page& levelsPage() {
     static const Page page = {"level-of-detail",
@@ -107,7 +107,8 @@ const Page& papersPage() {
     static const Page page = {"papers",
                               "tessera bench papers -o FOLDER",
                               kPapersHeading,
-                              {{"hulls", hullsReport, VolumeSet::levels},
+                              {{"systems", systemsReport, VolumeSet::levels},
+                               {"hulls", hullsReport, VolumeSet::levels},
                                {"object-order", objectOrderReport, VolumeSet::levels},
                                {"presence", presenceReport, VolumeSet::levels},
                                {"previews", previewsReport, VolumeSet::levels}}};

@@ -7,6 +7,19 @@
 
 namespace tessera::bench {
 
+/// One of what the papers describe.
+struct PaperSystem {
+    const char* id;
+    const char* what;
+    const char* where;    // in the sources
+    const char* status;   // whether it is used, or what is in its place
+    const char* measured; // page of docs/measurements/; empty: tests alone
+};
+/// All 90, by paper.
+const std::vector<PaperSystem>& paperSystems();
+/// Their table.
+Report systemsReport(const Workbench& bench);
+
 /// Sampling hulls (Imagire et al. 2007): their aliasing beside that of slices, time by hulls and samples, and
 /// time at equal error beside the march.
 Report hullsReport(const Workbench& bench);
