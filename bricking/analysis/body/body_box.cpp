@@ -2,51 +2,17 @@
 #include "bricking/analysis/body/body_box.h"
 
 #include "bricking/analysis/body/body_voxels.h"
+#include "bricking/analysis/body/marks.h"
 #include "core/base/error.h"
-#include "core/base/lower_envelope.h"
-#include "core/base/threads.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <vector>
+#include <utility>
 
 namespace tessera {
-
-void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const glm::dvec3& spacingMm,
-                      int threads) {
-    constexpr std::size_t kLinesAtOnce = 512;
-    const glm::ivec3 strides(1, extent.x, extent.x * extent.y);
-    for (int axis = 0; axis < 3; ++axis) {
-        glm::ivec3 lines = extent; // one line for each place of the other two axes
-        lines[axis] = 1;
-        const std::size_t count = cellCount(lines);
-        parallelFor((count + kLinesAtOnce - 1) / kLinesAtOnce, threads, [&](std::size_t batch) {
-            LowerEnvelope envelope;
-            std::vector<double> line(static_cast<std::size_t>(extent[axis]));
-            for (std::size_t n = batch * kLinesAtOnce; n < std::min(count, (batch + 1) * kLinesAtOnce); ++n) {
-                float* const at = grid.data() + linearIndex(gridPosition(n, lines), extent);
-                for (std::size_t i = 0; i < line.size(); ++i) {
-                    const float value = at[static_cast<std::ptrdiff_t>(i) * strides[axis]];
-                    line[i] = value < kFarAway ? static_cast<double>(value)
-                                               : std::numeric_limits<double>::infinity();
-                }
-                if (std::adjacent_find(line.begin(), line.end(), std::not_equal_to<>()) == line.end())
-                    continue; // each is its own nearest
-                envelope.transform(line, spacingMm[axis]);
-                for (std::size_t i = 0; i < line.size(); ++i)
-                    at[static_cast<std::ptrdiff_t>(i) * strides[axis]] =
-                        line[i] < static_cast<double>(kFarAway) ? static_cast<float>(line[i]) : kFarAway;
-            }
-        });
-    }
-}
 
 namespace {
 
@@ -60,8 +26,7 @@ int levelOf(const VolumeInfo& info) {
 } // namespace
 
 std::size_t bodyBoxBytes(const VolumeInfo& info) {
-    return kBodyBytesPerSample * cellCount(levelExtent(info.extentVoxels, levelOf(info))) +
-           cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
+    return bodyBytes(levelExtent(info.extentVoxels, levelOf(info)), info.type);
 }
 
 BodyBox findBody(const ChunkSource& source, MemoryBudget& ram) {
@@ -71,8 +36,8 @@ BodyBox findBody(const ChunkSource& source, MemoryBudget& ram) {
     box.level = levelOf(info);
     const double voxels = static_cast<double>(1 << box.level); // of level 0, along an axis of a sample
     const BodyGrid grid(info, box.level, 1);
-    const Marks above = samplesAbove(std::array{kBodyHu}, source, box.level, grid);
-    if (std::find(above.begin(), above.end(), 1) == above.end())
+    const Marks above = std::move(samplesAbove(std::array{kBodyHu}, source, box.level, grid).front());
+    if (!above.any())
         throw badFile("--crop body", "a body: something above -300 HU", "none");
     const Marks body = bodyAmong(above, grid).marks;
 
@@ -87,16 +52,14 @@ BodyBox findBody(const ChunkSource& source, MemoryBudget& ram) {
     };
     box.low = glm::dvec3(std::numeric_limits<double>::max());
     box.high = -box.low;
-    std::size_t inside = 0, all = 0;
-    for (std::size_t i = 0; i < body.size(); ++i) {
-        all += above[i];
-        inside += body[i];
-        if (!body[i])
-            continue;
-        const glm::dvec3 middle = place((glm::dvec3(gridPosition(i, grid.extent)) + 0.5) * voxels);
-        box.low = glm::min(box.low, middle - half);
-        box.high = glm::max(box.high, middle + half);
-    }
+    for (int z = 0; z < grid.extent.z; ++z)
+        for (int y = 0; y < grid.extent.y; ++y)
+            forMarked(body.row(body.rowNumber(y, z)), [&](int x) {
+                const glm::dvec3 middle = place((glm::dvec3(x, y, z) + 0.5) * voxels);
+                box.low = glm::min(box.low, middle - half);
+                box.high = glm::max(box.high, middle + half);
+            });
+    const std::size_t inside = body.count(), all = above.count();
     glm::dvec3 first(std::numeric_limits<double>::max()), last = -first;
     for (int corner = 0; corner < 8; ++corner) {
         const glm::dvec3 at =

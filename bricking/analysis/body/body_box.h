@@ -12,16 +12,8 @@
 
 #include <cstddef>
 #include <glm/vec3.hpp>
-#include <vector>
 
 namespace tessera {
-
-/// Squared distances between voxel centres, mm2, in place: 0 marks a voxel of the set, kFarAway any other;
-/// without a set voxel all stay kFarAway. x fastest. Source: P. Felzenszwalb and D. Huttenlocher, Distance
-/// Transforms of Sampled Functions, 2012: lower envelopes of parabolas, an axis after another.
-void squaredDistances(std::vector<float>& grid, const glm::ivec3& extent, const glm::dvec3& spacingMm,
-                      int threads = 1);
-constexpr float kFarAway = 1e30f;
 
 constexpr double kBodyHu = -300;        // fat is above -130, cushions and lungs are below -400
 constexpr double kBodyOfThickness = 10; // removes shells thinner than a fifth of R

@@ -1,106 +1,158 @@
 // bricking/analysis/body/body_marks.cpp: see body_marks.h.
 #include "bricking/analysis/body/body_marks.h"
 
-#include <algorithm>
+#include "bricking/analysis/body/mark_parts.h"
+
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace tessera {
+namespace {
 
-Marks reached(const Marks& firm, const BodyGrid& grid) {
-    const glm::ivec3 e = grid.extent;
-    Marks marks(firm.size());
-    std::vector<glm::ivec3> next;
-    const auto take = [&](const glm::ivec3& at) {
-        const std::size_t i = linearIndex(at, e);
-        if (!firm[i] && !marks[i]) {
-            marks[i] = 1;
-            next.push_back(at);
+using Word = Marks::Word;
+
+/// Marks of each sample and its neighbours along an axis.
+Marks spread(const Marks& marks, int axis) {
+    const glm::ivec3& extent = marks.extent();
+    Marks out = marks;
+    if (axis == 0) {
+        for (std::size_t n = 0; n < marks.rows(); ++n) {
+            const std::span<const Word> from = marks.row(n);
+            const std::span<Word> to = out.row(n);
+            for (std::size_t i = 0; i < from.size(); ++i) {
+                to[i] |= from[i] << 1 | from[i] >> 1;
+                if (i > 0)
+                    to[i] |= from[i - 1] >> (Marks::kWordBits - 1);
+                if (i + 1 < from.size())
+                    to[i] |= from[i + 1] << (Marks::kWordBits - 1);
+            }
+            to.back() &= marks.lastWord();
         }
-    };
-    for (int z = 0; z < e.z; ++z) {
-        for (int x = 0; x < e.x; ++x)
-            take({x, 0, z}), take({x, e.y - 1, z});
-        for (int y = 0; y < e.y; ++y)
-            take({0, y, z}), take({e.x - 1, y, z});
-        for (; !next.empty();) {
-            const glm::ivec3 at = next.back();
-            next.pop_back();
-            for (const glm::ivec3& step : {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0)})
-                for (const glm::ivec3& beside : {at - step, at + step})
-                    if (beside.x >= 0 && beside.y >= 0 && beside.x < e.x && beside.y < e.y)
-                        take(beside);
-        }
+        return out;
     }
-    return marks;
-}
-
-Marks beyond(const Marks& body, const Outwards& side, const glm::ivec3& extent) {
-    Marks marks(body.size());
-    forLines(side, extent, [&](int steps, const auto& at) {
-        for (int step = steps - 1; step >= 0 && !body[at(step)]; --step)
-            marks[at(step)] = 1;
-    });
-    return marks;
-}
-
-std::size_t facingBody(const Marks& marks, const Marks& body, const Outwards& side,
-                       const glm::ivec3& extent) {
-    std::size_t count = 0;
-    forLines(side, extent, [&](int steps, const auto& at) {
-        bool marked = false, meets = false;
-        for (int step = 0; step < steps; ++step) {
-            marked |= marks[at(step)] != 0;
-            meets |= body[at(step)] != 0;
+    const auto words = static_cast<std::size_t>(marks.rowWords());
+    const std::size_t height = words * static_cast<std::size_t>(extent.y);
+    const std::size_t stride = axis == 1 ? words : height, block = axis == 1 ? height : marks.words().size();
+    const std::span<const Word> from = marks.words();
+    const std::span<Word> to = out.words();
+    for (std::size_t start = 0; start < from.size(); start += block)
+        for (std::size_t i = start; i + stride < start + block; ++i) {
+            to[i] |= from[i + stride];
+            to[i + stride] |= from[i];
         }
-        count += marked && meets;
-    });
-    return count;
-}
-
-Marks dilated(const Marks& marks, const glm::ivec3& e) {
-    Marks out = marks, before;
-    const std::array<std::size_t, 3> strides = {1, static_cast<std::size_t>(e.x), cellCount({e.x, e.y, 1})};
-    for (int axis = 0; axis < 3; ++axis) {
-        before = out;
-        const std::size_t stride = strides[static_cast<std::size_t>(axis)];
-        for (std::size_t i = 0; i < out.size(); ++i) {
-            const int at = static_cast<int>(i / stride % static_cast<std::size_t>(e[axis]));
-            out[i] = before[i] || (at > 0 && before[i - stride]) || (at + 1 < e[axis] && before[i + stride]);
-        }
-    }
     return out;
+}
+
+/// All bits of a row from its first marked one on, or up to its last.
+void fillOutwards(std::span<Word> row, bool up, Word lastWord) {
+    bool isMarked = false;
+    for (std::size_t n = 0; n < row.size(); ++n) {
+        Word& word = row[up ? n : row.size() - 1 - n];
+        if (isMarked)
+            word = ~Word{0};
+        else if (word != 0) {
+            isMarked = true;
+            word = up ? ~Word{0} << std::countr_zero(word) : ~Word{0} >> std::countl_zero(word);
+        }
+    }
+    row.back() &= lastWord;
+}
+
+} // namespace
+
+Marks reached(const Marks& firm) {
+    const glm::ivec3 extent = firm.extent();
+    const Marks open = without(Marks::all(extent), firm);
+    return chosenParts(open, Connected::inSlices, open, [&](const MarkPart& part) {
+        return part.low.x == 0 || part.low.y == 0 || part.high.x == extent.x || part.high.y == extent.y;
+    });
+}
+
+Marks onwards(const Marks& marks, const Outwards& side) {
+    const glm::ivec3& extent = marks.extent();
+    Marks out = marks;
+    if (side.axis == 0) {
+        for (std::size_t n = 0; n < out.rows(); ++n)
+            fillOutwards(out.row(n), side.up, out.lastWord());
+        return out;
+    }
+    for (int z = 0; z < extent.z; ++z)
+        for (int step = 1; step < extent.y; ++step) {
+            const int y = side.up ? step : extent.y - 1 - step;
+            const std::span<const Word> before = out.row(out.rowNumber(side.up ? y - 1 : y + 1, z));
+            const std::span<Word> row = out.row(out.rowNumber(y, z));
+            for (std::size_t i = 0; i < row.size(); ++i)
+                row[i] |= before[i];
+        }
+    return out;
+}
+
+Marks linesOf(const Marks& marks, const Outwards& side) {
+    return onwards(onwards(marks, side), side.opposite());
+}
+
+Marks beyond(const Marks& body, const Outwards& side) {
+    return without(Marks::all(body.extent()), onwards(body, side.opposite()));
+}
+
+std::size_t facingBody(const Marks& marks, const Marks& body, const Outwards& side) {
+    return both(linesOf(marks, side), linesOf(body, side)).count() /
+           static_cast<std::size_t>(marks.extent()[side.axis]);
+}
+
+Marks dilatedInSlices(const Marks& marks) {
+    return spread(spread(marks, 0), 1);
+}
+
+Marks dilated(const Marks& marks) {
+    return spread(dilatedInSlices(marks), 2);
+}
+
+Marks besideFaces(const Marks& marks) {
+    return combined([](Word x, Word y, Word z) { return x | y | z; }, spread(marks, 0), spread(marks, 1),
+                    spread(marks, 2));
+}
+
+namespace {
+/// A sample that was added, and how far it lies along its way.
+struct Grown {
+    std::int32_t index;
+    float awayMm;
+};
+} // namespace
+
+std::size_t growthBytes(const glm::ivec3& extent) {
+    return 2 * cellCount(extent) * sizeof(Grown);
 }
 
 void growInto(Marks& marks, const Marks& open, const BodyGrid& grid, double mostMm) {
-    std::vector<std::int32_t> next;
-    std::vector<float> away(marks.size(), 0);
-    for (std::size_t i = 0; i < marks.size(); ++i)
-        if (marks[i])
-            next.push_back(static_cast<std::int32_t>(i));
-    for (std::size_t n = 0; n < next.size(); ++n) {
-        const auto from = static_cast<std::size_t>(next[n]);
-        const glm::ivec3 place = gridPosition(from, grid.extent);
-        grid.beside(from, [&](std::size_t to) {
-            if (marks[to] || !open[to])
-                return;
-            const glm::ivec3 step = gridPosition(to, grid.extent) - place;
-            const int axis = step.x != 0 ? 0 : step.y != 0 ? 1 : 2;
-            const float far = away[from] + static_cast<float>(grid.spacingMm[axis]);
-            if (far > mostMm)
-                return;
-            marks[to] = 1;
-            away[to] = far;
-            next.push_back(static_cast<std::int32_t>(to));
-        });
-    }
-}
-
-Marks both(const Marks& a, const Marks& b) {
-    Marks out(a.size());
-    std::transform(a.begin(), a.end(), b.begin(), out.begin(),
-                   [](std::uint8_t one, std::uint8_t other) { return one && other; });
-    return out;
+    const glm::ivec3& extent = grid.extent;
+    const Marks free = without(open, marks), seeds = both(marks, besideFaces(free));
+    std::vector<Grown> front, next; // samples of as many steps each
+    front.reserve(std::max(seeds.count(), free.count()));
+    next.reserve(free.count());
+    for (int z = 0; z < extent.z; ++z)
+        for (int y = 0; y < extent.y; ++y)
+            forMarked(seeds.row(seeds.rowNumber(y, z)), [&](int x) {
+                front.push_back({static_cast<std::int32_t>(linearIndex({x, y, z}, extent)), 0});
+            });
+    for (; !front.empty(); front.swap(next), next.clear())
+        for (const Grown& from : front) {
+            const glm::ivec3 at = gridPosition(static_cast<std::size_t>(from.index), extent);
+            for (int face = 0; face < 6; ++face) {
+                const int axis = face / 2;
+                glm::ivec3 to = at;
+                to[axis] += face % 2 == 0 ? -1 : 1;
+                if (to[axis] < 0 || to[axis] >= extent[axis] || marks.has(to) || !open.has(to))
+                    continue;
+                const float away = from.awayMm + static_cast<float>(grid.spacingMm[axis]);
+                if (away > mostMm)
+                    continue;
+                marks.add(to);
+                next.push_back({static_cast<std::int32_t>(linearIndex(to, extent)), away});
+            }
+        }
 }
 
 } // namespace tessera

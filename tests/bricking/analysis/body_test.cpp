@@ -145,30 +145,5 @@ TEST(Body, LargeVolumesAreLookedAtCoarsely) {
     EXPECT_NEAR(box.high.z, 2 * 45, 3);
 }
 
-TEST(DistanceField, IsTheNearestOfAllPairs) {
-    const glm::ivec3 extent(13, 9, 7);
-    const glm::dvec3 spacing(0.7, 1.9, 3.1);
-    std::mt19937 random(3);
-    for (const double share : {0., 0.01, 0.2, 1.}) {
-        std::vector<float> grid(cellCount(extent));
-        std::bernoulli_distribution marked(share);
-        std::vector<glm::ivec3> set;
-        for (std::size_t i = 0; i < grid.size(); ++i) {
-            grid[i] = marked(random) ? 0 : kFarAway;
-            if (grid[i] == 0)
-                set.push_back(gridPosition(i, extent));
-        }
-        squaredDistances(grid, extent, spacing);
-        for (std::size_t i = 0; i < grid.size(); ++i) {
-            double nearest = static_cast<double>(kFarAway);
-            for (const glm::ivec3& at : set) {
-                const glm::dvec3 apart = glm::dvec3(gridPosition(i, extent) - at) * spacing;
-                nearest = std::min(nearest, glm::dot(apart, apart));
-            }
-            ASSERT_NEAR(static_cast<double>(grid[i]), nearest, 1e-5 * nearest) << share << " " << i;
-        }
-    }
-}
-
 } // namespace
 } // namespace tessera::test

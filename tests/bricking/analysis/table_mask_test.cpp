@@ -1,10 +1,10 @@
 // tests/bricking/analysis/table_mask_test.cpp: tables under patients that are formulas: what is hidden is
 // table and never patient.
 #include "bricking/analysis/body/body_box.h"
-#include "bricking/analysis/body/body_marks.h"
 #include "bricking/analysis/body/table_mask.h"
 #include "core/base/error.h"
 #include "tests/support/lumen_tubes.h"
+#include "tests/support/plain_body.h"
 #include "tests/support/recorded_numbers.h"
 
 #include <algorithm>
@@ -114,6 +114,16 @@ FoundTable found(const ChunkSource& source, MemoryBudget& ram, int threads = 2) 
     const FoundTable table = findTable(source, ram, threads);
     EXPECT_LE(ram.peakBytes(), tableMaskBytes(source.info()) + (table.mask ? ram.usedBytes() : 0));
     return table;
+}
+
+/// The same mask, litres and reason as the search voxel by voxel.
+void expectThatOfThePlainWay(const FoundTable& it, const ChunkSource& source) {
+    const PlainTable plain = plainTable(source, it.mask ? it.mask->level() : 0);
+    EXPECT_EQ(it.why, plain.why);
+    EXPECT_EQ(it.litres, plain.litres);
+    ASSERT_EQ(it.mask != nullptr, plain.why.empty());
+    const auto isHidden = [](std::uint8_t share, std::uint8_t hidden) { return share == (hidden ? 255 : 0); };
+    EXPECT_TRUE(!it.mask || std::ranges::equal(it.mask->shares(), plain.hidden, isHidden));
 }
 
 /// Shares of voxels, of those that the formulas tell to be patient or table.
@@ -262,65 +272,48 @@ TEST(PatientTable, ANarrowFieldOfViewLaysNothingOpen) {
     }
 }
 
-/// Sets of voxels against the words of body_marks.h, sample by sample.
-TEST(BodyMarks, AreWhatTheirWordsSay) {
-    const VolumeInfo info = boxInfo({11, 7, 5}, {1, 2, 3}, {0, 0, 0});
-    const BodyGrid grid(info, 0, 1);
-    const glm::ivec3 e = grid.extent;
-    const auto inside = [&](const glm::ivec3& v) { return v == glm::clamp(v, glm::ivec3(0), e - 1); };
-    for (const unsigned seed : {1u, 2u, 3u}) {
-        std::mt19937 random(seed);
-        Marks body(grid.size()), firm(grid.size());
-        for (std::size_t i = 0; i < grid.size(); ++i) {
-            body[i] = random() % 7 == 0;
-            firm[i] = random() % 5 < 2;
-        }
-        const auto marked = [&](const Marks& of, const glm::ivec3& v) {
-            return inside(v) && of[linearIndex(v, e)] != 0;
+/// Bodies, boards and lumps at random places, with noise, in grids that words of bits do not fit.
+TEST(PatientTable, IsThatOfThePlainWay) {
+    std::mt19937 random(11);
+    int masks = 0;
+    for (int n = 0; n < 24; ++n) {
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(random);
         };
-        Marks air(grid.size()); // slices whose borders are air, over faces within the slice
-        for (bool grows = true; grows;) {
-            grows = false;
-            for (std::size_t i = 0; i < grid.size(); ++i) {
-                const glm::ivec3 v = gridPosition(i, e);
-                bool reaches = v.x == 0 || v.y == 0 || v.x == e.x - 1 || v.y == e.y - 1;
-                for (const glm::ivec3& step : {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}})
-                    reaches = reaches || marked(air, v + step);
-                if (!firm[i] && !air[i] && reaches) {
-                    air[i] = 1;
-                    grows = true;
-                }
-            }
-        }
-        EXPECT_EQ(reached(firm, grid), air) << seed;
-        const Marks wide = dilated(body, e), common = both(body, firm);
-        for (std::size_t i = 0; i < grid.size(); ++i) {
-            bool any = false;
-            for (std::size_t n = 0; n < 27; ++n)
-                any = any || marked(body, gridPosition(i, e) + gridPosition(n, glm::ivec3(3)) - 1);
-            EXPECT_EQ(wide[i] != 0, any);
-            EXPECT_EQ(common[i] != 0, body[i] && firm[i]);
-        }
-        for (const Outwards& side : kSides) {
-            const Marks found = beyond(body, side, e);
-            std::size_t facing = 0;
-            for (int z = 0; z < e.z; ++z)
-                for (int line = 0; line < e[1 - side.axis]; ++line) {
-                    bool free = true, meets = false, isFirm = false; // from the outer end inwards
-                    for (int n = 0; n < e[side.axis]; ++n) {
-                        glm::ivec3 v(0, 0, z);
-                        v[1 - side.axis] = line;
-                        v[side.axis] = side.up ? e[side.axis] - 1 - n : n;
-                        free = free && !marked(body, v);
-                        EXPECT_EQ(marked(found, v), free) << side.axis << side.up;
-                        meets = meets || marked(body, v);
-                        isFirm = isFirm || marked(firm, v);
-                    }
-                    facing += meets && isFirm ? 1 : 0;
-                }
-            EXPECT_EQ(facingBody(firm, body, side, e), facing);
-        }
+        const glm::ivec3 extent(static_cast<int>(between(40, 100)), static_cast<int>(between(30, 70)),
+                                static_cast<int>(between(6, 30)));
+        const glm::dvec3 spacing =
+            n % 3 == 0 ? glm::dvec3(5) : glm::dvec3(between(3, 7), between(3, 7), between(4, 12));
+        const VolumeInfo info = boxInfo(extent, spacing, -0.5 * glm::dvec3(extent) * spacing);
+        const glm::dvec3 half = 0.5 * glm::dvec3(extent) * spacing;
+        struct Lump {
+            glm::dvec3 middle, half;
+            double hu;
+        };
+        std::vector<Lump> lumps = {{{between(-20, 20), between(-20, 0), 0},
+                                    {half.x * between(0.4, 0.8), half.y * between(0.4, 0.7), 900},
+                                    40}};
+        for (int i = 0; i < 12; ++i)
+            lumps.push_back({{between(-1, 1) * half.x, between(-1, 1) * half.y, between(-1, 1) * half.z},
+                             {between(5, 60), between(5, 60), between(5, 150)},
+                             i % 3 == 0 ? -850. : between(-1100, 900)});
+        const double board = half.y * between(0.6, 0.9), thick = between(4, 25), hu = between(-880, 400);
+        const bool isOne = n % 5 != 0;
+        const FieldChunks scan(info, [&](const glm::dvec3& p) {
+            double value = isOne && p.y > board && p.y < board + thick ? hu : kAir;
+            for (const Lump& each : lumps)
+                if (glm::length((p - each.middle) / each.half) < 1)
+                    value = each.hu;
+            const auto at = static_cast<std::uint64_t>(p.x * 131 + p.y * 7919 + p.z * 1000003 + 1e9);
+            return value + static_cast<double>(at * 0x9E3779B97F4A7C15u >> 57) - 64;
+        });
+        SCOPED_TRACE(n);
+        MemoryBudget ram("RAM", "--ram", 256u << 20);
+        const FoundTable it = found(scan, ram, n % 4 + 1);
+        masks += it.mask != nullptr;
+        expectThatOfThePlainWay(it, scan);
     }
+    EXPECT_GE(masks, 6);
 }
 
 /// Values in HU, however they are stored.
@@ -341,19 +334,6 @@ TEST(PatientTable, RescaledValuesAreTheSame) {
     ASSERT_TRUE(c.mask && d.mask);
     EXPECT_EQ(c.litres, d.litres);
     EXPECT_TRUE(std::ranges::equal(c.mask->shares(), d.mask->shares()));
-}
-
-TEST(PatientTable, GrowsByMillimetres) {
-    const VolumeInfo info = boxInfo({25, 13, 7}, {2, 5, 10}, {0, 0, 0});
-    const BodyGrid grid(info, 0, 1);
-    Marks marks(grid.size());
-    const glm::ivec3 middle(12, 6, 3);
-    marks[linearIndex(middle, grid.extent)] = 1;
-    growInto(marks, Marks(grid.size(), 1), grid, 20);
-    for (std::size_t i = 0; i < marks.size(); ++i) {
-        const glm::dvec3 away = glm::abs(glm::dvec3(gridPosition(i, grid.extent) - middle)) * grid.spacingMm;
-        EXPECT_EQ(marks[i], away.x + away.y + away.z <= 20) << i;
-    }
 }
 
 TEST(PatientTable, ThreadsChangeNothingAndLittleMemoryIsSaid) {
@@ -385,6 +365,7 @@ TEST(PatientTable, IsThatOfTheRecord) {
             });
             MemoryBudget ram("RAM", "--ram", 256u << 20);
             const FoundTable it = findTable(scan, ram, 2);
+            expectThatOfThePlainWay(it, scan);
             double hidden = 0, x = 0, y = 0, z = 0;
             for (std::size_t i = 0; it.mask && i < it.mask->shares().size(); ++i)
                 if (it.mask->shares()[i]) {
