@@ -126,7 +126,8 @@ void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFol
     progress.stage("joining parts");
     const WrittenLevels written = joinParts(
         made.files(), made.parts(), info, work.store(), ram, options.threads,
-        [&](const glm::ivec3& extent) { return planSlabs(extent, info.type, ram.freeBytes(), work.path()); });
+        [&](const glm::ivec3& extent) { return planSlabs(extent, info.type, ram.freeBytes(), work.path()); },
+        options.codec);
     isOfUse = true;
     const VoxelFindings findings = made.findings();
     report.info = findings.applied(info);
@@ -135,6 +136,7 @@ void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFol
     keepVoxelFindings(info, report.info);
     StoreMetadata metadata = metadataOf(info, written);
     metadata.rule = kPyramidRule;
+    metadata.codec = options.codec;
     report.bytesOut = written.bytes() + writeDocuments(work.store(), metadata);
     report.chunksWritten = written.chunksWritten;
     report.chunksFill = written.chunksFill;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bricking/import/source/slab_source.h"
+#include "bricking/store/codec.h"
 #include "bricking/store/volume_parts.h" // kPartSlices
 #include "core/base/budget.h"
 #include "core/base/progress.h"
@@ -26,12 +27,13 @@ constexpr int kImportVersion = 6;
 
 struct ImportOptions {
     bool force = false;           // replace an existing store
+    Codec codec = Codec::lz4;     // of the store's chunks
     int threads = 0;              // 0: all processors
     bool durable = true;          // synchronise to disk before the rename; off for scratch stores and tests
     Progress* progress = nullptr; // null: silent
     std::string unit = {};        // of the physical values if the source has none; "": the source's
-    /// 32 hex digits of everything that the store depends on: files, options, kImportVersion. After a kill
-    /// the next import with the same key goes on with the finished ones of several parts. "": none does.
+    /// 32 hex digits of everything that the store depends on: files, options, codec, kImportVersion. After a
+    /// kill the next import with the same key goes on with the finished ones of several parts. "": none does.
     std::string key = {};
     bool shared = false; // several processes with the same key may import together
     /// The source anew, for one that can only read on, if a part before its place is left to make.

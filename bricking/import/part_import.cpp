@@ -199,7 +199,8 @@ std::uint64_t PartImport::readSlabs(int part, PartWriter& writer, SlabFeed& feed
 
 PartFacts PartImport::write(int part, const fs::path& folder) {
     SlabFeed feed(plan_, all_.info, ram_);
-    PartWriter writer(folder, all_.info, all_.parts, part, ram_, options_.threads, plan_.slabs);
+    PartWriter writer(folder, all_.info, all_.parts, part, ram_, options_.threads, plan_.slabs,
+                      options_.codec);
     goTo(all_.parts.first(part), feed,
          writer.next().first(plan_.slabs.isWhole() ? sliceBytesOf(all_.info) : 0));
     source_->takeTally();

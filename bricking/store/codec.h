@@ -1,8 +1,10 @@
-// bricking/store/codec.h: one chunk to bytes and back: blosc(lz4, level 5, bitshuffle), then CRC-32C. The
-// writer's parameters are fixed; the reader uses blosc's own header, after checking its size. CRC-32C, the
+// bricking/store/codec.h: one chunk to bytes and back: as its store's codec says, then CRC-32C. The writer's
+// parameters are fixed; the reader uses blosc's own header, after checking its size. CRC-32C, the
 // checksum that ends every codec chain of a store. Castagnoli polynomial, reflected 0x82F63B78, initial value
 // and final xor all ones (RFC 3720, appendix B.4).
 #pragma once
+
+#include "core/base/names.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +12,20 @@
 #include <string>
 
 namespace tessera {
+
+enum class Codec : std::uint8_t {
+    lz4,  // blosc(lz4, level 5, bitshuffle)
+    zstd, // blosc(zstd, level 3, bitshuffle): smaller, and slower to write
+    none, // the values as they are
+};
+/// "lz4", "zstd" and "none".
+template <> const NameTable<Codec>& namesOf<Codec>();
+/// What blosc is told of a codec other than none, as metadata have it.
+struct BloscParameters {
+    const char* name;
+    int level;
+};
+BloscParameters bloscParameters(Codec codec);
 
 /// CRC-32C of bytes; crc32c("123456789") = 0xE3069283.
 /// @param before  the CRC of the preceding bytes, to continue an earlier call
@@ -28,7 +44,8 @@ struct EncodedChunk {
 };
 /// Encodes raw (values of valueBytes each, little-endian) into out, at least encodedBound(raw.size()) long.
 /// Deterministic: the same input gives the same bytes on every machine. Thread-safe.
-EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out);
+EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out,
+                         Codec codec = Codec::lz4);
 
 /// The decoded size that a blosc buffer's header states. Throws InputError that begins with where.
 std::size_t bloscBytes(std::span<const std::byte> encoded, const std::string& where);
@@ -40,6 +57,7 @@ std::span<const std::byte> withoutCrc(std::span<const std::byte> encoded, const 
 
 /// Both: decodes a chunk into exactly out.size() bytes. Thread-safe.
 /// Throws InputError that begins with where, when the checksum, the header or the size is wrong.
-void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where);
+void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, const std::string& where,
+                 Codec codec = Codec::lz4);
 
 } // namespace tessera

@@ -107,7 +107,7 @@ std::uint64_t WrittenLevels::bytes() const {
 }
 
 struct LevelWriter::State {
-    State(fs::path into, const VolumeInfo& volume, MemoryBudget& ram, int threadsWanted);
+    State(fs::path into, const VolumeInfo& volume, MemoryBudget& ram, int threadsWanted, Codec chosen);
 
     void prepare(Slot& slot, const SlabPyramid::Slab& slab) const;
     void append(std::span<const Slot> slots);
@@ -115,6 +115,7 @@ struct LevelWriter::State {
 
     fs::path folder;
     VolumeInfo info;
+    Codec codec;
     int threads;
     Charge charge;
     std::vector<std::byte> fillChunk;
@@ -123,8 +124,9 @@ struct LevelWriter::State {
     WrittenLevels written;
 };
 
-LevelWriter::State::State(fs::path into, const VolumeInfo& volume, MemoryBudget& ram, int threadsWanted)
-    : folder(std::move(into)), info(volume), threads(threadCount(threadsWanted)),
+LevelWriter::State::State(fs::path into, const VolumeInfo& volume, MemoryBudget& ram, int threadsWanted,
+                          Codec chosen)
+    : folder(std::move(into)), info(volume), codec(chosen), threads(threadCount(threadsWanted)),
       charge(ram.charge(bytesNeeded(info, threads), "compressing chunks")) {
     fillChunk.resize(chunkBytesOf(info));
     fillWith(info, fillChunk);
@@ -145,8 +147,8 @@ LevelWriter::State::State(fs::path into, const VolumeInfo& volume, MemoryBudget&
     }
 }
 
-LevelWriter::LevelWriter(fs::path folder, const VolumeInfo& info, MemoryBudget& ram, int threads)
-    : state_(std::make_unique<State>(std::move(folder), info, ram, threads)) {}
+LevelWriter::LevelWriter(fs::path folder, const VolumeInfo& info, MemoryBudget& ram, int threads, Codec codec)
+    : state_(std::make_unique<State>(std::move(folder), info, ram, threads, codec)) {}
 LevelWriter::~LevelWriter() = default;
 
 std::size_t LevelWriter::bytesNeeded(const VolumeInfo& info, int threads) {
@@ -214,7 +216,7 @@ void LevelWriter::State::prepare(Slot& slot, const SlabPyramid::Slab& slab) cons
             if (slab.level == 0)
                 scanRow(info.type, from, size.x, slot);
         }
-    slot.result = encodeUnlessFill(slot.raw, fillChunk, valueBytes, slot.encoded);
+    slot.result = encodeUnlessFill(slot.raw, fillChunk, valueBytes, slot.encoded, codec);
 }
 
 void LevelWriter::State::append(std::span<const Slot> batch) {

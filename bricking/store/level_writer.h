@@ -2,6 +2,7 @@
 // folder. The folder has the whole volume, or a part of it along z.
 #pragma once
 
+#include "bricking/store/codec.h"
 #include "bricking/store/pyramid.h"
 #include "bricking/store/zarr_metadata.h" // ShardRecord
 #include "core/base/budget.h"
@@ -38,7 +39,8 @@ class LevelWriter {
     /// Charges bytesNeeded() to ram.
     /// @param info  of the whole volume
     /// @param threads  that compress; 0: all processors
-    LevelWriter(std::filesystem::path folder, const VolumeInfo& info, MemoryBudget& ram, int threads);
+    LevelWriter(std::filesystem::path folder, const VolumeInfo& info, MemoryBudget& ram, int threads,
+                Codec codec = Codec::lz4);
     ~LevelWriter();
     LevelWriter(const LevelWriter&) = delete;
     LevelWriter& operator=(const LevelWriter&) = delete;

@@ -41,10 +41,10 @@ void fillWith(const VolumeInfo& info, std::span<std::byte> out) {
 }
 
 EncodedChunk encodeUnlessFill(std::span<const std::byte> raw, std::span<const std::byte> fillChunk,
-                              std::size_t valueBytes, std::span<std::byte> out) {
+                              std::size_t valueBytes, std::span<std::byte> out, Codec codec) {
     if (std::memcmp(raw.data(), fillChunk.data(), raw.size()) == 0)
         return {};
-    return encodeChunk(raw, valueBytes, out);
+    return encodeChunk(raw, valueBytes, out, codec);
 }
 
 ShardRecord shardRecord(std::span<const ShardEntry> entries, std::span<const std::uint32_t> crcs,

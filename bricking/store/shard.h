@@ -59,7 +59,7 @@ void fillWith(const VolumeInfo& info, std::span<std::byte> out);
 /// @param fillChunk  a chunk of fill
 /// @return 0 bytes: left out
 EncodedChunk encodeUnlessFill(std::span<const std::byte> raw, std::span<const std::byte> fillChunk,
-                              std::size_t valueBytes, std::span<std::byte> out);
+                              std::size_t valueBytes, std::span<std::byte> out, Codec codec);
 /// What zarr.json says of a shard.
 /// @param crcs  per entry, of the chunks that are not absent
 /// @param index  as encodeIndex() gives it

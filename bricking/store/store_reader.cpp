@@ -63,7 +63,7 @@ StoreMetadata readMetadata(const std::filesystem::path& path) {
     StoreMetadata metadata = parseGroup(document("zarr.json"), (path / "zarr.json").string());
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string relative = std::to_string(level) + "/zarr.json";
-        checkLevel(document(relative), metadata.info, level, (path / relative).string());
+        checkLevel(document(relative), metadata, level, (path / relative).string());
     }
     return metadata;
 }
@@ -114,7 +114,8 @@ void StoreReader::readChunk(const ChunkKey& key, std::span<std::byte> out) const
         const std::span<std::byte> encoded = state_->shards.read(key, buffer.bytes());
         if (!encoded.empty()) {
             const glm::ivec3 shard = state_->shards.layout(key.level).shardOf(key);
-            return decodeChunk(encoded, out, state_->shards.shown(key.level, shard) + ": " + describe(key));
+            return decodeChunk(encoded, out, state_->shards.shown(key.level, shard) + ": " + describe(key),
+                               state_->metadata.codec);
         }
     }
     fillWith(info(), out);

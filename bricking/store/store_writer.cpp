@@ -70,7 +70,7 @@ StoreWriter::State::State(const fs::path& storeAt, const VolumeInfo& volume, Mem
 std::uint64_t writeDocuments(const fs::path& folder, const StoreMetadata& metadata) {
     std::uint64_t bytes = 0;
     for (int level = 0; level < kLevelCount; ++level) {
-        const std::string text = levelDocument(metadata.info, level);
+        const std::string text = levelDocument(metadata, level);
         const fs::path ofLevel = folder / std::to_string(level);
         fs::create_directories(ofLevel); // a level of fill alone has no shard
         writeFile(ofLevel / "zarr.json", text);

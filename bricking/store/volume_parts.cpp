@@ -189,9 +189,9 @@ int VolumeParts::wholeLevels() const {
 }
 
 PartWriter::PartWriter(fs::path folder, const VolumeInfo& info, const VolumeParts& parts, int part,
-                       MemoryBudget& ram, int threads, const SlabPlan& plan)
+                       MemoryBudget& ram, int threads, const SlabPlan& plan, Codec codec)
     : folder_(std::move(folder)), parts_(parts), part_(part), extent_(extentOfPart(info, parts, part)),
-      levels_(folder_, info, ram, threads),
+      levels_(folder_, info, ram, threads, codec),
       pyramid_(
           extent_, info.type, ram, threads, [this](const SlabPyramid::Slab& slab) { take(slab); }, {}, plan) {
     TESSERA_CHECK(parts.wholeLevels() > 0 && part >= 0 && part < parts.count());
@@ -253,7 +253,7 @@ bool isWhole(const PartFiles& part, const fs::path& store) {
 
 WrittenLevels joinParts(const std::vector<PartFiles>& files, const VolumeParts& parts, const VolumeInfo& info,
                         const fs::path& store, MemoryBudget& ram, int threads,
-                        const std::function<SlabPlan(const glm::ivec3&)>& planOf) {
+                        const std::function<SlabPlan(const glm::ivec3&)>& planOf, Codec codec) {
     removeOthers(store);
     WrittenLevels all;
     std::array<std::vector<std::vector<Fragment>>, kLevelCount> fragments; // by shard, z ascending
@@ -288,7 +288,7 @@ WrittenLevels joinParts(const std::vector<PartFiles>& files, const VolumeParts& 
     if (whole == kLevelCount)
         return all;
     const glm::ivec3 extent = levelExtent(info.extentVoxels, whole);
-    LevelWriter levels(store, info, ram, threads);
+    LevelWriter levels(store, info, ram, threads, codec);
     const auto take = [&](const SlabPyramid::Slab& slab) {
         SlabPyramid::Slab inVolume = slab;
         inVolume.level += whole;

@@ -46,7 +46,7 @@ class PartWriter {
     /// Charges what StoreWriter does; of slabs that do not lie in memory, what SlabPyramid says.
     /// @param info  of the whole volume
     PartWriter(std::filesystem::path folder, const VolumeInfo& info, const VolumeParts& parts, int part,
-               MemoryBudget& ram, int threads, const SlabPlan& plan = {});
+               MemoryBudget& ram, int threads, const SlabPlan& plan = {}, Codec codec = Codec::lz4);
 
     /// As SlabPyramid's, of the part.
     int nextSlices() const { return pyramid_.nextSlices(); }
@@ -87,6 +87,7 @@ bool isWhole(const PartFiles& part, const std::filesystem::path& store);
 /// Throws InputError for a damaged file, Error if the disk fails.
 WrittenLevels joinParts(const std::vector<PartFiles>& files, const VolumeParts& parts, const VolumeInfo& info,
                         const std::filesystem::path& store, MemoryBudget& ram, int threads,
-                        const std::function<SlabPlan(const glm::ivec3&)>& planOf = {});
+                        const std::function<SlabPlan(const glm::ivec3&)>& planOf = {},
+                        Codec codec = Codec::lz4);
 
 } // namespace tessera

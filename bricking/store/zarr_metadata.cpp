@@ -176,6 +176,8 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         json["absentStored"] = info.absentStored;
     if (info.suvPerValue > 0)
         json["suvPerValue"] = info.suvPerValue;
+    if (metadata.codec != Codec::lz4)
+        json["codec"] = nameOf(metadata.codec);
     if (!info.remarks.empty())
         json["remarks"] = info.remarks;
     return json;
@@ -190,22 +192,28 @@ Json groupJson(const StoreMetadata& metadata) {
     return document;
 }
 
-Json levelJson(const VolumeInfo& info, int level) {
+Json levelJson(const StoreMetadata& metadata, int level) {
+    const VolumeInfo& info = metadata.info;
     const glm::ivec3 extent = levelExtent(info.extentVoxels, level);
     const ShardLayout layout = shardLayout(extent);
     const Json crc = {{"name", "crc32c"}};
     Json bytes = {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}};
-    const Json blosc = {{"name", "blosc"},
-                        {"configuration",
-                         {{"cname", "lz4"},
-                          {"clevel", 5},
-                          {"shuffle", "bitshuffle"},
-                          {"typesize", bytesPerValue(info.type)},
-                          {"blocksize", 0}}}};
+    Json codecs = Json::array({bytes});
+    if (metadata.codec != Codec::none) {
+        const BloscParameters blosc = bloscParameters(metadata.codec);
+        codecs.push_back({{"name", "blosc"},
+                          {"configuration",
+                           {{"cname", blosc.name},
+                            {"clevel", blosc.level},
+                            {"shuffle", "bitshuffle"},
+                            {"typesize", bytesPerValue(info.type)},
+                            {"blocksize", 0}}}});
+    }
+    codecs.push_back(crc);
     const Json sharding = {{"name", "sharding_indexed"},
                            {"configuration",
                             {{"chunk_shape", Json::array({kChunkExtent, kChunkExtent, kChunkExtent})},
-                             {"codecs", Json::array({bytes, blosc, crc})},
+                             {"codecs", codecs},
                              {"index_codecs", Json::array({bytes, crc})},
                              {"index_location", "end"}}}}; // the only place that all readers honour
     return {
@@ -373,8 +381,8 @@ std::string groupDocument(const StoreMetadata& metadata) {
     return storedText(groupJson(metadata));
 }
 
-std::string levelDocument(const VolumeInfo& info, int level) {
-    return storedText(levelJson(info, level));
+std::string levelDocument(const StoreMetadata& metadata, int level) {
+    return storedText(levelJson(metadata, level));
 }
 
 StoreMetadata parseGroup(std::string_view text, const std::string& where) {
@@ -397,6 +405,8 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where) {
         throw badFile(
             where, std::string(root) + "/levelRule to be '" + kPyramidRule + "' or '" + kMajorityRule + "'",
             "another rule");
+    if (document.contains(Json::json_pointer(root + "/codec")))
+        metadata.codec = namesOf<Codec>().named(textAt(document, root + "/codec", where), where);
     if (const Json::json_pointer at("/attributes/ome/image-label"); document.contains(at))
         metadata.imageLabel = document.at(at).dump(); // the checksum holds
     for (int level = 0; level < kLevelCount; ++level) {
@@ -408,8 +418,8 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where) {
     return metadata;
 }
 
-void checkLevel(std::string_view text, const VolumeInfo& info, int level, const std::string& where) {
-    checkEqual(parseJson(text, where), levelJson(info, level), where);
+void checkLevel(std::string_view text, const StoreMetadata& metadata, int level, const std::string& where) {
+    checkEqual(parseJson(text, where), levelJson(metadata, level), where);
 }
 
 bool isGroupOfOurs(std::string_view text) {

@@ -5,6 +5,7 @@
 // Layout: bricking/README.md.
 #pragma once
 
+#include "bricking/store/codec.h"
 #include "core/base/brick.h"
 #include "core/base/volume.h"
 
@@ -29,6 +30,7 @@ struct ShardRecord {
 struct StoreMetadata {
     VolumeInfo info;
     double lowest = 0, highest = 0; // stored values of level 0
+    Codec codec = Codec::lz4;       // of chunks; told only where it is another
     std::string rule;               // kPyramidRule or kMajorityRule
     std::string imageLabel;         // JSON of OME's "image-label": colours and properties of labels; "" none
     std::array<std::vector<ShardRecord>, kLevelCount> shards; // per level [z][y][x] of the shard grid
@@ -44,11 +46,11 @@ VolumeInfo withPlainTexts(VolumeInfo info);
 /// zarr.json of the group, with a CRC-32C over itself in attributes.tessera.checksum.
 std::string groupDocument(const StoreMetadata& metadata);
 /// zarr.json of the array of one level.
-std::string levelDocument(const VolumeInfo& info, int level);
+std::string levelDocument(const StoreMetadata& metadata, int level);
 
 /// Throws InputError that begins with where and names the first key that is wrong.
 StoreMetadata parseGroup(std::string_view text, const std::string& where);
-void checkLevel(std::string_view text, const VolumeInfo& info, int level, const std::string& where);
+void checkLevel(std::string_view text, const StoreMetadata& metadata, int level, const std::string& where);
 /// True if text is JSON with attributes.tessera; nothing else is checked.
 bool isGroupOfOurs(std::string_view text);
 /// True of the text of a zarr.json unless it is another program's: also of a store that is damaged, for which

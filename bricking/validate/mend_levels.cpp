@@ -80,7 +80,7 @@ void StoredLevels::makeChunk(Slot& slot, bool deriveAll) {
     if (state != 0 || deriveAll) {
         if (assemble(slot.key, room, false)) {
             reduce(slot.key, room);
-            slot.result = encodeUnlessFill(room.made, fillChunk_, valueBytes_, slot.encoded);
+            slot.result = encodeUnlessFill(room.made, fillChunk_, valueBytes_, slot.encoded, metadata_.codec);
             return;
         }
         if (state != 0) {

@@ -192,7 +192,8 @@ bool StoredLevels::readWhole(const ChunkKey& key, const Room& room, std::span<st
         if (encoded.empty())
             std::copy(fillChunk_.begin(), fillChunk_.end(), out.begin());
         else
-            decodeChunk(encoded, out, files_->shown(key.level, shard) + ": " + describe(key));
+            decodeChunk(encoded, out, files_->shown(key.level, shard) + ": " + describe(key),
+                        metadata_.codec);
         return true;
     } catch (const InputError& problem) {
         if (tell) {

@@ -144,8 +144,8 @@ void Validation::mendDocument(const std::string& relative, const std::string& te
 void Validation::checkDocuments(const StoreMetadata& metadata) {
     for (int level = 0; level < kLevelCount; ++level) {
         const std::string relative = std::to_string(level) + "/zarr.json";
-        checkDocument(relative, levelDocument(metadata.info, level), [&](const std::string& text) {
-            checkLevel(text, metadata.info, level, (path_ / relative).string());
+        checkDocument(relative, levelDocument(metadata, level), [&](const std::string& text) {
+            checkLevel(text, metadata, level, (path_ / relative).string());
         });
     }
 }

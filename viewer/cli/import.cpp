@@ -18,7 +18,7 @@ namespace {
 struct ImportArguments {
     std::string in, out, ram;
     InputOptions input;
-    std::string unit;
+    std::string unit, codec;
     bool force = false, share = false;
 };
 
@@ -37,13 +37,18 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     ImportOptions options;
     if (!arguments.unit.empty())
         options.unit = parseUnit(arguments.unit);
+    if (!arguments.codec.empty())
+        options.codec = parseName<Codec>(arguments.codec, "--codec");
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
     if (arguments.share && arguments.force)
         throw badFile("--share", "a new name, without --force",
                       "--force: a process that starts late would replace what the others made");
     requireStorePath(out, arguments.force || arguments.share);
-    const auto key = [&] { return importKey(arguments.in, arguments.input.key() + "\n" + options.unit); };
+    const auto key = [&] {
+        const std::string codec = options.codec == Codec::lz4 ? "" : "\n" + nameOf(options.codec);
+        return importKey(arguments.in, arguments.input.key() + "\n" + options.unit + codec);
+    };
     options.key = key(); // before anything is read
     options.checkSource = [&] {
         if (key() != options.key)
@@ -85,6 +90,9 @@ void addImportCommand(Command& program, const CommonOptions& common, Action& act
     command.option("--unit", arguments->unit,
                    "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: for a PET whose "
                    "header has weight, dose and times");
+    command.option("--codec", arguments->codec,
+                   "compression of the store: " + joinNames(namesOf<Codec>().all()) +
+                       " (default: lz4; zstd is smaller and slower to write, none the reverse)");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
     command.whenChosen(

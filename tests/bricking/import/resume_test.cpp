@@ -132,6 +132,7 @@ class Resume : public ::testing::Test {
         made.threads = 1;
         made.key = kKey;
         made.partSlices = partSlices_;
+        made.codec = codec_;
         made.reopen = [this] { return source(); };
         return made;
     }
@@ -206,6 +207,7 @@ class Resume : public ::testing::Test {
     const ScratchFolder scratch_;
     VolumeInfo info_ = plainInfo({40, 36, 200}, ValueType::i16);
     HashSource::Formula values_ = [](int x, int y, int z) { return (x * 7 + y * y + z * 13) % 997; };
+    Codec codec_ = Codec::lz4;
     int partSlices_ = 64, sliceMicroseconds_ = 0;
 };
 
@@ -264,6 +266,24 @@ TEST_F(Resume, AfterAKillAtEveryWrite) {
 }
 
 // Large ones: three parts of the real size.
+TEST_F(Resume, OfAnyCodec) {
+    info_.extentVoxels = {34, 12, 140};
+    for (const Codec codec : {Codec::zstd, Codec::none}) {
+        codec_ = codec;
+        partSlices_ = 1024;
+        const Files whole = oneRun();
+        partSlices_ = 64;
+        EXPECT_TRUE(oneRun() == whole);
+        for (const int kill : {30, 70, 110, 150}) {
+            killedAt(kill, options());
+            if (!fs::exists(scratch_ / "v.zarr"))
+                import("v.zarr", options());
+            EXPECT_TRUE(filesIn(scratch_ / "v.zarr") == whole) << nameOf(codec) << " " << kill;
+            fs::remove_all(scratch_ / "v.zarr");
+        }
+    }
+}
+
 TEST_F(Resume, AfterKillsAtRandomMoments) {
     info_ = plainInfo({24, 20, 1100}, ValueType::u8);
     values_ = [](int x, int y, int z) { return (x * 7 + y * y + z * 13) % 251; };

@@ -2,6 +2,7 @@
 // sharding and OME-Zarr 0.5, docs/formats.md for the rest. What is written and read by one code could
 // otherwise change unnoticed.
 #include "bricking/store/checked_json.h"
+#include "bricking/import/importer.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/zarr_array.h"
 #include "bricking/store/zarr_metadata.h"
@@ -9,6 +10,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -84,6 +86,70 @@ TEST(StoreFormat, LevelsAreShardedArrays) {
             {"dimension_names", {"z", "y", "x"}},
             {"attributes", Json::object()}};
         EXPECT_EQ(documentOf(scratch / "v.zarr" / std::to_string(level) / "zarr.json"), expected) << level;
+    }
+}
+
+/// Codecs of a volume's chunks: the default says nothing, so that stores stay as they were.
+TEST(StoreFormat, CodecsAreThoseThatAreChosen) {
+    const ScratchFolder scratch;
+    const auto values = [](int x, int y, int z) { return x * y + 3 * z; };
+    const auto codecsIn = [&](const fs::path& store, int level) {
+        return documentOf(store / std::to_string(level) / "zarr.json")
+            .at("/codecs/0/configuration/codecs"_json_pointer);
+    };
+    std::map<Codec, std::uintmax_t> bytes;
+    for (const Codec codec : {Codec::lz4, Codec::zstd, Codec::none}) {
+        const fs::path store = scratch / (nameOf(codec) + ".zarr");
+        HashSource source(plainInfo({70, 40, 50}, ValueType::i16), values);
+        ImportOptions options;
+        options.durable = false;
+        options.codec = codec;
+        options.threads = 2;
+        MemoryBudget ram("RAM", "--ram", 64u << 20);
+        importToStore(source, store, ram, options);
+        const Json group = documentOf(store / "zarr.json").at("attributes").at("tessera");
+        EXPECT_EQ(group.value("codec", ""), codec == Codec::lz4 ? "" : nameOf(codec));
+        Json expected = codecsOf(2);
+        if (codec == Codec::zstd)
+            expected[1]["configuration"].update({{"cname", "zstd"}, {"clevel", 3}});
+        if (codec == Codec::none)
+            expected.erase(1);
+        const StoreReader reader(store, ram);
+        std::vector<std::byte> chunk(reader.chunkBytes());
+        for (int level = 0; level < kLevelCount; ++level)
+            EXPECT_EQ(codecsIn(store, level), expected) << level;
+        for (int i = 0; i < 3; ++i) {
+            reader.readChunk({0, i, 0, 1}, chunk);
+            const auto* at = reinterpret_cast<const std::int16_t*>(chunk.data());
+            for (int z = 32; z < 50; ++z)
+                for (int y = 0; y < 32; ++y)
+                    for (int x = 32 * i; x < std::min(32 * i + 32, 70); ++x)
+                        ASSERT_EQ(at[(z - 32) * 1024 + y * 32 + x - 32 * i], values(x, y, z));
+        }
+        bytes[codec] = fs::file_size(store / "0/c/0/0/0");
+    }
+    EXPECT_LT(bytes[Codec::zstd], bytes[Codec::lz4]);
+    EXPECT_LT(bytes[Codec::lz4], bytes[Codec::none]);
+    // 3 x 2 x 2 chunks, each with its checksum, and the index
+    EXPECT_EQ(bytes[Codec::none], 12 * (65536 + 4) + 12 * 16 + 4);
+}
+
+TEST(StoreFormat, ChunksOfAnyCodecAreChecked) {
+    std::vector<std::byte> raw(4096), encoded(encodedBound(raw.size())), out(raw.size());
+    for (std::size_t i = 0; i < raw.size(); ++i)
+        raw[i] = static_cast<std::byte>(i * i >> 3);
+    for (const Codec codec : {Codec::lz4, Codec::zstd, Codec::none}) {
+        const EncodedChunk chunk = encodeChunk(raw, 2, encoded, codec);
+        const auto used = std::span(encoded).first(chunk.bytes);
+        decodeChunk(used, out, "a chunk", codec);
+        EXPECT_EQ(out, raw);
+        for (std::size_t cut = 0; cut < used.size(); cut += 7)
+            EXPECT_THROW(decodeChunk(used.first(cut), out, "a chunk", codec), InputError) << cut;
+        for (std::size_t at = 0; at < used.size(); at += 11) {
+            used[at] ^= std::byte{4};
+            EXPECT_THROW(decodeChunk(used, out, "a chunk", codec), InputError) << at;
+            used[at] ^= std::byte{4};
+        }
     }
 }
 
