@@ -1,6 +1,7 @@
 // bricking/store/codec.cpp: see codec.h.
 #include "bricking/store/codec.h"
 
+#include "bricking/store/dct_codec.h"
 #include "core/base/error.h"
 
 #include <array>
@@ -101,8 +102,25 @@ std::size_t encodedBound(std::size_t rawBytes) {
 }
 
 template <> const NameTable<Codec>& namesOf<Codec>() {
-    static const NameTable<Codec> names({{Codec::lz4, "lz4"}, {Codec::zstd, "zstd"}, {Codec::none, "none"}});
+    static const NameTable<Codec> names({{Codec::lz4, "lz4"},
+                                         {Codec::zstd, "zstd"},
+                                         {Codec::none, "none"},
+                                         {Codec::dct8, "dct-8"},
+                                         {Codec::dct16, "dct-16"},
+                                         {Codec::dct32, "dct-32"},
+                                         {Codec::dct64, "dct-64"},
+                                         {Codec::dct128, "dct-128"}});
     return names;
+}
+
+const std::vector<std::string>& losslessCodecNames() {
+    static const std::vector<std::string> names = {nameOf(Codec::lz4), nameOf(Codec::zstd),
+                                                   nameOf(Codec::none)};
+    return names;
+}
+
+int dctStep(Codec codec) {
+    return codec < Codec::dct8 ? 0 : 8 << (static_cast<int>(codec) - static_cast<int>(Codec::dct8));
 }
 
 BloscParameters bloscParameters(Codec codec) {
@@ -112,21 +130,26 @@ BloscParameters bloscParameters(Codec codec) {
                                : BloscParameters{BLOSC_ZSTD_COMPNAME, 3};
 }
 
+std::size_t encodeBlosc(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out,
+                        Codec codec) {
+    const BloscParameters blosc = bloscParameters(codec);
+    const int bytes = blosc_compress_ctx(blosc.level, BLOSC_BITSHUFFLE, valueBytes, raw.size(), raw.data(),
+                                         out.data(), out.size(), blosc.name, 0, 1);
+    if (bytes <= 0)
+        throw Error("blosc: compression failed with code " + std::to_string(bytes));
+    return static_cast<std::size_t>(bytes);
+}
+
 EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out,
                          Codec codec) {
     TESSERA_CHECK(out.size() >= encodedBound(raw.size()));
     std::size_t used = raw.size();
-    if (codec == Codec::none) {
+    if (codec == Codec::none)
         std::memcpy(out.data(), raw.data(), raw.size());
-    } else {
-        const BloscParameters blosc = bloscParameters(codec);
-        const int bytes =
-            blosc_compress_ctx(blosc.level, BLOSC_BITSHUFFLE, valueBytes, raw.size(), raw.data(), out.data(),
-                               out.size() - kCrcBytes, blosc.name, 0, 1);
-        if (bytes <= 0)
-            throw Error("blosc: compression failed with code " + std::to_string(bytes));
-        used = static_cast<std::size_t>(bytes);
-    }
+    else if (dctStep(codec) > 0)
+        used = encodeByDct(raw, valueBytes, out, codec);
+    else
+        used = encodeBlosc(raw, valueBytes, out.first(out.size() - kCrcBytes), codec);
     EncodedChunk chunk;
     chunk.crc = crc32c(out.first(used));
     std::memcpy(out.data() + used, &chunk.crc, kCrcBytes);
@@ -168,6 +191,10 @@ void decodeChunk(std::span<const std::byte> encoded, std::span<std::byte> out, c
             throw badFile(where, std::to_string(out.size()) + " bytes and a checksum",
                           std::to_string(encoded.size()) + " bytes");
         std::memcpy(out.data(), withoutCrc(encoded, where).data(), out.size());
+        return;
+    }
+    if (dctStep(codec) > 0) {
+        decodeByDct(withoutCrc(encoded, where), out, where, codec);
         return;
     }
     if (encoded.size() < BLOSC_MIN_HEADER_LENGTH + kCrcBytes)

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -17,9 +18,19 @@ enum class Codec : std::uint8_t {
     lz4,  // blosc(lz4, level 5, bitshuffle)
     zstd, // blosc(zstd, level 3, bitshuffle): smaller, and slower to write
     none, // the values as they are
+    // By the discrete cosine transform in steps of so much (dct_chunk.h), blosc(zstd) behind it, where that
+    // is without loss: of values that withDctSteps() made. Else as zstd. Numbers of one or two bytes.
+    dct8,
+    dct16,
+    dct32,
+    dct64,
+    dct128,
 };
-/// "lz4", "zstd" and "none".
 template <> const NameTable<Codec>& namesOf<Codec>();
+/// The codecs of whole stores: "lz4", "zstd" and "none".
+const std::vector<std::string>& losslessCodecNames();
+/// Of a codec by the discrete cosine transform; else 0.
+int dctStep(Codec codec);
 /// What blosc is told of a codec other than none, as metadata have it.
 struct BloscParameters {
     const char* name;
@@ -47,6 +58,10 @@ struct EncodedChunk {
 EncodedChunk encodeChunk(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out,
                          Codec codec = Codec::lz4);
 
+/// Encodes by blosc alone, into at most out.size() bytes; at least raw.size() + 16 suffice.
+/// @return  bytes used
+std::size_t encodeBlosc(std::span<const std::byte> raw, std::size_t valueBytes, std::span<std::byte> out,
+                        Codec codec);
 /// The decoded size that a blosc buffer's header states. Throws InputError that begins with where.
 std::size_t bloscBytes(std::span<const std::byte> encoded, const std::string& where);
 /// Decodes a blosc buffer into exactly out.size() bytes. Thread-safe.

@@ -199,7 +199,9 @@ Json levelJson(const StoreMetadata& metadata, int level) {
     const Json crc = {{"name", "crc32c"}};
     Json bytes = {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}};
     Json codecs = Json::array({bytes});
-    if (metadata.codec != Codec::none) {
+    if (const int step = dctStep(metadata.codec); step > 0) {
+        codecs.push_back({{"name", "tessera.dct"}, {"configuration", {{"step", step}}}});
+    } else if (metadata.codec != Codec::none) {
         const BloscParameters blosc = bloscParameters(metadata.codec);
         codecs.push_back({{"name", "blosc"},
                           {"configuration",
@@ -407,6 +409,9 @@ StoreMetadata parseGroup(std::string_view text, const std::string& where) {
             "another rule");
     if (document.contains(Json::json_pointer(root + "/codec")))
         metadata.codec = namesOf<Codec>().named(textAt(document, root + "/codec", where), where);
+    if (dctStep(metadata.codec) > 0 && bytesPerValue(metadata.info.type) > 2)
+        throw badFile(where, "values of one or two bytes by codec " + nameOf(metadata.codec),
+                      name(metadata.info.type));
     if (const Json::json_pointer at("/attributes/ome/image-label"); document.contains(at))
         metadata.imageLabel = document.at(at).dump(); // the checksum holds
     for (int level = 0; level < kLevelCount; ++level) {

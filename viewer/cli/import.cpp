@@ -1,4 +1,5 @@
 // viewer/cli/import.cpp: `tessera import IN OUT.zarr`: any readable input to a store, streaming.
+#include "bricking/export/preview.h"
 #include "bricking/import/importer.h"
 #include "bricking/import/source/format_endings.h"
 #include "bricking/store/work_folder.h"
@@ -10,6 +11,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace tessera {
@@ -18,7 +20,7 @@ namespace {
 struct ImportArguments {
     std::string in, out, ram;
     InputOptions input;
-    std::string unit, codec;
+    std::string unit, codec, preview;
     bool force = false, share = false;
 };
 
@@ -38,7 +40,10 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
     if (!arguments.unit.empty())
         options.unit = parseUnit(arguments.unit);
     if (!arguments.codec.empty())
-        options.codec = parseName<Codec>(arguments.codec, "--codec");
+        options.codec = static_cast<Codec>(indexOfName(arguments.codec, losslessCodecNames(), "--codec"));
+    std::optional<Codec> preview;
+    if (!arguments.preview.empty())
+        preview = parseName<Codec>("dct-" + arguments.preview, "--preview");
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
     if (arguments.share && arguments.force)
@@ -64,7 +69,15 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
         return openInput(arguments.in, arguments.input, out.parent_path(), common, ChoiceNote::omitted);
     };
     try {
-        noteImport(importToStore(*source, out, ram, options), *source, out, ram, common);
+        if (preview)
+            if (const std::string why = whyNoPreview(source->info()); !why.empty())
+                throw badFile("--preview", "a volume that can have one", why);
+        const ImportReport report = importToStore(*source, out, ram, options);
+        noteImport(report, *source, out, ram, common);
+        if (preview && !report.byOthers)
+            common.note("preview: " +
+                        formatBytes(writePreview(out, *preview, ram, options.threads, options.progress)) +
+                        ", of level " + std::to_string(previewLevel(report.info)) + ", with loss");
     } catch (...) {
         common.progress->end();
         notePartsLeft(out, options.key, common);
@@ -91,8 +104,12 @@ void addImportCommand(Command& program, const CommonOptions& common, Action& act
                    "HU: the values are in HU, though the file cannot say so (NIfTI); SUVbw: for a PET whose "
                    "header has weight, dose and times");
     command.option("--codec", arguments->codec,
-                   "compression of the store: " + joinNames(namesOf<Codec>().all()) +
+                   "compression of the store: " + joinNames(losslessCodecNames()) +
                        " (default: lz4; zstd is smaller and slower to write, none the reverse)");
+    command.option("--preview", arguments->preview,
+                   "8, 16, 32, 64 or 128: a small lossy store inside of the store, for first pictures by "
+                   "address; the more, the "
+                   "smaller and the worse");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Example:\n  tessera import scans/abdomen abdomen.zarr --ram 512MiB");
     command.whenChosen(
