@@ -240,8 +240,8 @@ TEST_F(ImportCache, FilesThatChangeWhileTheyAreImportedAreRefused) {
     ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
     CommonOptions common;
     common.progress = std::make_shared<Progress>();
-    const auto makeAndTouch = [&](const fs::path& store, bool) {
-        ASSERT_EQ(run("phantom sphere --size 8x8x8 -o " + store.string()).exitCode, 0);
+    const auto makeAndTouch = [&](const StoreToMake& wanted) {
+        ASSERT_EQ(run("phantom sphere --size 8x8x8 -o " + wanted.store.string()).exitCode, 0);
         makeSource("v", 41);
     };
     EXPECT_THROW(cachedStore(folder_ / "v.json", {}, common, makeAndTouch), InputError);

@@ -210,6 +210,36 @@ TEST_F(Kill, AnExportLeavesTheOldFileOrTheNew) {
         });
 }
 
+// What the next render finds of an import in the cache: its finished parts. The store is that of one run.
+TEST_F(Kill, AnImportInTheCacheGoesOn) {
+    makeSource("long", 3, 24, 1060); // three parts
+    const std::string render = "render long.json -o a.png --engine mirror --size 8x8 --step 4 --preset auto";
+    const auto stores = [&] {
+        std::vector<std::string> all = names("cache/tessera");
+        std::erase_if(all, [](const std::string& name) { return !name.ends_with(".zarr"); });
+        return all;
+    };
+    const auto content = [&] { return contentOf(folder_ / "cache/tessera" / stores().at(0)); };
+    ASSERT_EQ(run(render).exitCode, 0);
+    const auto whole = content();
+    int found = 0, listed = 0;
+    killAtRandom(
+        render, [&] { fs::remove_all(folder_ / "cache"); },
+        [&] {
+            const bool isUnfinished = run("cache list").out.find("unfinished") != std::string::npos;
+            listed += isUnfinished;
+            const Outcome next = run(render);
+            EXPECT_EQ(next.exitCode, 0) << next.problems;
+            const bool goesOn = next.problems.find("of 3 parts were there") != std::string::npos;
+            found += goesOn;
+            EXPECT_LE(goesOn, isUnfinished);
+            EXPECT_EQ(stores().size(), 1u);
+            EXPECT_TRUE(content() == whole);
+            EXPECT_EQ(names("cache/tessera").size(), 3u) << "a store, its note and its lock";
+        });
+    std::printf("parts were found in %d runs, listed in %d\n", found, listed);
+}
+
 TEST_F(Kill, ARenderLeavesTheOldPictureOrTheNewAndAWholeCache) {
     const std::string render = "render v.json -o a.png --engine mirror --size 96x96 --step 2 --preset auto";
     ASSERT_EQ(run(render).exitCode, 0);

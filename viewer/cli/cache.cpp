@@ -14,6 +14,7 @@ namespace tessera {
 namespace {
 
 constexpr const char* kRemote = "blocks of volumes behind addresses";
+constexpr const char* kUnfinished = "an unfinished import";
 
 std::string timeText(std::time_t time) {
     std::tm local{};
@@ -39,11 +40,13 @@ void list(bool asJson, const CommonOptions& common) {
                               {"bytes", entry.bytes},
                               {"lastUse", entry.lastUse},
                               {"inUse", entry.inUse},
-                              {"about", entry.about}});
+                              {"about", entry.isUnfinished ? kUnfinished : entry.about}});
         else
             std::printf("%s  %10s  %s  %s%s\n", name.c_str(), sizeText(entry.bytes).c_str(),
                         timeText(entry.lastUse).c_str(),
-                        entry.about.empty() ? "(unknown)" : printable(entry.about).c_str(),
+                        entry.isUnfinished    ? kUnfinished
+                        : entry.about.empty() ? "(unknown)"
+                                              : printable(entry.about).c_str(),
                         entry.inUse ? "  (in use)" : "");
     }
     const std::uint64_t fetched = bytesBelow(remoteBlockFolder());

@@ -4,6 +4,7 @@
 #include "bricking/import/importer.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
+#include "bricking/store/work_folder.h"
 #include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -18,6 +19,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
@@ -68,8 +70,20 @@ bool isWhole(const Entry& entry, const std::string& check) {
            textOf(note, "store") == hexHash(factsOfStore(entry.store));
 }
 
+/// The folders of unfinished imports to a store.
+std::vector<fs::path> unfinishedOf(const fs::path& store) {
+    std::vector<fs::path> found;
+    std::error_code ignored;
+    for (fs::directory_iterator at(store.parent_path(), ignored), end; !ignored && at != end;
+         at.increment(ignored))
+        if (WorkFolder::nameOf(at->path().filename().string()) == store.filename().string())
+            found.push_back(at->path());
+    return found;
+}
+
 /// Under the entry's lock. The note goes first: a store without one is no entry.
-void discard(const Entry& entry) {
+/// @param keptKey  of an unfinished import that stays; "": none does
+void discard(const Entry& entry, const std::string& keptKey = {}) {
     std::error_code ignored;
     fs::remove(entry.note, ignored);
     const fs::path aside =
@@ -77,6 +91,7 @@ void discard(const Entry& entry) {
     fs::rename(entry.store, aside, ignored);
     fs::remove_all(aside, ignored);
     fs::remove_all(entry.store, ignored);
+    WorkFolder::sweepOf(entry.store, keptKey);
 }
 
 /// Makes the folder, readable by its owner only.
@@ -113,11 +128,19 @@ std::string about(const fs::path& store) {
 /// @param facts  of the source, when its key was made
 void makeEntry(const Entry& entry, const fs::path& given, const std::string& facts, json note,
                const MakeStore& make) {
-    discard(entry);
-    make(entry.store, true);
-    if (factsOfSource(given) != facts) {
+    StoreToMake wanted{.store = entry.store,
+                       .key = entry.store.stem().string() + note["check"].get<std::string>()};
+    wanted.checkSource = [&] {
+        if (factsOfSource(given) != facts)
+            throw badFile(given.string(), "files that do not change during the import", "files that changed");
+    };
+    discard(entry, wanted.key);
+    make(wanted);
+    try {
+        wanted.checkSource();
+    } catch (const InputError&) {
         discard(entry);
-        throw badFile(given.string(), "files that do not change during the import", "files that changed");
+        throw;
     }
     note["about"] = about(entry.store);
     note["store"] = hexHash(factsOfStore(entry.store));
@@ -153,7 +176,7 @@ fs::path scratchStore(const std::string& why, const CommonOptions& common, const
     const auto scratch = std::make_shared<ScratchFolder>();
     common.keep(scratch);
     const fs::path store = scratch->path() / "import.zarr";
-    make(store, false);
+    make({.store = store, .durable = false});
     return store;
 }
 
@@ -253,12 +276,17 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
 
 std::vector<CacheEntry> listCache(const fs::path& folder) {
     std::vector<CacheEntry> entries;
+    std::set<std::string> hashes;
     std::error_code ignored;
     for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end; at.increment(ignored)) {
-        const std::string hash = at->path().stem().string();
-        if (at->path().extension() != ".zarr" || hash.size() != kHashDigits ||
-            hash.find_first_not_of("0123456789abcdef") != std::string::npos)
-            continue;
+        const std::string name = at->path().filename().string();
+        const fs::path store = WorkFolder::nameOf(name).value_or(name);
+        const std::string hash = store.stem().string();
+        if (store.extension() == ".zarr" && hash.size() == kHashDigits &&
+            hash.find_first_not_of("0123456789abcdef") == std::string::npos)
+            hashes.insert(hash);
+    }
+    for (const std::string& hash : hashes) {
         const Entry entry(folder, hash);
         const json note = readNote(entry);
         CacheEntry listed;
@@ -268,6 +296,9 @@ std::vector<CacheEntry> listCache(const fs::path& folder) {
         std::error_code none;
         const bool link = fs::is_symlink(entry.store, none);
         listed.bytes = known && !link ? note["bytes"].get<std::uint64_t>() : bytesBelow(entry.store);
+        listed.isUnfinished = !fs::exists(fs::symlink_status(entry.store, none));
+        for (const fs::path& unfinished : unfinishedOf(entry.store))
+            listed.bytes += bytesBelow(unfinished);
         struct stat facts {};
         if (::stat(entry.lock.c_str(), &facts) == 0 || ::stat(entry.store.c_str(), &facts) == 0)
             listed.lastUse = facts.st_mtim.tv_sec;

@@ -1,5 +1,6 @@
 // viewer/cli/input/import_cache.h: the cache of imports of source files that were rendered directly. An entry
-// is a store HASH.zarr, the data to check that it is current, HASH.json, and HASH.lock. The lock has one
+// is a store HASH.zarr, the data to check that it is current, HASH.json, and HASH.lock; in place of the store
+// finished parts of an import that was killed (bricking/store/work_folder.h). The lock has one
 // writer or any number of readers; its file time is that of the last use.
 #pragma once
 
@@ -25,12 +26,18 @@ std::uint64_t bytesBelow(const std::filesystem::path& folder);
 /// Of all entries and those blocks: $TESSERA_CACHE_SIZE, or 20 GiB. Throws InputError naming the variable.
 std::uint64_t cacheLimitBytes();
 
-/// Makes a store of that name, which must not exist.
-/// @param durable  waits for the disk
-using MakeStore = std::function<void(const std::filesystem::path& store, bool durable)>;
-/// The store for source files: a complete cache entry for the same files and options, else made now. It stays
-/// until the command ends. If the cache cannot be used, the store is made in a temporary folder, with a note.
-/// Waits for another process that makes the same one.
+struct StoreToMake {
+    std::filesystem::path store; // does not exist
+    bool durable = true;         // waits for the disk
+    std::string key = {};        // ImportOptions::key
+    /// ImportOptions::checkSource
+    std::function<void()> checkSource = {};
+};
+using MakeStore = std::function<void(const StoreToMake&)>;
+/// The store for source files: a complete cache entry for the same files and options, else made now, from the
+/// finished parts of an import that was killed where there are some. It stays until the command ends. If the
+/// cache cannot be used, the store is made in a temporary folder, with a note. Waits for another process that
+/// makes the same one.
 /// @param source  a file or folder, and files that its headers name; or an address, whose metadata count
 /// @param options  all that affects the result besides the files
 /// Throws what `make` throws, and InputError if the files change meanwhile.
@@ -39,8 +46,9 @@ std::filesystem::path cachedStore(const std::filesystem::path& source, const std
 
 struct CacheEntry {
     std::filesystem::path store;
-    std::string
-        about; // "CT, 512 x 512 x 134 voxels, kernel B30f"; "" unknown. Not a path, which may name a patient
+    /// "CT, 512 x 512 x 134 voxels, kernel B30f"; "" unknown. Not a path, which may name a patient.
+    std::string about;
+    bool isUnfinished = false; // parts of an import that was killed
     std::uint64_t bytes = 0;
     std::time_t lastUse = 0;
     bool inUse = false;

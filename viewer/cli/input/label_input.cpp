@@ -54,12 +54,13 @@ void importLabelsFor(const VolumeInfo& scan, Labels& labels, MemoryBudget& ram, 
         labels.store = labels.path;
         return;
     }
-    const MakeStore make = [&](const fs::path& store, bool durable) {
+    const MakeStore make = [&](const StoreToMake& wanted) {
+        const fs::path& store = wanted.store;
         SourceOptions source;
         source.scratchFolder = store.parent_path();
         LabelFile file = openLabels(labels.path, source);
         LabelImportOptions import;
-        import.durable = durable;
+        import.durable = wanted.durable;
         import.progress = common.progress.get();
         import.sameFrame = labels.sameFrame;
         const LabelImportReport report = importLabels(file, scan, store, ram, import);

@@ -216,15 +216,21 @@ fs::path storeFor(const fs::path& given, const InputOptions& options, MemoryBudg
             common.note(path.string() + " has no statistics: all of the volume is fetched to make them");
         return path;
     }
-    const MakeStore make = [&](const fs::path& store, bool durable) {
+    const MakeStore make = [&](const StoreToMake& wanted) {
+        const fs::path& store = wanted.store;
         const auto source = openInput(path, options, store.parent_path(), common);
         common.detail("importing " + source->describe() + " to " + store.string());
         ImportOptions import;
-        import.durable = durable;
-        import.progress = common.progress.get();
-        noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
+        import.durable = wanted.durable;
+        import.key = wanted.key;
+        import.checkSource = wanted.checkSource;
+        import.reopen = [&] {
+            return openInput(path, options, store.parent_path(), common, ChoiceNote::omitted);
     };
-    return cachedStore(path, options.key(), common, make);
+    import.progress = common.progress.get();
+    noteImport(importToStore(*source, store, ram, import), *source, store, ram, common);
+};
+return cachedStore(path, options.key(), common, make);
 }
 
 fs::path storeFor(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,
