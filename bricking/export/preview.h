@@ -1,6 +1,6 @@
-// bricking/export/preview.h: a store's preview: a small store of its own in the folder `preview`, of a
-// coarser level or the whole, whose values are rounded by the discrete cosine transform. It is drawn first
-// where bytes come slowly.
+// bricking/export/preview.h: a store's preview: a small store of its own in its folder kPreviewFolder
+// (store_reader.h), of a coarser level or the whole, whose values are rounded by the discrete cosine
+// transform. It is drawn first where bytes come slowly.
 #pragma once
 
 #include "bricking/store/codec.h"
@@ -13,7 +13,6 @@
 
 namespace tessera {
 
-constexpr char kPreviewFolder[] = "preview";
 /// Most voxels of a preview: those of a picture's depth and width at a voxel a pixel.
 constexpr std::size_t kPreviewVoxels = std::size_t{1} << 26;
 

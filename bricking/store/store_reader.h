@@ -59,6 +59,9 @@ std::optional<RemoteFiles::Counters> fetchedFor(Stores stores);
 /// Minimum memory of a reader of such a volume: one shard's index and one encoded chunk.
 std::size_t readerFloorBytes(const VolumeInfo& info);
 
+/// Of a store that has a preview: a small, lossy store of its own (export/preview.h).
+constexpr char kPreviewFolder[] = "preview";
+
 /// True if path looks like a store of ours (a folder whose zarr.json has attributes.tessera).
 bool isStore(const std::filesystem::path& path);
 

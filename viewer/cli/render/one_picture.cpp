@@ -1,6 +1,7 @@
 // viewer/cli/render/one_picture.cpp: see one_picture.h.
 #include "viewer/cli/render/one_picture.h"
 
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h" // TemporaryPath
 #include "core/base/names.h"
@@ -21,6 +22,7 @@
 #include <glm/vector_relational.hpp>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <unistd.h>
 #include <utility>
@@ -60,6 +62,37 @@ double secondsSinceProcessStart() {
     clock_gettime(CLOCK_BOOTTIME, &now);
     const double start = std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK));
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
+}
+
+/// What a picture by the store's preview lacks: nothing is tried or measured, and nothing is kept.
+Scene sceneOfPreview(const Scene& scene) {
+    Scene quick = scene;
+    quick.quality.automaticStep = false;
+    quick.quality.stepVoxels = 1;
+    quick.quality.maxError.reset();
+    quick.quality.pixels.samples = 1;
+    quick.quality.pixels.noise = 0, quick.quality.pixels.denoise = false;
+    return quick;
+}
+
+/// The scene by the preview of a store behind an address, whose own bytes come slowly. None: there is no such
+/// store, or no preview that can be drawn.
+std::optional<Image> pictureOfPreview(const RenderTask& task) {
+    const std::filesystem::path place = task.store.path() / kPreviewFolder;
+    if (!isAddress(task.store.path()) || task.stores.size() > 1 || task.scene.lighting.transport ||
+        !isStore(place))
+        return std::nullopt;
+    try {
+        const StoreReader preview(place, task.ram);
+        RenderOptions options = task.options;
+        options.verify = Verify::none;
+        options.searching = options.checking = false;
+        const StoreReader* const stores[] = {&preview};
+        return renderScene(sceneOfPreview(task.scene), stores, task.ram, task.gpu, options).image;
+    } catch (const InputError& e) {
+        task.common.detail("the store's preview was not drawn: " + std::string(e.what()));
+        return std::nullopt;
+    }
 }
 
 } // namespace
@@ -104,8 +137,11 @@ void FirstPicture::write(const Image& image, double secondsLeft) {
         task_.ram.charge(kPictureBytesPerPixel * image.pixels.size() / 2, "the first picture");
     writePicture(path_, image, task_.scene.background, passing_ ? kFirstManifest : "{}");
     seconds_ = secondsSinceProcessStart();
-    task_.common.note("wrote " + path_.string() + ", coarse, after " + formatNumber(seconds_, 3) +
-                      " s; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more");
+    const std::string left =
+        secondsLeft > 0 ? "; the picture takes about " + formatNumber(std::ceil(secondsLeft), 2) + " s more"
+                        : "";
+    task_.common.note("wrote " + path_.string() + ", coarse, after " + formatNumber(seconds_, 3) + " s" +
+                      left);
 }
 
 void renderOnePicture(const RenderTask& task) {
@@ -114,7 +150,9 @@ void renderOnePicture(const RenderTask& task) {
     FirstPicture first(task);
     RenderOptions options = task.options;
     options.progress = common.progress.get();
-    if (first.wanted())
+    if (const auto quick = first.wanted() ? pictureOfPreview(task) : std::nullopt)
+        first.write(*quick, 0);
+    else if (first.wanted())
         options.onFirstPicture = [&](const Image& image, double secondsLeft) {
             first.write(image, secondsLeft);
         };

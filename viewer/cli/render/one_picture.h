@@ -19,7 +19,7 @@ class FirstPicture {
     ~FirstPicture();
     bool wanted() const { return !path_.empty(); }
     /// Writes it, with a note.
-    /// @param secondsLeft  estimated time for the picture itself
+    /// @param secondsLeft  estimated time for the picture itself; 0: not known
     void write(const Image& image, double secondsLeft);
     /// Time from the start of the process until it was written; 0: there was none.
     double seconds() const { return seconds_; }
