@@ -72,6 +72,15 @@ void MeshShape::forEachBall(const std::function<void(const glm::dvec3&, double)>
             visit(glm::dvec3(mesh_.points[t[corner]]), 0);
 }
 
+void MeshShape::forEachTriangle(std::size_t from, std::size_t to, double, const VisitTriangle& visit) const {
+    for (std::size_t n = from; n < to; ++n) {
+        const glm::vec3 &a = mesh_.points[mesh_.triangles[n].x], &b = mesh_.points[mesh_.triangles[n].y],
+                        &c = mesh_.points[mesh_.triangles[n].z];
+        if (a != b && b != c && c != a) // else it has no area, and no ray meets it
+            visit(glm::dvec3(a), glm::dvec3(b), glm::dvec3(c));
+    }
+}
+
 bool MeshShape::next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
                      ShapeHit& hit) const {
     const ShearedRay sheared(ray.origin, ray.direction);

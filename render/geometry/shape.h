@@ -58,6 +58,13 @@ class Shape {
     forEachBall(const std::function<void(const glm::dvec3& centre, double radius)>& visit) const = 0;
     /// Triangles, or pieces of a line.
     virtual std::size_t parts() const = 0;
+    /// Corners of a triangle; where the last two are the same point, a line.
+    using VisitTriangle = std::function<void(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c)>;
+    /// The surface of parts [from,to) as triangles, which may go through one another. Thread-safe.
+    /// @param within  mm: how far a triangle may lie off a round surface; tubes of less than three times that
+    /// are lines
+    virtual void forEachTriangle(std::size_t from, std::size_t to, double within,
+                                 const VisitTriangle& visit) const = 0;
     /// What the parts are, for people: "triangles".
     virtual const char* partName() const = 0;
     /// RAM, charged.

@@ -3,7 +3,10 @@
 
 #include "core/base/error.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -49,6 +52,16 @@ bool ShapeGroup::next(const ShapeRay& ray, const HitOrder& after, double most, c
 void ShapeGroup::forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const {
     for (const Member& member : members_)
         member.shape->forEachBall(visit);
+}
+
+void ShapeGroup::forEachTriangle(std::size_t from, std::size_t to, double within,
+                                 const VisitTriangle& visit) const {
+    for (std::size_t n = 0; n < members_.size(); ++n) {
+        const std::size_t first = std::max<std::size_t>(from, firstPart_[n]),
+                          end = std::min<std::size_t>(to, firstPart_[n + 1]);
+        if (first < end)
+            members_[n].shape->forEachTriangle(first - firstPart_[n], end - firstPart_[n], within, visit);
+    }
 }
 
 std::size_t ShapeGroup::bytes() const {

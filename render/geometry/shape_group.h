@@ -23,6 +23,8 @@ class ShapeGroup : public Shape {
     bool next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
               ShapeHit& hit) const override;
     const ShapeBox& box() const override { return box_; }
+    void forEachTriangle(std::size_t from, std::size_t to, double within,
+                         const VisitTriangle& visit) const override;
     void forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const override;
     std::size_t parts() const override { return firstPart_.back(); }
     const char* partName() const override { return members_.front().shape->partName(); }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <utility>
 
 namespace tessera {
@@ -146,6 +147,45 @@ glm::dvec3 TubeShape::normalAt(const glm::dvec3& point, std::uint32_t piece) con
 void TubeShape::forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const {
     for (const glm::dvec3& point : tube_.points)
         visit(point, tube_.radiusMm);
+}
+
+/// Rings of corners from pole to pole of each capsule.
+void TubeShape::forEachTriangle(std::size_t from, std::size_t to, double within,
+                                const VisitTriangle& visit) const {
+    constexpr double kPi = std::numbers::pi;
+    const double radius = tube_.radiusMm;
+    const bool isThin = radius < 3 * within; // may be between the places where triangles are looked at
+    const double angle = within < radius ? std::acos(1 - within / radius) : kPi / 3;
+    const int around = std::clamp(static_cast<int>(std::ceil(kPi / angle)), 6, 256),
+              quarter = (around + 3) / 4;
+    std::vector<glm::dvec3> ring[2];
+    for (std::size_t n = from; n < to; ++n) {
+        const glm::dvec3 &a = tube_.points[pieces_[n].from], &b = tube_.points[pieces_[n].to];
+        if (isThin) {
+            visit(a, b, b);
+            continue;
+        }
+        const double length = glm::distance(a, b);
+        const glm::dvec3 along = length > 0 ? (b - a) / length : glm::dvec3(0, 0, 1);
+        const glm::dvec3 least = std::abs(along.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+        const glm::dvec3 u = glm::normalize(glm::cross(along, least)), v = glm::cross(along, u);
+        for (int r = 0; r <= 2 * quarter + 1; ++r) { // a half ball, then the other
+            const bool first = r <= quarter;
+            const double polar = kPi / 2 * (first ? r - quarter : r - quarter - 1) / quarter;
+            const glm::dvec3 middle = (first ? a : b) + radius * std::sin(polar) * along;
+            std::vector<glm::dvec3>&now = ring[r & 1], &before = ring[(r + 1) & 1];
+            now.clear();
+            for (int k = 0; k < around; ++k) {
+                const double phi = 2 * kPi * k / around;
+                now.push_back(middle + radius * std::cos(polar) * (std::cos(phi) * u + std::sin(phi) * v));
+            }
+            for (std::size_t k = 0; r > 0 && k < now.size(); ++k) {
+                const std::size_t next = (k + 1) % now.size();
+                visit(before[k], now[k], now[next]);
+                visit(before[k], now[next], before[next]);
+            }
+        }
+    }
 }
 
 void TubeShape::collect(const ShapeRay& ray, std::size_t level, std::size_t box,

@@ -22,6 +22,8 @@ class TubeShape : public Shape {
     bool next(const ShapeRay& ray, const HitOrder& after, double most, const HitFilter& filter,
               ShapeHit& hit) const override;
     const ShapeBox& box() const override { return box_; }
+    void forEachTriangle(std::size_t from, std::size_t to, double within,
+                         const VisitTriangle& visit) const override;
     void forEachBall(const std::function<void(const glm::dvec3&, double)>& visit) const override;
     std::size_t parts() const override { return pieces_.size(); }
     const char* partName() const override { return "pieces of lines"; }
