@@ -122,6 +122,9 @@ class RayCaster {
     virtual std::optional<GreyWindow> window() const { return std::nullopt; }
     /// CasterOptions::hits: the first hit of each ray.
     virtual std::vector<SurfaceHit> hits() const { return {}; }
+    /// Of each ray whose first hit is that of a mesh: colour times opacity and material's ambient; such hits
+    /// have numbers of surfaces behind the last isosurface's. Empty: there is none.
+    virtual std::vector<glm::vec3> meshAmbient() const { return {}; }
     /// Rays::beginnings: of each ray; none: the caster keeps none. Valid until the next begin().
     virtual std::span<const PathBeginning> beginnings() const { return {}; }
     /// A tracer of rays among the isosurfaces of the current bricks; null if the caster has none of its own.

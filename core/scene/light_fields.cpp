@@ -238,13 +238,31 @@ const Fields<Occlusion>& occlusionFields() {
 const Fields<SurfaceOcclusion>& surfaceOcclusionFields() {
     static const Fields<SurfaceOcclusion> fields = [] {
         Fields<SurfaceOcclusion> f("surfaceOcclusion",
-                                   "Ambient occlusion of isosurfaces, at the first hits of a still's rays. "
-                                   "It replaces occlusion: the volume itself has none.");
+                                   "Ambient occlusion of isosurfaces and meshes, at the first hits of a "
+                                   "still's rays. Where there are isosurfaces it replaces occlusion: the "
+                                   "volume itself has none.");
         f.add("rays", &SurfaceOcclusion::rays, wholeIn(1, SurfaceOcclusion::kMostRays),
               "Number of rays of each surface point.");
         f.add("radius", &SurfaceOcclusion::radiusMm, numberIn(1e-3, 1e4), "Their length, mm.");
         f.add("filter", &SurfaceOcclusion::filter, trueOrFalse(),
               "Results of neighbouring points are averaged, along edges and not across.");
+        f.add("scale", &SurfaceOcclusion::scale,
+              wholeIn(1, 4)
+                  .checked([](int scale, const JsonValue& value) {
+                      if (scale == 3)
+                          value.refuse("one of 1, 2, 4");
+                  })
+                  .described({{"enum", {1, 2, 4}}}),
+              "Rays start at every pixel, or at one of 2x2 or 4x4, between which results are interpolated "
+              "along edges. Above 1 with filter only.")
+            .unlessDefault();
+        f.add("resolution", &SurfaceOcclusion::resolution,
+              wholeIn(SurfaceOcclusion::kLeastResolution, SurfaceOcclusion::kMostResolution),
+              "Voxels into which meshes are cut for these rays, along the longest side of their box.")
+            .unlessDefault();
+        f.add("threshold", &SurfaceOcclusion::threshold, numberIn(0.2, 0.8),
+              "Share of these voxels around a place from which on it is inside a mesh: less, darker.")
+            .unlessDefault();
         return f;
     }();
     return fields;

@@ -57,13 +57,16 @@ struct Occlusion {
     bool operator==(const Occlusion&) const = default;
 };
 
-/// Ambient occlusion of isosurfaces at the first hits of the picture's rays (docs/sampling.md, "Occlusion of
-/// isosurfaces"): the share of ambient light that other isosurfaces leave a point.
+/// Ambient occlusion of isosurfaces and meshes at the first hits of the picture's rays (docs/sampling.md,
+/// "Occlusion of isosurfaces"): the share of ambient light that other surfaces and the volume leave a point.
 struct SurfaceOcclusion {
-    static constexpr int kMostRays = 256;
+    static constexpr int kMostRays = 256, kLeastResolution = 16, kMostResolution = 512;
     int rays = 16;        // per point, [1,kMostRays]
     double radiusMm = 16; // how far they look
     bool filter = true;   // results of neighbouring points are averaged, along edges and not across
+    int scale = 1; // 1, 2 or 4: of so many pixels along each axis one is looked at; above 1 with filter
+    int resolution = 256;    // voxels of the meshes, along the longest side of their box
+    double threshold = 0.45; // share of a mesh's voxels around a place from which on it is inside
     bool operator==(const SurfaceOcclusion&) const = default;
 };
 

@@ -37,12 +37,23 @@ void MeshCaster::endNext(std::size_t ray, const MeshRays& meshes, const MeshRays
     const std::optional<MeshRays::Surface> surface = meshes.next(lineOf(ray), after);
     ends_[ray] = {after.t, surface ? surface->at.t : MeshRays::kFar};
     fronts_[ray] = surface ? Front{surface->at, surface->colour, true, !(surface->colour.a < 1)} : Front();
+    if (isFirst_ && tellsHits_ && surface)
+        keepHit(ray, *surface);
+}
+
+/// Of the first mesh; its weight follows.
+void MeshCaster::keepHit(std::size_t ray, const MeshRays::Surface& surface) {
+    const RayLine<double> line = lineOf(ray);
+    hits_[ray] = {glm::vec3(line.base + surface.at.t * line.direction), 0, glm::vec3(surface.normal),
+                  static_cast<int>(plan_.layer().optics.surfaces.size()) + 1 + surface.at.mesh};
+    meshAmbient_[ray] = surface.ambient;
 }
 
 void MeshCaster::begin(const Rays& rays) {
     rays_ = rays;
     picture_ = Image(rays.size());
-    hits_.clear();
+    hits_.assign(tellsHits_ ? rayCount(rays.size()) : 0, SurfaceHit());
+    meshAmbient_.assign(hits_.size(), glm::vec3(0));
     ends_.assign(rayCount(rays.size()), RayPart());
     fronts_.assign(ends_.size(), Front());
     isFirst_ = true;
@@ -75,8 +86,9 @@ void MeshCaster::beginRound() {
 
 bool MeshCaster::takeRound() {
     const Image volume = volume_->image();
-    if (isFirst_ && tellsHits_)
-        hits_ = volume_->hits();
+    const bool asks = isFirst_ && tellsHits_ && !plan_.layer().optics.surfaces.empty();
+    const std::vector<SurfaceHit> met = asks ? volume_->hits() : std::vector<SurfaceHit>();
+    const bool isFirst = isFirst_;
     isFirst_ = false;
     const MeshRays meshes(plan_, rays_.frame, light_.get());
     const float enough = 1 - plan_.layer().optics.termination;
@@ -86,6 +98,11 @@ bool MeshCaster::takeRound() {
             return;
         glm::vec4& pixel = picture_.pixels[ray];
         pixel += (1 - pixel.a) * volume.pixels[ray];
+        if (isFirst && tellsHits_) {
+            hits_[ray].weight = 1 - pixel.a;
+            if (!met.empty() && met[ray].surface != 0)
+                hits_[ray] = met[ray];
+        }
         const Front front = fronts_[ray];
         if (front.isThere) {
             glm::vec3 sum(pixel);
@@ -124,9 +141,11 @@ bool MeshCaster::draw(const Slicing& slicing, Clock::time_point deadline, Work& 
 std::unique_ptr<RayCaster> casterWithMeshes(Engine& engine, const FramePlan& plan,
                                             const CasterOptions& options, MemoryBudget& gpu, int threads,
                                             bool shadows) {
-    std::unique_ptr<RayCaster> volume = engine.caster(options, gpu);
     if (plan.view.meshes.empty())
-        return volume;
+        return engine.caster(options, gpu);
+    CasterOptions ofVolume = options;
+    ofVolume.hits = options.hits && !plan.layer().optics.surfaces.empty();
+    std::unique_ptr<RayCaster> volume = engine.caster(ofVolume, gpu);
     return std::make_unique<MeshCaster>(std::move(volume), plan, options.hits, shadows, threads);
 }
 

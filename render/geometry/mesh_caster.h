@@ -26,8 +26,9 @@ class MeshCaster : public RayCaster {
     std::size_t waiting() const override { return volume_->waiting(); }
     std::vector<std::uint32_t> takeWanted(std::size_t volume) override { return volume_->takeWanted(volume); }
     Image image() const override { return picture_; }
-    /// Of the volume, where no mesh lies before them.
+    /// Of the volume and the meshes, whichever come first.
     std::vector<SurfaceHit> hits() const override { return hits_; }
+    std::vector<glm::vec3> meshAmbient() const override { return meshAmbient_; }
     std::unique_ptr<SurfaceTracer> surfaceTracer(double voxels) const override {
         return volume_->surfaceTracer(voxels);
     }
@@ -50,6 +51,7 @@ class MeshCaster : public RayCaster {
     void endNext(std::size_t ray, const MeshRays& meshes, const MeshRays::Order& after);
     template <typename Visit> void forEachRay(const Visit& visit) const;
     void placeLight();
+    void keepHit(std::size_t ray, const MeshRays::Surface& surface);
     void beginRound();
     bool takeRound();
 
@@ -64,7 +66,8 @@ class MeshCaster : public RayCaster {
     std::vector<RayPart> ends_; // of the interval at hand; from > to: there is none
     std::vector<Front> fronts_;
     Image picture_;
-    std::vector<SurfaceHit> hits_;
+    std::vector<SurfaceHit> hits_; // if they are told
+    std::vector<glm::vec3> meshAmbient_;
     bool isFirst_ = true, isFinished_ = true;
 };
 

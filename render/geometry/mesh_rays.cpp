@@ -77,28 +77,34 @@ std::optional<MeshRays::Surface> MeshRays::next(const RayLine<double>& line, con
     }
     if (found < 0)
         return std::nullopt;
-    return Surface{{best.at.t, best.at.part, found},
-                   colourOf(meshes[static_cast<std::size_t>(found)], best, ray)};
+    Surface surface{{best.at.t, best.at.part, found}};
+    light(meshes[static_cast<std::size_t>(found)], best, ray, surface);
+    return surface;
 }
 
-glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const ShapeHit& hit, const ShapeRay& ray) const {
+void MeshRays::light(const SceneMesh& mesh, const ShapeHit& hit, const ShapeRay& ray,
+                     Surface& surface) const {
     const glm::dvec3& normal = hit.normal;
     const glm::dvec3 own = mesh.colour.value_or(hit.colour ? *hit.colour : kMeshColour);
     const Optics& optics = plan_.layer().optics;
     const auto opacity = static_cast<float>(mesh.opacity);
     constexpr double kMost = std::numeric_limits<double>::max();
     const double length = glm::length(normal), far = glm::length(ray.direction);
+    surface.colour = {glm::vec3(own), opacity};
     if (!optics.shading || !(length > 0) || !std::isfinite(length))
-        return {glm::vec3(own), opacity};
+        return;
     const glm::dvec3 n = normal / length, d = ray.direction / far;
+    surface.normal = glm::dot(n, d) > 0 ? -n : n;
     leaf::Material<double> material{optics.phong.x, optics.phong.y, optics.phong.z, optics.specularPower};
     if (mesh.material)
         material = {mesh.material->ambient, mesh.material->diffuse, mesh.material->specular,
                     mesh.material->specularPower};
+    surface.ambient = glm::vec3(mesh.opacity * material.ambient * own);
     if (!optics.hasLights) {
         const auto light =
             leaf::headLight(n, d, material.ambient, material.diffuse, material.specular, material.power);
-        return {glm::vec3(own * light.scale + light.add), opacity};
+        surface.colour = {glm::vec3(own * light.scale + light.add), opacity};
+        return;
     }
     const glm::dvec3 place = ray.origin + hit.at.t * ray.direction;
     const auto toPoint = [&](const leaf::LightNumbers& light) { // in voxels of the first volume
@@ -106,15 +112,12 @@ glm::vec4 MeshRays::colourOf(const SceneMesh& mesh, const ShapeHit& hit, const S
                           glm::dvec4(light.place[0], light.place[1], light.place[2], 1)) -
                place;
     };
-    const glm::dvec3 facing = glm::dot(n, d) > 0 ? -n : n;
     const leaf::Lit<double> lit =
         light_ ? leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint,
-                                     SharedLight{light_->at(place, facing)})
+                                     SharedLight{light_->at(place, surface.normal)})
                : leaf::litBy<double>(lighting_, n, d, material, kMost, toPoint, leaf::AllLight());
-    glm::vec3 colour;
     for (int c = 0; c < 3; ++c)
-        colour[c] = static_cast<float>(own[c] * lit.scale[c] + lit.add[c]);
-    return {colour, opacity};
+        surface.colour[c] = static_cast<float>(own[c] * lit.scale[c] + lit.add[c]);
 }
 
 } // namespace tessera

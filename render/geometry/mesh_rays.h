@@ -31,7 +31,9 @@ class MeshRays {
     };
     struct Surface {
         Order at;
-        glm::vec4 colour{0}; // lit, not premultiplied; opacity
+        glm::vec4 colour{0};  // lit, not premultiplied; opacity
+        glm::vec3 ambient{0}; // what ambient light adds to that, times the opacity
+        glm::dvec3 normal{0}; // unit, patient space, towards the viewer; 0: it has none
     };
     /// The surface of a ray behind another one. None: nothing is left, up to kFar.
     std::optional<Surface> next(const RayLine<double>& line, const Order& after) const;
@@ -40,7 +42,7 @@ class MeshRays {
     static constexpr double kFar = 1e30;
 
   private:
-    glm::vec4 colourOf(const SceneMesh& mesh, const ShapeHit& hit, const ShapeRay& ray) const;
+    void light(const SceneMesh& mesh, const ShapeHit& hit, const ShapeRay& ray, Surface& surface) const;
 
     const FramePlan& plan_;
     const MeshLight* light_;

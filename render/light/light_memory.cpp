@@ -54,4 +54,12 @@ std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, cons
                      VoxelLight::bytes(info, lighting, threads, amongOthers);
 }
 
+std::size_t lightOfMeshesBytes(const Lighting& lighting, const VolumeInfo& info,
+                               std::span<const SceneMesh> meshes) {
+    const auto& occlusion = lighting.occlusion;
+    if (meshes.empty() || !occlusion || occlusion->method == OcclusionMethod::histogram)
+        return 0;
+    return MeshBits::bytesAtMost(meshes, meshLattice(info, *occlusion).grid, false);
+}
+
 } // namespace tessera

@@ -3,9 +3,11 @@
 #pragma once
 
 #include "core/scene/lighting.h"
+#include "core/scene/mesh.h"
 #include "render/light/shadow_maps.h"
 
 #include <cstddef>
+#include <span>
 
 namespace tessera {
 
@@ -18,5 +20,9 @@ ShadowQuality shadowQualityFor(const Lighting& lighting, std::size_t freeRamByte
 /// @param amongOthers  of a picture with several volumes
 std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, const ShadowQuality& quality,
                           int threads, bool meshes = false, bool amongOthers = false);
+
+/// The meshes' voxels that take a volume's ambient light, at most; 0: it has none, or no meshes.
+std::size_t lightOfMeshesBytes(const Lighting& lighting, const VolumeInfo& info,
+                               std::span<const SceneMesh> meshes);
 
 } // namespace tessera

@@ -8,6 +8,7 @@
 #include "core/scene/transfer_function.h"
 #include "render/backends/native/packet.h"
 #include "render/contract/optics.h"
+#include "render/geometry/mesh_bits.h"
 #include "render/labels/drawn_labels.h"
 #include "render/light/directions.h"
 
@@ -101,6 +102,13 @@ class LightOfSamples {
     virtual void at(int level, const glm::ivec3& first, std::span<glm::vec3> out) const = 0;
 };
 
+/// Where the bits of meshes lie that take a volume's light: on the lattice of one of its levels.
+struct MeshLattice {
+    VoxelGrid grid;
+    int level = 0;
+};
+MeshLattice meshLattice(const VolumeInfo& info, const Occlusion& occlusion);
+
 class Occluder {
   public:
     /// All must outlive it.
@@ -118,6 +126,9 @@ class Occluder {
     };
     /// Call it again where a function of theirs is another.
     void setOthers(std::vector<Other> others);
+    /// Meshes that take this volume's light too; null: none. They outlive this, or the next call.
+    /// @param level  bits are those of its lattice
+    void setMeshes(const MeshBits* bits, int level);
     /// Tissue sends what it scatters of this light, in place of its materials' own. The light outlives this;
     /// setFunction() must follow.
     void setScattered(const LightOfSamples* light) { scattered_ = light; }
@@ -163,6 +174,9 @@ class Occluder {
     SharedSamples ownExtinctions(const ChunkKey& key, BrickCache& cache) const;
     void add(const Other& other, const ChunkKey& key, float* extinction) const;
     bool othersLetThrough(const ChunkKey& chunk) const;
+    bool meshesLetThrough(const ChunkKey& chunk) const;
+    void addMeshes(const ChunkKey& key, float* extinction) const;
+    void othersChanged();
     template <typename Stored>
     void fillExtinctions(const ChunkKey& key, const Chunk& chunk, ChunkExtinctions::Samples& out) const;
     template <typename Stored>
@@ -199,7 +213,9 @@ class Occluder {
     std::vector<glm::vec3> emissionOf_; // empty if nothing is gathered, too
     std::unique_ptr<ChunkExtinctions> extinctions_ = std::make_unique<ChunkExtinctions>();
     std::vector<Other> others_;
-    std::unique_ptr<ChunkExtinctions> withOthers_; // none: there are none
+    const MeshBits* meshes_ = nullptr;
+    int meshLevel_ = 0;
+    std::unique_ptr<ChunkExtinctions> withOthers_; // none: there are neither other volumes nor meshes
 };
 
 } // namespace tessera

@@ -98,6 +98,7 @@ LightParts SceneLight::lightingChanged() {
         light_ = std::make_unique<VoxelLight>(scene_.info(), scene_.layer().statistics, now, threads_,
                                               scene_.layer().histograms.get());
         light_->setLabels(scene_.layer().labels.get());
+        takeMeshes();
         if (!lit_.table.empty())
             light_->functionChanged(scene_.layer().table, scene_.layer().optics);
         light_->setShadows(shadows_);
@@ -155,6 +156,18 @@ LightPath lightPathOf(const FramePlan& scene, const ShadowRays* rays) {
 
 ShadowQuality shadowQualityOf(const FramePlan& scene) {
     return qualityOf(scene.view.shadowQuality, scene.view.lighting);
+}
+
+/// The plan has charged them with its light.
+void SceneLight::takeMeshes() {
+    const auto& occlusion = scene_.view.lighting.occlusion;
+    light_->setMeshes(nullptr, 0);
+    meshBits_.reset(); // never two at once
+    if (scene_.view.meshes.empty() || !occlusion || occlusion->method == OcclusionMethod::histogram)
+        return;
+    const MeshLattice lattice = meshLattice(scene_.info(), *occlusion);
+    meshBits_ = std::make_unique<MeshBits>(scene_.view.meshes, lattice.grid, nullptr, threads_, false);
+    light_->setMeshes(meshBits_.get(), lattice.level);
 }
 
 std::vector<PlacedLight> SceneLight::placedLights() const {

@@ -91,6 +91,7 @@ class SceneLight {
     enum class Maps { none, coarse, whole };
     std::vector<PlacedLight> placedLights() const;
     void takeMaps(std::vector<ShadowMaps> maps, Maps kind);
+    void takeMeshes();
 
     const FramePlan& scene_;
     int threads_;
@@ -102,8 +103,9 @@ class SceneLight {
     std::uint64_t mapsNumber_ = 0, tissueNumber_ = 0;
     std::vector<std::uint64_t> shadedBy_, amidst_; // those of other volumes
     Maps maps_ = Maps::none;
-    std::vector<ShadowMaps> next_; // maps in progress
-    std::size_t nextBuilt_ = 0;    // of them complete
+    std::vector<ShadowMaps> next_;       // maps in progress
+    std::size_t nextBuilt_ = 0;          // of them complete
+    std::unique_ptr<MeshBits> meshBits_; // that occlude the volume; none: there are none
     std::unique_ptr<VoxelLight> light_;
     Optics lit_;         // by which light was computed, as far as it matters; without a table: none was
     double seconds_ = 0; // that computing took

@@ -23,34 +23,24 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kStrip = 16; // points per task of a thread
 constexpr double kGoldenAngle = 2.399963229728653;
 constexpr int kWindow = 3;           // half width of the filter, pixels
+constexpr int kCoarseWindow = 2;     // the same between pixels that are looked at, in their distances
 constexpr float kReachParts = 4;     // they lie within one such part of the radius,
 constexpr float kLevelParts = 4;     // and within such a part of that of each other's tangent planes
 constexpr float kApart = 0.8f;       // difference of results that counts as equal, in errors of one direction
 constexpr float kEnough = 1.0f / 64; // least weight of a sample's neighbours, in equal points
-
-/// Mixes all bits (the finaliser of SplitMix64).
-std::uint64_t mixed(std::uint64_t x) {
-    x += 0x9e3779b97f4a7c15ULL;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-    return x ^ (x >> 31);
-}
-/// In [0,1).
-double fraction(std::uint64_t bits) {
-    return static_cast<double>(bits >> 11) * 0x1p-53;
-}
 
 } // namespace
 
 std::uint64_t hemisphereKey(const glm::vec2& place, std::uint32_t seed) {
     const std::uint64_t at =
         std::uint64_t{std::bit_cast<std::uint32_t>(place.x)} << 32 | std::bit_cast<std::uint32_t>(place.y);
-    return mixed(mixed(at) + seed);
+    return mixedBits(mixedBits(at) + seed);
 }
 
 /// A sunflower pattern on a disk, with equal areas, lifted to the hemisphere.
 std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count, std::uint64_t key) {
-    const double turn = 2 * std::numbers::pi * fraction(mixed(key)), shift = fraction(mixed(key + 1));
+    const double turn = 2 * std::numbers::pi * unitFraction(mixedBits(key)),
+                 shift = unitFraction(mixedBits(key + 1));
     // An orthonormal frame without a branch (Duff et al. 2017).
     const double sign = std::copysign(1.0, normal.z);
     const double a = -1 / (sign + normal.z), b = normal.x * normal.y * a;
@@ -68,7 +58,9 @@ std::vector<glm::dvec3> hemisphereDirections(const glm::dvec3& normal, int count
 }
 
 /// A sample may lie outside its pixel, as far as filters of pixels reach (render/pixels/pixel_places.h).
-static_assert(SurfaceLight::kMargin == kWindow + 2);
+int SurfaceLight::margin(const SurfaceOcclusion& occlusion) {
+    return (occlusion.scale > 1 ? kCoarseWindow * occlusion.scale : kWindow) + 2;
+}
 
 SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSamples,
                            const std::optional<PictureTile>& part)
@@ -78,28 +70,45 @@ SurfaceLight::SurfaceLight(const FramePlan& plan, int threads, bool finestSample
       toPatient_(plan.info().patientFromVoxel) {
     TESSERA_CHECK(plan.view.lighting.surfaceOcclusion);
     occlusion_ = *plan.view.lighting.surfaceOcclusion;
+    const Optics& optics = plan.layer().optics;
+    volumeTakes_ = optics.volumeShows || !optics.surfaces.empty();
+    isosurfaces_ = static_cast<int>(optics.surfaces.size());
+    if (plan.view.meshBits)
+        meshes_.emplace(*plan.view.meshBits, occlusion_.threshold);
     report_.rays = occlusion_.rays;
     report_.radiusMm = occlusion_.radiusMm;
 }
 
-std::size_t SurfaceLight::bytesPerPixel(bool sampled) {
+std::size_t SurfaceLight::bytesPerPixel(bool sampled, bool meshes) {
     // Hits and results of pixel centres, and their keys; the colours to add to an array of rays, and to the
     // picture. With several samples per pixel: the hits of an array, and the sums of the colours to add.
+    // Of rays that meet meshes, both with the hits.
     const std::size_t middles = sizeof(SurfaceHit) + sizeof(float) + sizeof(glm::vec4);
-    return sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles;
+    return (sampled ? middles + sizeof(SurfaceHit) + 3 * sizeof(glm::vec4) : middles) +
+           (meshes ? 2 * (sizeof(SurfaceHit) + sizeof(glm::vec3)) : 0);
 }
 
-/// The rays of a point, clipped to the picture's cuts.
-void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const {
+/// The rays of a point, up to where they meet meshes, clipped to the picture's cuts.
+void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, Ways& all) const {
     const glm::dvec3 normal(hit.normal), place(hit.position);
     const glm::dvec3 from = place + pitchAlong(plan_, place, toVoxels_ * normal, finestSamples_);
+    const bool isMesh = hit.surface > isosurfaces_;
+    const glm::dvec3 start(plan_.info().patientFromVoxel * glm::dvec4(isMesh ? place : from, 1));
     std::vector<WayPart> parts;
     int number = 0;
     for (const glm::dvec3& direction : hemisphereDirections(normal, occlusion_.rays, key)) {
+        double reach = occlusion_.radiusMm;
+        const double cosine = isMesh ? glm::dot(direction, normal) : 0;
+        const double first = meshes_ && isMesh ? meshes_->guardedStart(cosine) : 0;
+        if (meshes_ && first < reach)
+            reach = meshes_->reach(start, direction, first, reach,
+                                   key + 2 * static_cast<unsigned>(number) + 2, cosine);
+        all.reach.push_back(reach);
         parts.clear();
-        addWayParts(plan_.view.frame, from, toVoxels_ * direction, occlusion_.radiusMm, parts);
+        if (volumeTakes_)
+            addWayParts(plan_.view.frame, from, toVoxels_ * direction, reach, parts);
         for (const WayPart& part : parts)
-            ways.push_back({part, number});
+            all.ways.push_back({part, number});
         ++number;
     }
 }
@@ -107,24 +116,31 @@ void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, std::vector
 /// For each point the mean over directions of the light left along the ray, averaged over its length.
 void SurfaceLight::openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
                               const SurfaceTracer& tracer, std::span<float> open) const {
-    std::vector<Way> ways;
+    Ways all;
     std::vector<std::size_t> first = {0};
     for (std::size_t n = 0; n < hits.size(); ++n) {
-        addWays(hits[n], keys[n], ways);
-        first.push_back(ways.size());
+        addWays(hits[n], keys[n], all);
+        first.push_back(all.ways.size());
     }
-    std::vector<LightWay> of(ways.size());
-    std::transform(ways.begin(), ways.end(), of.begin(), [](const Way& w) { return w.part.way; });
-    std::vector<LightTaken> taken(ways.size());
-    tracer.trace(of, taken);
+    std::vector<LightWay> of(all.ways.size());
+    std::transform(all.ways.begin(), all.ways.end(), of.begin(), [](const Way& w) { return w.part.way; });
+    std::vector<LightTaken> taken(all.ways.size());
+    if (!of.empty())
+        tracer.trace(of, taken);
+    const double* reach = all.reach.data();
     for (std::size_t n = 0; n < hits.size(); ++n) {
-        double lost = 0, left = 1;
-        for (std::size_t w = first[n]; w < first[n + 1]; ++w) {
-            if (w == first[n] || ways[w].direction != ways[w - 1].direction)
-                left = 1;
-            const double mm = static_cast<double>(taken[w].mm), all = static_cast<double>(taken[w].taken);
-            lost += left * (all - (mm + ways[w].part.beginMm * all) / occlusion_.radiusMm);
-            left *= 1 - all;
+        double lost = 0;
+        std::size_t w = first[n];
+        for (int number = 0; number < occlusion_.rays; ++number, ++reach) {
+            double left = 1;
+            for (; w < first[n + 1] && all.ways[w].direction == number; ++w) {
+                const double mm = static_cast<double>(taken[w].mm),
+                             part = static_cast<double>(taken[w].taken);
+                lost += left * (part - (mm + all.ways[w].part.beginMm * part) / occlusion_.radiusMm);
+                left *= 1 - part;
+            }
+            if (*reach < occlusion_.radiusMm) // a mesh takes the rest
+                lost += left * (1 - *reach / occlusion_.radiusMm);
         }
         open[n] = static_cast<float>(std::clamp(1 - lost / occlusion_.rays, 0.0, 1.0));
     }
@@ -144,31 +160,50 @@ glm::vec2 SurfaceLight::placeOf(std::size_t pixel) const {
            glm::vec2(static_cast<float>(pixel % width), static_cast<float>(pixel / width)) + 0.5f;
 }
 
+std::size_t SurfaceLight::pixelAt(const glm::ivec2& pixel) const {
+    return static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size_.x) +
+           static_cast<std::size_t>(pixel.x);
+}
+
+/// The first pixel from one on that is looked at, whatever part of the picture this is.
+glm::ivec2 SurfaceLight::lookedFrom(const glm::ivec2& pixel) const {
+    const int scale = occlusion_.scale;
+    const glm::ivec2 past = (from_ + pixel + (scale - scale / 2)) % scale;
+    return pixel + (scale - past) % scale;
+}
+
 void SurfaceLight::look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer,
                         const ShareDone& progress) {
     TESSERA_CHECK(middles.size() == rayCount(size_));
     const auto start = Clock::now();
     middles_ = std::move(middles);
     open_.assign(middles_.size(), 1.0f);
+    const glm::ivec2 low = lookedFrom(glm::ivec2(0)),
+                     count =
+                         glm::max((size_ - low + (occlusion_.scale - 1)) / occlusion_.scale, glm::ivec2(0));
+    const std::size_t looked = rayCount(count);
     std::atomic<std::size_t> places{0};
-    parallelFor((middles_.size() + kStrip - 1) / kStrip, threads_,
+    parallelFor((looked + kStrip - 1) / kStrip, threads_,
                 [&](std::size_t strip) {
                     SurfaceHit hits[kStrip];
                     std::uint64_t keys[kStrip];
                     float open[kStrip];
-                    std::size_t pixels[kStrip], count = 0;
-                    for (std::size_t i = strip * kStrip; i < std::min(middles_.size(), (strip + 1) * kStrip);
-                         ++i)
+                    std::size_t pixels[kStrip], found = 0;
+                    for (std::size_t n = strip * kStrip; n < std::min(looked, (strip + 1) * kStrip); ++n) {
+                        const auto across = static_cast<int>(n % static_cast<std::size_t>(count.x)),
+                                   down = static_cast<int>(n / static_cast<std::size_t>(count.x));
+                        const std::size_t i = pixelAt(low + occlusion_.scale * glm::ivec2(across, down));
                         if (middles_[i].surface != 0 && middles_[i].normal != glm::vec3(0)) {
-                            hits[count] = middles_[i];
-                            keys[count] = hemisphereKey(placeOf(i), seed_);
-                            pixels[count++] = i;
+                            hits[found] = middles_[i];
+                            keys[found] = hemisphereKey(placeOf(i), seed_);
+                            pixels[found++] = i;
                         }
-                    openAround(std::span(hits).first(count), std::span(keys).first(count), tracer,
-                               std::span(open).first(count));
-                    for (std::size_t n = 0; n < count; ++n)
+                    }
+                    openAround(std::span(hits).first(found), std::span(keys).first(found), tracer,
+                               std::span(open).first(found));
+                    for (std::size_t n = 0; n < found; ++n)
                         open_[pixels[n]] = open[n];
-                    places += count;
+                    places += found;
                 },
                 progress);
     report_.places = places;
@@ -195,17 +230,15 @@ float SurfaceLight::shared(const SurfaceHit& hit, const glm::ivec2& pixel) const
         const float squared = facing * facing, fourth = squared * squared;
         return near * near * flat * flat * fourth * fourth;
     };
-    const auto at = [&](int x, int y) {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x) + static_cast<std::size_t>(x);
-    };
-    const std::size_t own = at(pixel.x, pixel.y);
-    const bool knows = weightOf(middles_[own]) > 0;
+    const int scale = occlusion_.scale, window = scale > 1 ? kCoarseWindow * scale : kWindow;
+    const std::size_t own = pixelAt(pixel);
+    const bool knows = scale == 1 && weightOf(middles_[own]) > 0;
     float sum = 0, weights = 0;
-    const glm::ivec2 low = glm::max(pixel - kWindow, glm::ivec2(0)),
-                     high = glm::min(pixel + kWindow, size_ - 1);
-    for (int y = low.y; y <= high.y; ++y)
-        for (int x = low.x; x <= high.x; ++x) {
-            const std::size_t n = at(x, y);
+    const glm::ivec2 low = lookedFrom(glm::max(pixel - window, glm::ivec2(0))),
+                     high = glm::min(pixel + window, size_ - 1);
+    for (int y = low.y; y <= high.y; y += scale)
+        for (int x = low.x; x <= high.x; x += scale) {
+            const std::size_t n = pixelAt({x, y});
             float weight = weightOf(middles_[n]);
             if (knows) {
                 const float off = (open_[n] - open_[own]) / apart;
@@ -218,10 +251,12 @@ float SurfaceLight::shared(const SurfaceHit& hit, const glm::ivec2& pixel) const
     return weights > kEnough ? sum / weights : -1;
 }
 
-Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm::vec2> places,
-                          const glm::ivec2& size, const SurfaceTracer& tracer) const {
+Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm::vec3> meshAmbient,
+                          std::span<const glm::vec2> places, const glm::ivec2& size,
+                          const SurfaceTracer& tracer) const {
     TESSERA_CHECK(hasLooked() && hits.size() == rayCount(size) &&
-                  (places.empty() || places.size() == hits.size()));
+                  (places.empty() || places.size() == hits.size()) &&
+                  (meshAmbient.empty() || meshAmbient.size() == hits.size()));
     const auto start = Clock::now();
     const Optics& optics = plan_.layer().optics;
     Image out(size);
@@ -242,6 +277,10 @@ Image SurfaceLight::added(std::span<const SurfaceHit> hits, std::span<const glm:
             if (open < 0) {
                 open = openAt(hit, place, tracer);
                 ++alone;
+            }
+            if (hit.surface > isosurfaces_) {
+                out.pixels[i] = glm::vec4(meshAmbient[i] * (hit.weight * (open - 1)), 0);
+                continue;
             }
             const SurfaceLook& look = optics.surfaces[static_cast<std::size_t>(hit.surface) - 1];
             const float ambient = materialAt(optics, tessera::placeOf(optics, look.isovalue)).ambient;

@@ -1,4 +1,4 @@
-// render/light/surface_light.h: ambient occlusion of isosurfaces (docs/sampling.md, "Occlusion of
+// render/light/surface_light.h: ambient occlusion of isosurfaces and meshes (docs/sampling.md, "Occlusion of
 // isosurfaces"; course notes 5 and 9.2.3), deferred from the first hits of a picture's rays. Occlusion rays
 // start at the hits of pixel centres, and their results are filtered along edges. The ambient light that a
 // ray's first surface loses is added to the ray's colour, negative.
@@ -8,6 +8,7 @@
 #include "core/image/image.h"
 #include "core/image/picture_tile.h"
 #include "render/contract/ray_state.h"
+#include "render/geometry/bit_rays.h"
 #include "render/light/light_ways.h"
 #include "render/plan/frame_plan.h"
 
@@ -58,8 +59,8 @@ class SurfaceLight {
                  const std::optional<PictureTile>& part = {});
 
     /// Pixels around a part whose hits its own pixels take results from.
-    static constexpr int kMargin = 5;
-    /// Casts occlusion rays from the first hits of all pixel centres.
+    static int margin(const SurfaceOcclusion& occlusion);
+    /// Casts occlusion rays from the first hits of pixel centres: of all, or of one in scale^2.
     void look(std::vector<SurfaceHit> middles, const SurfaceTracer& tracer, const ShareDone& progress = {});
     bool hasLooked() const { return !open_.empty(); }
     /// These hits.
@@ -67,9 +68,10 @@ class SurfaceLight {
 
     /// The image to add to the colours of rays with these first hits; alpha 0.
     /// @param places  of the rays on the picture; none: those of look()
+    /// @param meshAmbient  RayCaster::meshAmbient(); empty: no hit is of a mesh
     /// @param size    of their array
-    Image added(std::span<const SurfaceHit> hits, std::span<const glm::vec2> places, const glm::ivec2& size,
-                const SurfaceTracer& tracer) const;
+    Image added(std::span<const SurfaceHit> hits, std::span<const glm::vec3> meshAmbient,
+                std::span<const glm::vec2> places, const glm::ivec2& size, const SurfaceTracer& tracer) const;
 
     /// Share of ambient light that reaches a hit; not filtered.
     /// @param place  for the key of directions
@@ -79,7 +81,8 @@ class SurfaceLight {
 
     /// RAM per pixel.
     /// @param sampled  pixels have several samples
-    static std::size_t bytesPerPixel(bool sampled);
+    /// @param meshes  rays may meet some
+    static std::size_t bytesPerPixel(bool sampled, bool meshes);
     /// Segment length of occlusion rays, voxels.
     static constexpr double kSegmentVoxels = 1;
 
@@ -96,17 +99,26 @@ class SurfaceLight {
         WayPart part;
         int direction = 0;
     };
-    void addWays(const SurfaceHit& hit, std::uint64_t key, std::vector<Way>& ways) const;
+    struct Ways {
+        std::vector<Way> ways;     // in the volume
+        std::vector<double> reach; // of every direction: up to where meshes leave it free, mm
+    };
+    void addWays(const SurfaceHit& hit, std::uint64_t key, Ways& all) const;
     void openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
                     const SurfaceTracer& tracer, std::span<float> open) const;
     float shared(const SurfaceHit& hit, const glm::ivec2& pixel) const;
     glm::vec2 placeOf(std::size_t pixel) const;
+    std::size_t pixelAt(const glm::ivec2& pixel) const;
+    glm::ivec2 lookedFrom(const glm::ivec2& pixel) const;
 
     const FramePlan& plan_;
     SurfaceOcclusion occlusion_;
     int threads_;
     bool finestSamples_;
     std::uint32_t seed_;
+    std::optional<BitRays> meshes_;   // none: there are no meshes
+    bool volumeTakes_ = true;         // light
+    int isosurfaces_ = 0;             // hits of a greater number are meshes'
     glm::ivec2 from_, size_;          // the pixels that are looked at
     glm::dmat3 toVoxels_, toPatient_; // linear parts
     std::vector<SurfaceHit> middles_;

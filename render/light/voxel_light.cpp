@@ -127,6 +127,11 @@ void VoxelLight::setOtherTissue(std::vector<Occluder::Other> others) {
     forgetPart(0);
 }
 
+void VoxelLight::setMeshes(const MeshBits* bits, int level) {
+    occluder_.setMeshes(bits, level);
+    forgetPart(0);
+}
+
 void VoxelLight::forgetPart(std::size_t part) {
     for (auto& [key, chunk] : chunks_)
         chunk.parts[part] = {};

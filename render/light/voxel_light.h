@@ -67,6 +67,8 @@ class VoxelLight {
     void setOtherShadows(std::vector<std::span<const ShadowMaps>> others);
     /// Other volumes, whose tissue takes ambient light here.
     void setOtherTissue(std::vector<Occluder::Other> others);
+    /// Meshes that take ambient light here: Occluder::setMeshes().
+    void setMeshes(const MeshBits* bits, int level);
     const Occluder& tissue() const { return occluder_; }
 
     /// Receives the samples of a brick, edge^3, x fastest, for one channel.

@@ -31,7 +31,9 @@ DeferredLight::DeferredLight(const FramePlan& plan, int threads, bool exact,
 }
 
 PictureTile DeferredLight::around(const PictureTile& tile, const FramePlan& plan) {
-    return plan.view.lighting.surfaceOcclusion ? tile.with(SurfaceLight::kMargin, plan.view.imageSize) : tile;
+    return plan.view.lighting.surfaceOcclusion
+               ? tile.with(SurfaceLight::margin(*plan.view.lighting.surfaceOcclusion), plan.view.imageSize)
+               : tile;
 }
 
 void DeferredLight::lookAround(const RayCaster& caster, Progress& progress) {
@@ -45,7 +47,7 @@ Image DeferredLight::added(RayCaster& caster, Engine& engine, std::span<const gl
     const std::vector<SurfaceHit> hits = caster.hits();
     std::optional<Image> darkened;
     if (occlusion_)
-        darkened = occlusion_->added(hits, places, size, *tracerOf(caster, plan_));
+        darkened = occlusion_->added(hits, caster.meshAmbient(), places, size, *tracerOf(caster, plan_));
     if (!reflections_)
         return std::move(*darkened);
     Slicing ofWays = slicing;

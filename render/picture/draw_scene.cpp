@@ -49,7 +49,7 @@ std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderO
     const int samples = scene.quality.pixels.samples;
     std::size_t bytes = pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene);
     if (scene.lighting.surfaceOcclusion)
-        bytes += SurfaceLight::bytesPerPixel(samples != 1);
+        bytes += SurfaceLight::bytesPerPixel(samples != 1, drawsMeshes(scene));
     if (scene.lighting.surfaceOcclusion || reflects(scene)) // sums of many samples have two floats each
         bytes += PixelSums::bytesPerPixel(samples) - PixelSums::bytesPerPixel(1);
     if (reflects(scene))
@@ -71,7 +71,8 @@ std::size_t bytesPerPixelOf(EngineKind engine, const Scene& scene, const RenderO
 
 /// The pixels of a picture's largest tile, and those around it that it needs.
 glm::ivec2 largestTile(const Scene& scene, const PictureTiles& tiles) {
-    const int around = scene.lighting.surfaceOcclusion ? SurfaceLight::kMargin : 0;
+    const int around =
+        scene.lighting.surfaceOcclusion ? SurfaceLight::margin(*scene.lighting.surfaceOcclusion) : 0;
     return glm::min(glm::ivec2(tiles.side() + 2 * around), scene.imageSize);
 }
 

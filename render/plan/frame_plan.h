@@ -25,6 +25,7 @@
 #include "render/empty_space/extinction_bounds.h"
 #include "render/empty_space/occupancy.h"
 #include "render/empty_space/value_bounds.h"
+#include "render/geometry/mesh_bits.h"
 #include "render/labels/label_field.h"
 #include "render/light/shadow_maps.h" // ShadowQuality
 #include "render/plan/choose_levels.h"
@@ -59,12 +60,13 @@ struct ViewState {
     Lighting pathLighting; // where light follows paths: the scene's with what light per voxel would be
     Shading shading;
     std::vector<Isosurface> surfaces;
-    std::vector<SceneMesh> meshes;    // those that are drawn
-    std::optional<Exposure> exposure; // where rays show sums; else none
-    bool reflects = false;            // isosurfaces mirror or refract rays: a still's
-    glm::vec3 background{0};          // what reflections see beyond the volume
-    bool meshesShade = true;          // the volume's shadow maps hold them
-    bool amongOthers = false;         // of one of several volumes
+    std::vector<SceneMesh> meshes;            // those that are drawn
+    std::shared_ptr<const MeshBits> meshBits; // where they occlude surfaces; else null
+    std::optional<Exposure> exposure;         // where rays show sums; else none
+    bool reflects = false;                    // isosurfaces mirror or refract rays: a still's
+    glm::vec3 background{0};                  // what reflections see beyond the volume
+    bool meshesShade = true;                  // the volume's shadow maps hold them
+    bool amongOthers = false;                 // of one of several volumes
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 

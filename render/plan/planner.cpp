@@ -47,7 +47,7 @@ Scene withoutUnusedLight(Scene scene) {
             light.scatter = 0;
         }
     }
-    if (scene.lighting.surfaceOcclusion)
+    if (replacesLightOfVoxels(scene))
         scene.lighting.occlusion.reset();
     const auto* function = std::get_if<TransferFunction>(&scene.volumes.at(0).transferFunction);
     if (scene.lighting.occlusion && !(function && function->emits())) // presets emit none
@@ -246,6 +246,9 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
                   KnownLayer* known) {
     Planner p = planVolume(scene, store, context.ram, context.threads, pixels, known);
     takeCamera(scene, p);
+    if (const auto& occlusion = p.view.lighting.surfaceOcclusion; occlusion && !p.view.meshes.empty())
+        p.view.meshBits = std::make_shared<const MeshBits>(
+            p.view.meshes, gridAround(p.view.meshes, occlusion->resolution), p.ram, p.threads, true);
     p.chooseAgain(scene, limits, context, choice);
     return p;
 }

@@ -8,7 +8,8 @@ namespace tessera {
 
 inline std::size_t lightBytes(const Planner& p, const Lighting& lighting) {
     return lightRamBytes(lighting, p.info(), p.view.shadowQuality, p.threads, !p.view.meshes.empty(),
-                         p.view.amongOthers);
+                         p.view.amongOthers) +
+           lightOfMeshesBytes(lighting, p.info(), p.view.meshes);
 }
 
 } // namespace tessera

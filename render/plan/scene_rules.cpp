@@ -55,7 +55,7 @@ void checkScatter(const Scene& scene) {
         throw refuse("one volume", std::to_string(scene.volumes.size()));
     if (!scene.volumes.at(0).labels.path.empty())
         throw refuse("no labels, whose colours scattered light would lack,", "some");
-    if (scene.lighting.surfaceOcclusion)
+    if (replacesLightOfVoxels(scene))
         throw refuse("no surfaceOcclusion, which replaces light of voxels,", "it");
 }
 
@@ -67,8 +67,13 @@ void checkSurfaceOcclusion(const FramePlan& plan) {
         throw InputError(where +
                          "occlusion is light, and this picture has none (shading is off); leave it out, "
                          "or shade with ambient 1 and diffuse 0");
-    if (plan.layer().optics.surfaces.empty())
-        throw InputError(where + "expected an isosurface that is not wholly transparent, found none");
+    if (plan.layer().optics.surfaces.empty() && plan.view.meshes.empty())
+        throw InputError(where +
+                         "expected an isosurface that is not wholly transparent, or a mesh, found none");
+    if (plan.view.lighting.surfaceOcclusion->scale > 1 && !plan.view.lighting.surfaceOcclusion->filter)
+        throw InputError(where +
+                         "expected scale 1 without filter, which finds what is between its rays, found " +
+                         std::to_string(plan.view.lighting.surfaceOcclusion->scale));
 }
 
 /// What leaves the volume sees it.

@@ -7,6 +7,11 @@
 
 namespace tessera {
 
+/// True if occlusion of surfaces takes the place of that of voxels: not where meshes alone have it.
+inline bool replacesLightOfVoxels(const Scene& scene) {
+    return scene.lighting.surfaceOcclusion &&
+           (!scene.surfaces.empty() || scene.mode == Mode::isosurface || !drawsMeshes(scene));
+}
 /// Lights, occlusion and scattered light, by the scene alone.
 void checkLight(const Scene& scene);
 /// The same, and the integrator.

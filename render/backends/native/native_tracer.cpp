@@ -6,6 +6,7 @@
 #include "render/backends/native/native_scene.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace tessera {
 
@@ -20,6 +21,11 @@ NativeTracer::NativeTracer(native::PacketScene scene, const native::PacketTarget
         if (scene_.surfaces.space.map) // the volume's own does not matter
             scene_.space = scene_.surfaces.space;
         scene_.surfaces.space = scene_.space;
+    }
+    if (scene_.surfaces.count ==
+        0) { // the march that tells distances is that of surfaces: of one that is nowhere
+        scene_.surfaces.isovalue[0] = std::numeric_limits<float>::infinity();
+        scene_.surfaces.count = 1;
     }
     scene_.field.segmentVoxels = static_cast<float>(voxels);
     scene_.help = {};

@@ -14,6 +14,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -201,12 +202,35 @@ GatheredLight LightRays::gathered(const glm::dvec3& place, const glm::dvec3& dir
                 left *= other->walk<Ask::left>(first + a * direction, direction, b - a).left;
             return left;
         });
-    Walk light = walk<Ask::seen>(first, direction, mm);
+    Walk light = pastMeshes(first, direction, mm);
     light.left *= past_ ? past_->at(mm) : 1;
     past_ = nullptr;
     if (sources_.occlusion.method == OcclusionMethod::local)
         return {light.seen / mm, light.sent / mm};
     return {light.left, {}};
+}
+
+/// Behind each surface of a mesh less is seen.
+LightRays::Walk LightRays::pastMeshes(const glm::dvec3& first, const glm::dvec3& direction, double mm) {
+    std::vector<ShadeStep> steps;
+    shadeSteps(sources_.meshes, {first, direction}, 0, mm, steps);
+    if (steps.empty())
+        return walk<Ask::seen>(first, direction, mm);
+    steps.push_back({mm, 0});
+    Walk before, sum;
+    double through = 1;
+    for (const ShadeStep& step : steps) {
+        if (!(through > 0))
+            break;
+        const Walk upTo = walk<Ask::seen>(first, direction, step.t);
+        sum.seen += through * (upTo.seen - before.seen);
+        sum.sent += through * (upTo.sent - before.sent);
+        sum.left = through * upTo.left;
+        before = upTo;
+        through *= 1 - step.opacity;
+    }
+    sum.left = through > 0 ? sum.left : 0;
+    return sum;
 }
 
 LightRays::Reached LightRays::reach(const glm::dvec3& from, const glm::dvec3& perMm, double mm,

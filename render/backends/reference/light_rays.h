@@ -124,6 +124,7 @@ class LightRays {
     };
     /// The integral of the light that others leave, mm.
     double clear(double from, double to) const { return past_ ? past_->between(from, to) : to - from; }
+    Walk pastMeshes(const glm::dvec3& first, const glm::dvec3& direction, double mm);
     template <Ask ask> Walk walk(const glm::dvec3& place, const glm::dvec3& direction, double mm);
     template <Ask ask> void along(const ReferenceRay& ray, double mm, Walk& walk);
     template <Ask ask> void throughCell(const ReferenceRay& ray, double ta, double tb, Walk& walk);

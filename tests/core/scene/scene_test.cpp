@@ -43,7 +43,7 @@ constexpr const char* kFitted = R"({"tesseraScene":1,
        "colour":[0,0,1],"shadow":false,"softness":0}],
     "occlusion":{"method":"positional","rays":64,"radius":20,"offset":0.5,"bias":0.2,"gamma":0.75,"emission":3,
       "weights":{"towards":[0,-1,0.5],"strength":2.5}},
-    "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false},
+    "surfaceOcclusion":{"rays":24,"radius":7.5,"filter":false,"scale":1,"resolution":64,"threshold":0.25},
     "transport":{"response":"physical","bounces":12,"phase":{"kind":"henyey-greenstein","g":0.5,"backG":-0.25,"backShare":0.125},
       "surface":{"gradient":[20,90.5],"mirrored":0.25,"roughness":0.5,"translucent":0.375,"translucentPower":20},"colours":"reflectance","preview":"squared"},
     "environment":{"sky":"two-tone","intensity":0.75,"colour":[1,0.5,0.25],"below":[0,0.25,0.5],"up":[0,-1,1],"file":"skies/studio.exr","rotation":-30,"frame":"camera"},
@@ -134,7 +134,7 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(scene.lighting.occlusion, (Occlusion{OcclusionMethod::positional, 64, 20, 0.5, 0.2, 0.75, 3, 0,
                                                    DirectionWeights{{0, -1, 0.5}, 2.5}}));
     EXPECT_EQ(scene.lighting.shadowMap, (ShadowMapping{ShadowMapKind::variance, 0.25, 3}));
-    EXPECT_EQ(scene.lighting.surfaceOcclusion, (SurfaceOcclusion{24, 7.5, false}));
+    EXPECT_EQ(scene.lighting.surfaceOcclusion, (SurfaceOcclusion{24, 7.5, false, 1, 64, 0.25}));
     EXPECT_EQ(scene.lighting.transport, (Transport{TransportResponse::physical,
                                                    12,
                                                    {PhaseKind::henyeyGreenstein, 0.5, -0.25, 0.125},
@@ -308,6 +308,11 @@ TEST(Scene, IllTypedAndOutOfRangeValuesAreRefused) {
              {"/lighting/surfaceOcclusion/rays", 257},
              {"/lighting/surfaceOcclusion/radius", 0},
              {"/lighting/surfaceOcclusion/filter", 1},
+             {"/lighting/surfaceOcclusion/scale", 3},
+             {"/lighting/surfaceOcclusion/scale", 8},
+             {"/lighting/surfaceOcclusion/resolution", 15},
+             {"/lighting/surfaceOcclusion/resolution", 513},
+             {"/lighting/surfaceOcclusion/threshold", 0.9},
              {"/lighting/surfaceOcclusion/bias", 1},
              {"/lighting/transport/response", "contract"},
              {"/lighting/transport/response", "cinematic"},

@@ -285,7 +285,7 @@ TEST(MeshBits, AMillionTriangles) {
     if (!std::getenv("TESSERA_TELL"))
         GTEST_SKIP() << "TESSERA_TELL=1 tells of seconds";
     BitsRam ram;
-    const SceneMesh mesh = sceneMesh(sphereMesh({0, 0, 0}, 100, 708), ram.budget); // 1,002,528 triangles
+    const SceneMesh mesh = sceneMesh(sphereMesh({0, 0, 0}, 100, 501), ram.budget);
     for (const int resolution : {64, 128, 256, 512}) {
         const auto start = std::clock();
         const MeshBits bits = bitsOf({mesh}, resolution, ram.budget, 2);

@@ -50,6 +50,12 @@ MemoryBudget& ramOfShapes() {
     static MemoryBudget ram("RAM", "--ram", std::size_t{1} << 20);
     return ram;
 }
+void addTube(Scene& scene) {
+    SceneMesh tube;
+    tube.tube = Tube{{{-10, 0, -10}, {10, 5, 10}}, 3};
+    tube.shape = std::make_shared<const TubeShape>(*tube.tube, ramOfShapes());
+    scene.meshes = {tube};
+}
 
 /// What a scene may have. Of one slot there is one: such pairs are none.
 struct Feature {
@@ -112,6 +118,11 @@ const std::vector<Feature>& features() {
              s.surfaces = {{300, {1, 1, 1}, 0.5}};
              s.lighting.surfaceOcclusion = SurfaceOcclusion{.rays = 4, .radiusMm = 6};
          }},
+        {"isosurface occluded at half", "surface",
+         [](Scene& s) {
+             s.surfaces = {{300, {1, 1, 1}, 0.5}};
+             s.lighting.surfaceOcclusion = SurfaceOcclusion{.rays = 4, .radiusMm = 6, .scale = 2};
+         }},
         {"mirror", "surface",
          [](Scene& s) {
              s.surfaces = {{300, {1, 1, 1}, 0.5}};
@@ -145,12 +156,12 @@ const std::vector<Feature>& features() {
          [](Scene& s) {
              s.cuts.planes = {{{0, 0, 0}, {1, 0.2, 0}, Keep::inside}};
          }},
-        {"mesh", "mesh",
+        {"mesh", "mesh", addTube},
+        {"occluded mesh", "mesh",
          [](Scene& s) {
-             SceneMesh tube;
-             tube.tube = Tube{{{-10, 0, -10}, {10, 5, 10}}, 3};
-             tube.shape = std::make_shared<const TubeShape>(*tube.tube, ramOfShapes());
-             s.meshes = {tube};
+             addTube(s);
+             if (!s.lighting.surfaceOcclusion)
+                 s.lighting.surfaceOcclusion = SurfaceOcclusion{.rays = 4, .radiusMm = 6};
          }},
         {"gradient opacity", "gradient",
          [](Scene& s) {
@@ -185,11 +196,19 @@ const Refusal kRefusals[] = {
     {{"hemisphere"}, {"emission"}, "expected sphere with emission"},
     {{"histogram", "bleeding"}, {"second volume"}, "expected one volume with method \"histogram\""},
     {{"mirror", "glass"}, {"paths", "contract", "sky"}, "expected no paths of light (lighting.transport)"},
-    {{"mirror", "glass"}, {"mesh"}, "expected no meshes, which it would lack, beside \"reflection\""},
-    {{"isosurface", "occluded isosurface", "mirror", "glass", "surfaces alone", "surface occlusion"},
+    {{"mirror", "glass"},
+     {"mesh", "occluded mesh"},
+     "expected no meshes, which it would lack, beside \"reflection\""},
+    {{"isosurface", "occluded isosurface", "isosurface occluded at half", "mirror", "glass", "surfaces alone",
+      "surface occlusion"},
      {"second volume"},
      "isosurfaces: expected none in a scene of several volumes"},
-    {{"scatter", "light map"}, {"surface occlusion", "occluded isosurface"}, "expected no surfaceOcclusion"},
+    {{"occluded mesh"},
+     {"second volume"},
+     "lighting.surfaceOcclusion: expected none in a scene of several volumes"},
+    {{"scatter", "light map"},
+     {"surface occlusion", "occluded isosurface", "isosurface occluded at half"},
+     "expected no surfaceOcclusion"},
     {{"scatter", "light map"},
      {"second volume"},
      "expected none with \"scatter\" in a scene of several volumes"},
@@ -199,11 +218,12 @@ const Refusal kRefusals[] = {
     {{"paths", "contract", "sky"},
      {"second volume"},
      "lighting.transport: expected none in a scene of several"},
-    {{"paths", "contract", "sky"}, {"mesh"}, "expected no meshes"},
+    {{"paths", "contract", "sky"}, {"mesh", "occluded mesh"}, "expected no meshes"},
     {{"paths", "contract", "sky"}, {"error bound"}, "expected no error bound"},
     {{"paths", "contract", "sky"}, {"automatic samples"}, "expected a number of samples"},
     {{"contract"},
-     {"isosurface", "occluded isosurface", "surfaces alone", "surface occlusion"},
+     {"isosurface", "occluded isosurface", "isosurface occluded at half", "surfaces alone",
+      "surface occlusion"},
      "expected no isosurfaces beside response"},
     {{"contract"},
      {"positional", "rejecting", "histogram", "bleeding", "hemisphere", "emission"},

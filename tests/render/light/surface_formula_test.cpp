@@ -109,7 +109,7 @@ TEST(SurfaceLight, IsItsFormula) {
         for (const bool isBeside : {false, true}) {
             const std::vector<SurfaceHit>& own = isBeside ? between : hits;
             const Image added =
-                light.added(own, isBeside ? std::span<const glm::vec2>(beside) : std::span<const glm::vec2>(),
+                light.added(own, {}, isBeside ? std::span<const glm::vec2>(beside) : std::span<const glm::vec2>(),
                             {13, 9}, tracer);
             std::size_t shared = 0;
             for (int y = 0; y < 9; ++y)

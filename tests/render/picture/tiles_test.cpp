@@ -178,6 +178,12 @@ INSTANTIATE_TEST_SUITE_P(
                                      takeSurfaces(s, {-300, 200});
                                      s.lighting.surfaceOcclusion = SurfaceOcclusion{.radiusMm = 90};
                                  }},
+                      TiledScene{"IsosurfacesOccludedAtHalfOfThePixels", EngineKind::native, 0,
+                                 [](Scene& s) {
+                                     takeSurfaces(s, {-300, 200});
+                                     s.lighting.surfaceOcclusion =
+                                         SurfaceOcclusion{.radiusMm = 90, .scale = 2};
+                                 }},
                       TiledScene{"OccludedIsosurfacesWithSamples", EngineKind::native, 1,
                                  [](Scene& s) {
                                      takeSurfaces(s, {-300});
