@@ -140,7 +140,7 @@ TEST(MeshOcclusion, EnginesAndThreadsAgree) {
         EXPECT_LT(rmsOf(pictureOf(samples, EngineKind::native).image, native), 0.08);
         Scene open = scene;
         open.lighting.surfaceOcclusion.reset();
-        EXPECT_GT(rmsOf(pictureOf(open, EngineKind::native).image, native), 0.05);
+        EXPECT_GT(rmsOf(pictureOf(open, EngineKind::native).image, native), 0.03);
     }
 }
 

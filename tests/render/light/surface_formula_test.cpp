@@ -108,9 +108,9 @@ TEST(SurfaceLight, IsItsFormula) {
         const double reach = radius / 4, flat = reach / 4, apart = 0.8 / std::pow(kRays, 0.75);
         for (const bool isBeside : {false, true}) {
             const std::vector<SurfaceHit>& own = isBeside ? between : hits;
-            const Image added =
-                light.added(own, {}, isBeside ? std::span<const glm::vec2>(beside) : std::span<const glm::vec2>(),
-                            {13, 9}, tracer);
+            const Image added = light.added(
+                own, {}, isBeside ? std::span<const glm::vec2>(beside) : std::span<const glm::vec2>(),
+                {13, 9}, tracer);
             std::size_t shared = 0;
             for (int y = 0; y < 9; ++y)
                 for (int x = 0; x < 13; ++x) {
