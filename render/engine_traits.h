@@ -16,9 +16,10 @@ namespace tessera {
 class Engine;
 class Renderer;
 class GlContext;
+struct RenderOptions;
 
 /// automatic: gpu if there is a GPU, else native.
-enum class EngineKind { automatic, gpu, native, mirror, reference };
+enum class EngineKind { automatic, gpu, native, mirror, reference, splat };
 
 /// Inputs of an engine's constructor; budgets outlive it.
 struct EngineInput {
@@ -43,6 +44,9 @@ struct EngineTraits {
     /// Why the device cannot draw a scene's volumes, as part of a sentence; empty: it can. Null: any device
     /// can. Where onContext, the context is current.
     std::string (*refuses)(const Scene& scene) = nullptr;
+    /// Why it cannot draw a scene as it is asked for, as part of a sentence; empty: it can. Null: what it
+    /// cannot draw follows from the members above.
+    std::string (*declines)(const Scene& scene, const RenderOptions& options) = nullptr;
     /// RAM per pixel of the engine and its caller, at least kPictureBytesPerPixel.
     std::size_t bytesPerPixel = kPictureBytesPerPixel;
     /// Makes the ray backend; null if `renderer` draws without rays.

@@ -32,8 +32,10 @@ bool followsWays(const Scene& scene) {
 namespace {
 
 /// Why an engine cannot draw a scene; empty: it can.
-std::string refusalOf(const Scene& scene, EngineKind kind) {
+std::string refusalOf(const Scene& scene, EngineKind kind, const RenderOptions& options) {
     const EngineTraits& traits = traitsOf(kind);
+    if (traits.declines)
+        return traits.declines(scene, options);
     if (scene.lighting.transport && !traits.followsPaths)
         return "it follows no paths of light";
     if (reflects(scene) && !traits.followsPaths)
@@ -55,12 +57,13 @@ std::string refusalOf(const Scene& scene, EngineKind kind) {
 /// @param reason  is set then
 /// Throws InputError if the engine was requested.
 bool needsAnother(const Scene& scene, EngineKind made, RenderOptions& asked, std::string& reason) {
-    const std::string why = refusalOf(scene, made);
+    const std::string why = refusalOf(scene, made, asked);
     if (why.empty())
         return false;
     std::vector<std::string> names;
     for (const EngineTraits& traits : engineTraits())
-        if ((followsWays(scene) ? traits.followsPaths : traits.fuses) && traits.kind != made)
+        if (!traits.declines && (followsWays(scene) ? traits.followsPaths : traits.fuses) &&
+            traits.kind != made)
             names.push_back(traits.name);
     if (asked.engine != EngineKind::automatic)
         throw badFile("--engine", joinNames(names) + " for this scene", name(made) + ": " + why);

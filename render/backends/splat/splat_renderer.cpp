@@ -1,0 +1,102 @@
+// render/backends/splat/splat_renderer.cpp: see splat_renderer.h.
+#include "render/backends/splat/splat_renderer.h"
+
+#include "render/backends/splat/slice_walk.h"
+#include "render/backends/splat/splat_pixels.h"
+#include "render/backends/splat/splat_projection.h"
+#include "render/plan/fusion.h"
+
+#include <chrono>
+
+namespace tessera {
+
+SplatRenderer::SplatRenderer(const EngineInput& input, const SplatSettings& settings)
+    : threads_(input.threads), settings_(settings) {}
+
+Engine::About SplatRenderer::about() const {
+    Engine::About about;
+    about.measures = true;
+    return about;
+}
+
+bool SplatRenderer::draw(const FrameTask& task, RenderResult& result, Image&) {
+    using Clock = std::chrono::steady_clock;
+    endFrame();
+    Planner& p = task.plan;
+    p.chosen.chooser.reset(); // no rays tell how visible bricks are
+    if (task.reuse.opened)
+        task.reuse.opened();
+    task.context.progress.stage("drawing");
+    const auto start = Clock::now();
+    const SplatView view = splatView(p.view.camera, p.info(), p.view.imageSize);
+    SliceWalk walk(p, view, settings_, threads_, task.context.gpu);
+    result.image = walk.draw(task.context.progress.shares(), result.work);
+    report_ = {walk.counts(), walk.secondsListing(), secondsSince(start) - walk.secondsListing()};
+    result.secondsLoading = report_.secondsListing;
+    result.secondsDrawing = report_.secondsDrawing;
+    result.work.marchMs = 1e3 * report_.secondsDrawing;
+    reportLevels(p, result);
+    if (p.chosen.predicted)
+        result.predictedError = predictedOf(p);
+    result.unseenBricks = p.chosen.unseenBricks;
+    result.emptyBricks -= result.unseenBricks;
+    if (task.options.verify != Verify::none) {
+        pictureCharge_ = task.context.gpu.charge(result.image.pixels.size() * sizeof(glm::vec4),
+                                                 "the picture, whose error is measured");
+        picture_ = result.image;
+    }
+    return false;
+}
+
+std::unique_ptr<PixelSource> SplatRenderer::pixels(const FrameTask& task) {
+    return std::make_unique<SplatPixels>(task, picture_, threads_);
+}
+
+void SplatRenderer::endFrame() {
+    picture_ = {};
+    pictureCharge_ = {};
+}
+
+std::string splatDeclines(const Scene& scene, const RenderOptions& options) {
+    const SceneVolume& volume = scene.volumes.at(0);
+    struct Rule {
+        bool breaks;
+        const char* why;
+    };
+    const Rule rules[] = {
+        {scene.volumes.size() > 1, "it draws one volume"},
+        {scene.mode != Mode::composite, "it draws mode composite alone"},
+        {!scene.surfaces.empty(), "it draws no isosurfaces, which lie between samples"},
+        {drawsMeshes(scene), "it draws no meshes"},
+        {!volume.labels.path.empty(), "it draws no labels"},
+        {scene.lighting.transport.has_value(), "it follows no paths of light"},
+        {lightChannels(scene.lighting) > 0, "it has no occlusion, shadows or scattered light"},
+        {scene.lighting.surfaceOcclusion.has_value(), "it has no occlusion of isosurfaces"},
+        {scene.shading.gradient != Gradient::central, "its gradients are of kind central"},
+        {scene.quality.pixels.samples != 1, "its pixels have one sample, and a filter instead"},
+        {scene.quality.maxError.has_value(), "its error is measured and has no bound"},
+        {options.layers.paths || options.layers.errors, "it has no layers besides the colour"},
+        {options.tiles != nullptr, "its pictures are drawn as a whole"},
+        {options.group != nullptr, "processes cannot share its volume"},
+        {options.kept != nullptr, "it has no samples to keep"},
+        {static_cast<bool>(options.onFirstPicture), "it draws no first pictures"},
+    };
+    for (const Rule& rule : rules)
+        if (rule.breaks)
+            return rule.why;
+    return {};
+}
+
+EngineTraits splatTraits() {
+    EngineTraits traits;
+    traits.kind = EngineKind::splat;
+    traits.name = "splat";
+    traits.singleRays = true;
+    traits.declines = splatDeclines;
+    traits.renderer = [](const EngineInput& input) -> std::unique_ptr<Renderer> {
+        return std::make_unique<SplatRenderer>(input);
+    };
+    return traits;
+}
+
+} // namespace tessera
