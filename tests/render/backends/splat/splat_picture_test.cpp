@@ -224,8 +224,10 @@ TEST_F(TorsoSplats, ThreadsAndBudgetsChangeNoBit) {
 }
 
 TEST(SplatPictures, TerminationHidesNoMoreThanItSays) {
-    SplatScene s({70, 90, 66}, [](const glm::dvec3& p) { return std::fmod(p.x + p.y, 50); });
+    SplatScene s({70, 100, 100}, [](const glm::dvec3& p) { return std::fmod(p.x + p.y, 50); });
     s.show({{0, 0.02}, {50, 0.5}}, {{0, {0, 0, 1}}, {50, {1, 1, 0}}});
+    s.scene.imageSize = {300, 240};
+    s.scene.camera = cameraNumber(1, s.store->info(), s.scene.imageSize);
     Planner p = s.plan();
     const Image all = s.draw(p);
     const std::size_t splats = s.report.counts.drawn;
