@@ -9,6 +9,7 @@
 #include "tests/support/scene_fixture.h"
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -29,9 +30,14 @@ struct SplatScene {
         info.patientFromVoxel = place;
         FormulaSource source(info, value);
         importToStore(source, folder / "v.zarr", budgets.ram, {});
-        store = std::make_unique<StoreReader>(folder / "v.zarr", budgets.ram);
-        scene = sceneOn(store->info(), "bone-1", 1, {96, 80});
+        open(folder / "v.zarr", {96, 80});
+        scene.camera = cameraNumber(1, store->info(), scene.imageSize);
         scene.shading.on = false;
+    }
+    SplatScene(const std::filesystem::path& path, const glm::ivec2& size) { open(path, size); }
+    void open(const std::filesystem::path& path, const glm::ivec2& size) {
+        store = std::make_unique<StoreReader>(path, budgets.ram);
+        scene = sceneOn(store->info(), "bone-1", 0, size);
     }
     void show(const std::vector<OpacityPoint>& extinction, const std::vector<ColourPoint>& colours = {}) {
         scene.volumes[0].transferFunction = TransferFunction::fromExtinction(extinction, colours);

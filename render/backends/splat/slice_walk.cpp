@@ -61,8 +61,8 @@ std::vector<SliceWalk::ShownBrick> SliceWalk::bricksOf(int layer) const {
             const int level = selection.levels[linearIndex(brick, selection.bricks)];
             if (level == Selection::kEmpty)
                 continue;
-            const glm::dvec3 low(brick * kBrickExtent),
-                high(glm::min((brick + 1) * kBrickExtent, plan_.info().extentVoxels));
+            // Middles of coarse samples may lie beyond the volume.
+            const glm::dvec3 low(brick * kBrickExtent), high(low + double{kBrickExtent});
             if (plan_.view.part.any() && !plan_.view.part.meets(low, high))
                 continue;
             const TileBox tiles = batch_.tilesOf(low, high, level);

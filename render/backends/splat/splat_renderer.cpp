@@ -28,6 +28,9 @@ bool SplatRenderer::draw(const FrameTask& task, RenderResult& result, Image&) {
         task.reuse.opened();
     task.context.progress.stage("drawing");
     const auto start = Clock::now();
+    if (task.options.verify != Verify::none)
+        pictureCharge_ = task.context.gpu.charge(rayCount(p.view.imageSize) * sizeof(glm::vec4),
+                                                 "the picture, whose error is measured");
     const SplatView view = splatView(p.view.camera, p.info(), p.view.imageSize);
     SliceWalk walk(p, view, settings_, threads_, task.context.gpu);
     result.image = walk.draw(task.context.progress.shares(), result.work);
@@ -40,11 +43,8 @@ bool SplatRenderer::draw(const FrameTask& task, RenderResult& result, Image&) {
         result.predictedError = predictedOf(p);
     result.unseenBricks = p.chosen.unseenBricks;
     result.emptyBricks -= result.unseenBricks;
-    if (task.options.verify != Verify::none) {
-        pictureCharge_ = task.context.gpu.charge(result.image.pixels.size() * sizeof(glm::vec4),
-                                                 "the picture, whose error is measured");
+    if (task.options.verify != Verify::none)
         picture_ = result.image;
-    }
     return false;
 }
 

@@ -168,29 +168,20 @@ BrickList SampleLister::list(const glm::ivec3& brick, int firstSlice, int slices
     if (gradients_)
         readFaces(brick, v);
     const auto [across, along] = order_.others();
-    // Counted first, so that no more is allocated than was charged for.
-    std::size_t shown = 0;
-    const auto visit = [&](const auto& each) {
-        for (int slice = firstSlice; slice < firstSlice + slices; ++slice) {
-            if (slice < v.count[order_.axis])
-                for (int b = 0; b < v.count[along]; ++b)
-                    for (int a = 0; a < v.count[across]; ++a) {
-                        const int place = a | b << 5;
-                        each(place, order_.sample(slice, place));
-                    }
-            list.ends[static_cast<std::size_t>(slice - firstSlice)] =
-                static_cast<std::uint16_t>(list.samples.size());
-        }
-    };
-    const Optics& optics = plan_.layer().optics;
-    visit([&](int, const glm::ivec3& at) { shown += lookUp<float>(optics, v.at(at)).a > 0; });
-    list.samples.reserve(shown);
-    visit([&](int place, const glm::ivec3& at) {
-        ShownSample sample;
-        sample.place = static_cast<std::uint16_t>(place);
-        if (classify(v, at, sample))
-            list.samples.push_back(sample);
-    });
+    list.samples.reserve(static_cast<std::size_t>(v.count[across] * v.count[along] * slices));
+    for (int slice = firstSlice; slice < firstSlice + slices; ++slice) {
+        if (slice < v.count[order_.axis])
+            for (int b = 0; b < v.count[along]; ++b)
+                for (int a = 0; a < v.count[across]; ++a) {
+                    const int place = a | b << 5;
+                    ShownSample sample;
+                    sample.place = static_cast<std::uint16_t>(place);
+                    if (classify(v, order_.sample(slice, place), sample))
+                        list.samples.push_back(sample);
+                }
+        list.ends[static_cast<std::size_t>(slice - firstSlice)] =
+            static_cast<std::uint16_t>(list.samples.size());
+    }
     return list;
 }
 

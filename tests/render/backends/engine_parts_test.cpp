@@ -33,7 +33,8 @@ TEST(EngineTable, EveryEngineIsWhatItsHeaderSays) {
     const SaidOfEngine rows[] = {{EngineKind::gpu, "gpu", true, true, false, false, false, false},
                                  {EngineKind::native, "native", false, true, false, true, true, false},
                                  {EngineKind::mirror, "mirror", false, false, false, false, true, true},
-                                 {EngineKind::reference, "reference", false, false, true, false, true, true}};
+                                 {EngineKind::reference, "reference", false, false, true, false, true, true},
+                                 {EngineKind::splat, "splat", false, false, false, false, false, true}};
     ASSERT_EQ(engineTraits().size(), std::size(rows));
     for (std::size_t n = 0; n < std::size(rows); ++n) {
         const SaidOfEngine& row = rows[n];
@@ -50,14 +51,15 @@ TEST(EngineTable, EveryEngineIsWhatItsHeaderSays) {
         EXPECT_EQ(traits.countsAlways, row.countsAlways);
         EXPECT_EQ(traits.followsPaths, row.followsPaths);
         EXPECT_EQ(traits.singleRays, row.singleRays);
-        EXPECT_TRUE(traits.fuses);
+        EXPECT_EQ(traits.fuses, row.kind != EngineKind::splat);
         EXPECT_EQ(traits.refuses != nullptr, row.onContext);
         EXPECT_EQ(traits.bytesPerPixel, kPictureBytesPerPixel);
-        EXPECT_TRUE(traits.make);
-        EXPECT_FALSE(traits.renderer);
+        EXPECT_EQ(traits.make != nullptr, row.kind != EngineKind::splat);
+        EXPECT_EQ(traits.renderer != nullptr, row.kind == EngineKind::splat);
+        EXPECT_EQ(traits.declines != nullptr, row.kind == EngineKind::splat);
         EXPECT_EQ(engineNamed(row.name, "--engine"), row.kind);
     }
-    EXPECT_THAT(engineNames(), testing::ElementsAre("auto", "gpu", "native", "mirror", "reference"));
+    EXPECT_THAT(engineNames(), testing::ElementsAre("auto", "gpu", "native", "mirror", "reference", "splat"));
     EXPECT_THAT(engineNames(true), testing::ElementsAre("auto", "gpu", "native"));
     EXPECT_EQ(engineNamed("auto", "--engine"), EngineKind::automatic);
     EXPECT_EQ(name(EngineKind::automatic), "auto");

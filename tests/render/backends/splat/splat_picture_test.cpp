@@ -184,23 +184,10 @@ TEST(SplatPictures, AdaptiveFiltersAreNearFullOnes) {
 }
 
 struct TorsoSplats : ::testing::Test {
-    Budgets budgets;
-    StoreReader store{storePath("torso"), budgets.ram};
-    Scene scene = sceneOn(store.info(), "bone-1", 0, {150, 110});
-
-    Image draw(Planner& p, int threads, MemoryBudget& gpu) {
-        EngineInput input;
-        input.threads = threads;
-        SplatRenderer renderer(input);
-        const FrameContext context(budgets.ram, gpu, threads);
-        const RenderOptions options;
-        RenderResult result;
-        Image added;
-        renderer.draw({scene, p, context, options}, result, added);
-        counts = renderer.report().counts;
-        return result.image;
-    }
-    SplatCounts counts;
+    SplatScene s{storePath("torso"), {150, 110}};
+    Scene& scene = s.scene;
+    const StoreReader& store = *s.store;
+    Budgets& budgets = s.budgets;
 };
 
 TEST_F(TorsoSplats, ThreadsAndBudgetsChangeNoBit) {
@@ -209,18 +196,18 @@ TEST_F(TorsoSplats, ThreadsAndBudgetsChangeNoBit) {
         scene.quality.terminationTransmittance = camera == 1 ? 0 : 1.0 / 510;
         Planner p = planScene(scene, store, TextureLimits{}, {budgets.ram, budgets.gpu, 0});
         p.setSelection(randomShownLevels(p.layer().selection, 3u + static_cast<unsigned>(camera)));
-        const Image one = draw(p, 1, budgets.gpu);
+        const Image one = s.draw(p, {}, 1);
         EXPECT_GT(depthOf(one), 0);
-        EXPECT_TRUE(bitEqual(draw(p, 3, budgets.gpu), one)) << camera;
+        EXPECT_TRUE(bitEqual(s.draw(p, {}, 3), one)) << camera;
         // So little that bricks are listed slice by slice, and batches end amid slices.
         MemoryBudget small("GPU memory", "--gpu-memory", std::size_t{3} << 20);
-        EXPECT_TRUE(bitEqual(draw(p, 2, small), one)) << camera;
+        EXPECT_TRUE(bitEqual(s.draw(p, {}, 2, &small), one)) << camera;
         EXPECT_LE(small.peakBytes(), small.limitBytes());
         EXPECT_EQ(small.usedBytes(), 0u);
         MemoryBudget none("GPU memory", "--gpu-memory", std::size_t{1} << 20);
-        EXPECT_THAT(refusalOf([&] { draw(p, 1, none); }), testing::HasSubstr("--gpu-memory"));
+        EXPECT_THAT(refusalOf([&] { s.draw(p, {}, 1, &none); }), testing::HasSubstr("--gpu-memory"));
     }
-    EXPECT_GT(counts.tooNear, 0u) << "the last camera is inside";
+    EXPECT_GT(s.report.counts.tooNear, 0u) << "the last camera is inside";
 }
 
 TEST(SplatPictures, TerminationHidesNoMoreThanItSays) {
