@@ -1,10 +1,11 @@
-# tessera_format(NAME ENDINGS .a .b [NAMES_OTHERS] [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
+# tessera_format(NAME ENDINGS .a .b [NAMES_OTHERS] [HAS_LEVELS] [USES ...] [PRIVATE ...]): a format of files that are volumes by themselves, as a
 # room. Its folder, bricking/import/files/NAME, defines `FileFormat NAMEFormat()` (file_format.h) and calls this in a
 # CMakeLists.txt: that is all that a format takes.
 #   ENDINGS  of its files' names, in lower case; a name belongs to the format whose ending is the longest
+#   HAS_LEVELS  its files may have their volume at several resolutions (FileFormat::hasLevels)
 #   NAMES_OTHERS  its files may name others, which hold the voxels (FileFormat::parts)
 function(tessera_format name)
-  cmake_parse_arguments(ARG "NAMES_OTHERS" "" "ENDINGS;USES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "NAMES_OTHERS;HAS_LEVELS" "" "ENDINGS;USES;PRIVATE" ${ARGN})
   tessera_room(tessera_format_${name} FOLDER bricking/import/files/${name}
     USES tessera_files ${ARG_USES}
     PRIVATE ${ARG_PRIVATE})
@@ -12,6 +13,9 @@ function(tessera_format name)
   set_property(GLOBAL PROPERTY TESSERA_ENDINGS_OF_${name} ${ARG_ENDINGS})
   if(ARG_NAMES_OTHERS)
     set_property(GLOBAL APPEND PROPERTY TESSERA_NAMING_ENDINGS ${ARG_ENDINGS})
+  endif()
+  if(ARG_HAS_LEVELS)
+    set_property(GLOBAL APPEND PROPERTY TESSERA_LEVELLED_ENDINGS ${ARG_ENDINGS})
   endif()
 endfunction()
 
@@ -24,7 +28,8 @@ function(tessera_format_endings file)
     list(APPEND all ${endings})
   endforeach()
   get_property(naming GLOBAL PROPERTY TESSERA_NAMING_ENDINGS)
-  foreach(list IN ITEMS all naming)
+  get_property(levelled GLOBAL PROPERTY TESSERA_LEVELLED_ENDINGS)
+  foreach(list IN ITEMS all naming levelled)
     list(TRANSFORM ${list} REPLACE "(.+)" "\"\\1\"")
     list(JOIN ${list} ", " ${list})
   endforeach()
@@ -37,6 +42,10 @@ const std::vector<std::string>& volumeFileEndings() {
 }
 const std::vector<std::string>& namingFileEndings() {
     static const std::vector<std::string> endings = {@naming@};
+    return endings;
+}
+const std::vector<std::string>& levelledFileEndings() {
+    static const std::vector<std::string> endings = {@levelled@};
     return endings;
 }
 } // namespace tessera

@@ -84,7 +84,7 @@ VolumeInfo infoOfBox(const VolumeInfo& whole, const LevelBox& box) {
         info.patientFromVoxel = whole.patientFromVoxel * voxelFromSample;
     }
     if (box.level != 0 || box.extent() != whole.extentVoxels)
-        info.nonFiniteVoxels = info.clampedVoxels = 0;
+        info.nonFiniteVoxels = info.clampedVoxels = 0, info.filePart.reset();
     return info;
 }
 

@@ -4,6 +4,7 @@
 #include "bricking/import/dicom/could_belong.h"
 #include "bricking/import/dicom/dicom_source.h"
 #include "bricking/import/dicom/folder_walk.h"
+#include "bricking/import/file_part.h"
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/source/oriented_source.h"
 #include "bricking/import/source/source_files.h"
@@ -294,7 +295,8 @@ std::string forbiddenAt(const fs::path& address) {
 
 } // namespace
 
-Catalogue lookThrough(const fs::path& path, const SourceOptions& options) {
+Catalogue lookThrough(const fs::path& path, const SourceOptions& given) {
+    const SourceOptions options = finestOf(given);
     std::error_code error;
     if (!isAddress(path) && !fs::exists(path, error))
         throw badFile(printableName(path), "a file or a folder", "nothing there");
@@ -454,10 +456,26 @@ std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueR
         throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
     if (isDicom && options.spacingMm)
         refuseSpacing(row.path);
-    auto source = isDicom ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1), options,
-                                      printableName(row.path))
-                          : fileOf(catalogue, row, options);
-    return orientToLps(std::move(source), options.scratchFolder);
+    const auto open = [&](const SourceOptions& one) {
+        return isDicom ? openDicom(catalogue.scan, static_cast<std::size_t>(row.series - 1), one,
+                                   printableName(row.path))
+                       : fileOf(catalogue, row, one);
+    };
+    return orientToLps(openFilePart(open, options, printableName(row.path)), options.scratchFolder);
+}
+
+bool mayHaveLevels(const fs::path& path) {
+    const FileFormat* const format = fileFormatOf(path);
+    return format && format->hasLevels;
+}
+
+std::vector<VolumeInfo> fileLevelsOf(const Catalogue& catalogue, const CatalogueRow& row,
+                                     const SourceOptions& options) {
+    std::vector<VolumeInfo> levels;
+    if (row.info && row.stack.empty() && mayHaveLevels(row.path))
+        for (const VolumeInfo& level : fileOf(catalogue, row, finestOf(options))->fileLevels())
+            levels.push_back(orientedInfo(level));
+    return levels.size() > 1 ? levels : std::vector<VolumeInfo>{};
 }
 
 } // namespace tessera

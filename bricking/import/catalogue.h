@@ -58,6 +58,13 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options);
 
+/// True for a file of a format whose files may have several levels.
+bool mayHaveLevels(const std::filesystem::path& path);
+/// The levels of a row's file, finest first, axes in nearest LPS order; none: it has one. Reads headers.
+/// Throws InputError naming a level that cannot be opened.
+std::vector<VolumeInfo> fileLevelsOf(const Catalogue& catalogue, const CatalogueRow& row,
+                                     const SourceOptions& options);
+
 /// A line of headings and one for each row, without header texts that could hold a name. Empty columns are
 /// left out: numbers and dates that no header has, folders if all files are in one. Ends without a line
 /// break.

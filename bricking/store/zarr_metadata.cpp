@@ -16,6 +16,7 @@
 namespace tessera {
 namespace {
 
+constexpr int kMaxFileLevel = 63;
 constexpr int kMaxExtent = 1 << 30; // so that sums with a chunk or shard stay inside int
 constexpr std::size_t kMaxTextBytes = 64, kMaxRemarkBytes = 300, kMaxRemarks = 16;
 
@@ -180,6 +181,14 @@ Json tesseraAttributes(const StoreMetadata& metadata) {
         json["codec"] = nameOf(metadata.codec);
     if (!info.remarks.empty())
         json["remarks"] = info.remarks;
+    if (info.filePart) {
+        const auto& [level, finest, extent, box] = *info.filePart;
+        json["filePart"] = {
+            {"level", level},
+            {"finestVoxels", Json::array({finest.x, finest.y, finest.z})},
+            {"levelVoxels", Json::array({extent.x, extent.y, extent.z})},
+            {"box", Json::array({box.low.x, box.high.x, box.low.y, box.high.y, box.low.z, box.high.z})}};
+    }
     return json;
 }
 
@@ -238,6 +247,22 @@ std::string numbered(const std::string& pointer, std::size_t i) {
 std::uint64_t countAt(const Json& document, const std::string& pointer, const std::string& where) {
     return static_cast<std::uint64_t>(
         integerAt(document, pointer, 0, std::numeric_limits<std::int64_t>::max(), where));
+}
+
+FilePart parseFilePart(const Json& document, const std::string& root, const std::string& where) {
+    FilePart part;
+    part.level = static_cast<int>(integerAt(document, root + "/level", 0, kMaxFileLevel, where));
+    const auto numberAlong = [&](const char* list, int at, std::int64_t least) {
+        return static_cast<int>(integerAt(document, numbered(root + "/" + list, static_cast<std::size_t>(at)),
+                                          least, kMaxExtent, where));
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        part.finestVoxels[axis] = numberAlong("finestVoxels", axis, 1);
+        part.levelVoxels[axis] = numberAlong("levelVoxels", axis, 1);
+        part.box.low[axis] = numberAlong("box", 2 * axis, 0);
+        part.box.high[axis] = numberAlong("box", 2 * axis + 1, 1);
+    }
+    return part;
 }
 
 VolumeInfo parseInfo(const Json& document, const std::string& where) {
@@ -300,6 +325,8 @@ VolumeInfo parseInfo(const Json& document, const std::string& where) {
         for (std::size_t i = 0; i < remarks.size(); ++i)
             info.remarks.push_back(textAt(document, numbered(root + "/remarks", i), where));
     }
+    if (has("filePart"))
+        info.filePart = parseFilePart(document, root + "/filePart", where);
     return info;
 }
 
@@ -444,6 +471,7 @@ std::string contentHashOf(const StoreMetadata& metadata) {
     StoreMetadata content = metadata; // of the same voxels, whatever else is known of their source
     content.info.remarks.clear();
     content.info.frameOfReference.clear();
+    content.info.filePart.reset();
     std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
     for (const char c : groupJson(content).dump())
         hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;

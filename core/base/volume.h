@@ -10,6 +10,7 @@
 #include <cstring>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,20 @@ struct Acquisition {
     bool operator==(const Acquisition&) const = default;
 };
 
+/// A box of voxels, half open.
+struct FileBox {
+    glm::ivec3 low{0}, high{0};
+    bool operator==(const FileBox&) const = default;
+};
+/// What of a file a volume is, where that is not all of its finest level. Along the axes of the volume, in
+/// nearest LPS order.
+struct FilePart {
+    int level = 0;                              // 0: the file's finest
+    glm::ivec3 finestVoxels{0}, levelVoxels{0}; // extents of that one, and of this
+    FileBox box;                                // of this level's voxels
+    bool operator==(const FilePart&) const = default;
+};
+
 struct VolumeInfo {
     glm::ivec3 extentVoxels{0};
     ValueType type = ValueType::i16;
@@ -92,6 +107,7 @@ struct VolumeInfo {
     /// Irregularities of the source that were accepted, one per line. They quote no file name, and of a
     /// header only numbers and code words.
     std::vector<std::string> remarks;
+    std::optional<FilePart> filePart; // none: all of its file
 
     /// Lengths of the columns of patientFromVoxel, millimetres per voxel.
     glm::dvec3 spacingMm() const;

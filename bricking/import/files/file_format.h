@@ -34,6 +34,7 @@ struct FileFormat {
     /// Of a file of several volumes: their names. SourceOptions::series chooses, from 1. Empty: it holds one,
     /// as all files of the format do where this is null. Throws InputError as open() does.
     std::vector<std::string> (*volumes)(const std::filesystem::path& file) = nullptr;
+    bool hasLevels = false;                ///< files may have several: SlabSource::fileLevels()
     std::vector<std::string> endings = {}; ///< of names, lower case: from the format's CMakeLists.txt
 };
 

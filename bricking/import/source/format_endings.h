@@ -11,5 +11,7 @@ namespace tessera {
 const std::vector<std::string>& volumeFileEndings();
 /// Of those, the endings of files that may name others, which hold the voxels.
 const std::vector<std::string>& namingFileEndings();
+/// Of those, the endings of files that may have their volume at several resolutions.
+const std::vector<std::string>& levelledFileEndings();
 
 } // namespace tessera

@@ -287,6 +287,16 @@ VolumeInfo orientedInfo(const VolumeInfo& source) {
     return info;
 }
 
+FileBox alongSourceAxes(const VolumeInfo& oriented, const FileBox& box) {
+    FileBox turned = box;
+    for (int axis = 0; axis < 3; ++axis)
+        if (oriented.originalOrder.flipped[static_cast<std::size_t>(axis)]) {
+            turned.low[axis] = oriented.extentVoxels[axis] - box.high[axis];
+            turned.high[axis] = oriented.extentVoxels[axis] - box.low[axis];
+        }
+    return {alongSourceAxes(oriented, turned.low), alongSourceAxes(oriented, turned.high)};
+}
+
 std::unique_ptr<SlabSource> orientToLps(std::unique_ptr<SlabSource> source,
                                         const std::filesystem::path& scratchFolder) {
     if (nearestLpsOrder(source->info().patientFromVoxel) == AxisOrder{})

@@ -27,6 +27,9 @@ template <class Vector> Vector alongSourceAxes(const VolumeInfo& oriented, const
     return ofSource;
 }
 
+/// A box of a volume in nearest LPS order, along the axes of its source.
+FileBox alongSourceAxes(const VolumeInfo& oriented, const FileBox& box);
+
 /// The source in nearest LPS order. Memory: two slices. x and y are exchanged and reversed slice by slice. A
 /// reversed z is read backwards if the source is a RandomSlabSource. Else, and if another axis becomes z, the
 /// voxels are spooled on the first read to an unlinked file in scratchFolder ("": the system's folder for

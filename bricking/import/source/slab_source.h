@@ -29,6 +29,8 @@ struct SourceOptions {
     bool allowMissing = false; // DICOM: files that could be slices and cannot be read are left out
     /// Of files that do not say it: distances of voxels' centres along the file's x, y, z, mm.
     std::optional<glm::dvec3> spacingMm = {};
+    int fileLevel = 0;                   // of a file of several levels; 0: the finest
+    std::optional<FileBox> fileBox = {}; // of that level, its axes in nearest LPS order; none: all
 };
 
 /// How a source gives rows of slices without a whole one in memory.
@@ -69,6 +71,17 @@ class SlabSource {
     virtual void setThreads(int threads) { static_cast<void>(threads); }
     /// Memory beside `out` that grows with a slice.
     virtual std::size_t roomBytes() const { return 0; }
+    /// The levels of a file that has its volume at several resolutions, finest first, as info() has them
+    /// where they are opened (SourceOptions::fileLevel); one: it has no others. Reads headers. Throws
+    /// InputError as opening a level does.
+    virtual std::vector<VolumeInfo> fileLevels() const { return {info()}; }
+    /// Becomes the source of a box of its voxels (croppedInfo()), and reads no chunk outside of it. Before
+    /// the first slice is read.
+    /// @return false: it cannot (CroppedSource does it for any source)
+    virtual bool crop(const FileBox& box) {
+        static_cast<void>(box);
+        return false;
+    }
     /// Of the slices read since the last call.
     virtual VoxelTally takeTally() { return {}; }
     /// One line for people: "134 DICOM slices, series 2". Never a patient identifier.
@@ -107,6 +120,13 @@ class RandomSlabSource : public SlabSource {
   private:
     int next_ = 0;
 };
+
+/// Of a box within a volume: its extent and place.
+inline VolumeInfo croppedInfo(VolumeInfo info, const FileBox& box) {
+    info.extentVoxels = box.high - box.low;
+    info.patientFromVoxel[3] = info.patientFromVoxel * glm::dvec4(box.low, 1);
+    return info;
+}
 
 /// Bytes of one row of stored values, and of one slice.
 inline std::size_t rowBytesOf(const VolumeInfo& info) {

@@ -193,17 +193,17 @@ std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
         axes.push_back(omeAxisOf(row));
     const JsonItems datasets = first.at("datasets").items(kMostDatasets, "datasets");
     for (const JsonValue row : datasets) {
-        std::vector<OmeAxis> placed = axes;
-        const bool hasScale = transform(placed, row);
-        const bool haveScale = transform(placed, first); // of all datasets, after a dataset's own
-        if (!image.path.empty() && voxelOf(placed) >= voxelOf(image.axes))
-            continue;
-        image.path = pathBelow(row.at("path").text(), row.at("path").place());
-        image.axes = std::move(placed);
-        image.saysScale = hasScale || haveScale;
+        OmeLevel level;
+        level.path = pathBelow(row.at("path").text(), row.at("path").place());
+        level.axes = axes;
+        const bool hasScale = transform(level.axes, row);
+        const bool haveScale = transform(level.axes, first); // of all datasets, after a dataset's own
+        level.saysScale = hasScale || haveScale;
+        image.levels.push_back(std::move(level));
     }
-    if (image.path.empty())
+    if (image.levels.empty())
         first.at("datasets").refuse("at least one dataset");
+    std::ranges::stable_sort(image.levels, {}, [](const OmeLevel& level) { return voxelOf(level.axes); });
     if (ome->has("omero") && ome->at("omero").isObject() && ome->at("omero").has("channels") &&
         ome->at("omero").at("channels").isList())
         for (const JsonValue row : ome->at("omero").at("channels").items(kMostChannels, "channels"))
@@ -214,23 +214,24 @@ std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
     return image;
 }
 
-OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::string& where) {
-    if (image.axes.size() != array.shape.size())
+OmeGrid omeGridOf(const OmeImage& image, const OmeLevel& level, const ZarrArray& array,
+                  const std::string& where) {
+    if (level.axes.size() != array.shape.size())
         throw badFile(where, "an axis for each of the array's " + std::to_string(array.shape.size()),
-                      std::to_string(image.axes.size()));
+                      std::to_string(level.axes.size()));
     OmeGrid grid;
     grid.notes = image.notes;
     std::vector<std::size_t> ofSpace;
-    for (std::size_t axis = 0; axis < image.axes.size(); ++axis) {
-        if (image.axes[axis].isOfSpace)
+    for (std::size_t axis = 0; axis < level.axes.size(); ++axis) {
+        if (level.axes[axis].isOfSpace)
             ofSpace.push_back(axis);
         else
-            grid.others.push_back({axis, printable(image.axes[axis].name), array.shape[axis]});
+            grid.others.push_back({axis, printable(level.axes[axis].name), array.shape[axis]});
     }
     if (ofSpace.size() != 3)
         throw badFile(where, "three axes of space", std::to_string(ofSpace.size()));
     takeAxes(grid, array, ofSpace);
-    placeGrid(grid, {image.axes[ofSpace[0]], image.axes[ofSpace[1]], image.axes[ofSpace[2]]}, image.saysScale,
+    placeGrid(grid, {level.axes[ofSpace[0]], level.axes[ofSpace[1]], level.axes[ofSpace[2]]}, level.saysScale,
               where);
     return grid;
 }

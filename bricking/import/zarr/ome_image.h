@@ -1,5 +1,5 @@
-// bricking/import/zarr/ome_image.h: an image of OME-Zarr 0.4 or 0.5 (ngff.openmicroscopy.org): its finest
-// array, and where its voxels lie in the patient.
+// bricking/import/zarr/ome_image.h: an image of OME-Zarr 0.4 or 0.5 (ngff.openmicroscopy.org): its arrays
+// from the finest on, and where their voxels lie in the patient.
 #pragma once
 
 #include "bricking/import/zarr/zarr_array.h"
@@ -27,10 +27,15 @@ struct OmeAxis {
     double scale = 1, translation = 0; // in the unit: centre of voxel i = scale * i + translation
 };
 
-struct OmeImage {
-    std::string path; // of the finest array, below the group
+/// One of an image's arrays, at its resolution.
+struct OmeLevel {
+    std::string path; // below the group
     std::vector<OmeAxis> axes;
-    bool saysScale = false;            // it has a transformation of that type
+    bool saysScale = false; // it has a transformation of that type
+};
+
+struct OmeImage {
+    std::vector<OmeLevel> levels;      // smallest voxels first; at least one
     std::vector<std::string> channels; // names, where "omero" has them
     std::vector<std::string> notes;    // findings that a user should know, one a line
 };
@@ -55,9 +60,11 @@ struct OmeGrid {
     std::string spacingProblem;
     std::vector<std::string> notes;
 };
+/// @param level  of the image, whose array it is
 /// Throws InputError naming `where` unless three axes are of space, for another number of axes than the
 /// array's, and for implausible places.
-OmeGrid omeGridOf(const OmeImage& image, const ZarrArray& array, const std::string& where);
+OmeGrid omeGridOf(const OmeImage& image, const OmeLevel& level, const ZarrArray& array,
+                  const std::string& where);
 
 /// The same of an array without OME's attributes: its last three axes, 1 mm apart. Its place means nothing.
 OmeGrid bareGridOf(const ZarrArray& array);

@@ -21,6 +21,8 @@ namespace tessera {
 struct ZarrVolumePlace {
     std::array<std::size_t, 3> axes{}; // of the array that become z, y, x
     std::vector<std::int64_t> at;      // its place along every axis, 0 along those three; empty: 0
+    /// Of a box of it: where it begins along z, y, x, and its extents; of 0: all of the array.
+    std::array<std::int64_t, 3> first{}, extents{};
 };
 
 class ZarrSlices {
@@ -46,18 +48,22 @@ class ZarrSlices {
   private:
     /// Of a layer: a chunk without what lies beyond the array.
     struct Part {
-        std::int64_t x = 0, y = 0, sizeX = 0, sizeY = 0;
+        std::int64_t x = 0, y = 0, sizeX = 0, sizeY = 0; // in the slice
+        std::size_t firstByte = 0;                       // in the chunk
     };
-    std::int64_t across(int axis) const { return (lengthOf(axis) - 1) / chunkOf(axis) + 1; }
+    /// Of the layer: chunks that the volume touches, and the first of them.
+    std::int64_t across(int axis) const {
+        return (firstOf(axis) + lengthOf(axis) - 1) / chunkOf(axis) - firstChunk(axis) + 1;
+    }
+    std::int64_t firstChunk(int axis) const { return firstOf(axis) / chunkOf(axis); }
     /// @param number  x runs fastest
     Part partOf(std::int64_t number) const;
     std::vector<std::int64_t> chunkAt(std::int64_t number) const;
     void tellFrom(std::int64_t number) const;
     void readLayer();
     void spoolChunk(const Part& part, std::span<const std::byte> chunk, std::int64_t slices);
-    std::int64_t lengthOf(int axis) const {
-        return array_.shape[place_.axes[static_cast<std::size_t>(axis)]];
-    }
+    std::int64_t lengthOf(int axis) const { return place_.extents[static_cast<std::size_t>(axis)]; }
+    std::int64_t firstOf(int axis) const { return place_.first[static_cast<std::size_t>(axis)]; }
     std::int64_t chunkOf(int axis) const { return array_.chunk[place_.axes[static_cast<std::size_t>(axis)]]; }
 
     ZarrArray array_;
@@ -69,8 +75,8 @@ class ZarrSlices {
     std::vector<std::uint64_t> parts_; // of the layer: where they begin in the spool; kNone: all is fill
     std::unique_ptr<SpoolFile> spool_; // of the layer
     std::uint64_t spooled_ = 0;
-    std::vector<std::byte> buffer_; // a slice of a part
-    std::int64_t next_ = 0;
+    std::vector<std::byte> buffer_;       // a slice of a part
+    std::int64_t next_ = 0, layerAt_ = 0; // the next slice, and the first of the layer
 };
 
 } // namespace tessera

@@ -117,6 +117,14 @@ with new("imaris.ims", ("earliest", "v108")) as file:
         letters(file.create_group(f"DataSetInfo/Channel {channel}"), Name="DAPI" if channel == 0 else "GFP")
     letters(file.create_group("DataSetInfo/Image"), X="7", Y="6", Z="5", Unit="um", ExtMin0="-1000", ExtMin1="0",
             ExtMin2="500", ExtMax0="2500", ExtMax1="12000", ExtMax2="15500")
+with new("levels.ims", ("earliest", "v108")) as file:  # a level n is 10000 n more
+    for level, size in enumerate([(5, 6, 7), (3, 3, 4), (2, 2, 2)]):
+        made = file.create_group(f"DataSet/ResolutionLevel {level}/TimePoint 0/Channel 0")
+        letters(made, **{f"ImageSize{axis}": str(n) for axis, n in zip("ZYX", size)})
+        padded = tuple(-(-n // 2) * 2 for n in size)
+        made.create_dataset("Data", data=10000 * level + values(padded), chunks=(2, 2, 2), compression="gzip")
+    letters(file.create_group("DataSetInfo/Image"), X="7", Y="6", Z="5", Unit="um", ExtMin0="-1000", ExtMin1="0",
+            ExtMin2="500", ExtMax0="2500", ExtMax1="12000", ExtMax2="15500")
 # What is refused.
 with new("refused_lzf.h5") as file:
     file.create_dataset("lzf", data=values(SHAPE), chunks=True, compression="lzf")

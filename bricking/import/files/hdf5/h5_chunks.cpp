@@ -61,9 +61,9 @@ H5Chunks::H5Chunks(const H5File& file, const H5Set& set) : file_(file), set_(set
     }
 }
 
-/// As the trees are ordered: by the axes from the slowest on, up to those that the layer takes all of.
+/// As the trees are ordered: by the axes from the slowest on, up to those along which the layer has several.
 int H5Chunks::compare(const H5Place& place, const Layer& layer) const {
-    const std::size_t end = std::min(layer.across[0], layer.across[1]);
+    const std::size_t end = std::min(layer.across[0].axis, layer.across[1].axis);
     for (std::size_t axis = 0; axis < end; ++axis)
         if (place[axis] != layer.at[axis])
             return place[axis] < layer.at[axis] ? -1 : 1;
@@ -74,7 +74,11 @@ void H5Chunks::add(H5Place place, const H5Extent& extent, const Layer& layer) co
     for (std::size_t axis = 0; axis < place.size(); ++axis) {
         if (place[axis] >= chunks_[axis])
             return; // it was cut off
-        if (axis != layer.across[0] && axis != layer.across[1] && place[axis] != layer.at[axis])
+        const auto [begin, end] =
+            axis == layer.across[0].axis   ? std::pair(layer.across[0].begin, layer.across[0].end)
+            : axis == layer.across[1].axis ? std::pair(layer.across[1].begin, layer.across[1].end)
+                                           : std::pair(layer.at[axis], layer.at[axis] + 1);
+        if (place[axis] < begin || place[axis] >= end)
             return;
     }
     if (extent.at == kH5Nowhere)
@@ -82,16 +86,16 @@ void H5Chunks::add(H5Place place, const H5Extent& extent, const Layer& layer) co
     if (!file_.has(extent.at, extent.bytes))
         file_.refuse("chunks of " + set_.name + " within the file",
                      std::to_string(extent.bytes) + " bytes behind its end (is it truncated?)");
-    if (layer.found.size() >= chunks_[layer.across[0]] * chunks_[layer.across[1]])
+    if (layer.found.size() >= layer.across[0].count() * layer.across[1].count())
         file_.refuse("each chunk of " + set_.name + " once", "one again");
     layer.found.push_back({std::move(place), extent});
 }
 
-std::vector<H5Chunk> H5Chunks::ofLayer(const H5Place& at, const std::array<std::size_t, 2>& across) {
+std::vector<H5Chunk> H5Chunks::ofLayer(const H5Place& at, const std::array<Range, 2>& across) {
     std::vector<H5Chunk> found;
     const Layer layer{at, across, found};
     constexpr std::uint64_t kMost = std::uint64_t{1} << 22;
-    if (chunks_[across[0]] > kMost / std::max<std::uint64_t>(chunks_[across[1]], 1))
+    if (across[0].count() > kMost / std::max<std::uint64_t>(across[1].count(), 1))
         file_.refuse("4194304 chunks at most in a layer of " + set_.name, "more");
     if (set_.layout.at == kH5Nowhere)
         return found;
@@ -210,11 +214,11 @@ H5Extent H5Chunks::extentOf(const H5Place& place) {
 
 void H5Chunks::searchArray(const Layer& layer) {
     H5Place place = layer.at;
-    for (std::uint64_t a = 0; a < chunks_[layer.across[0]]; ++a) {
+    for (std::uint64_t a = layer.across[0].begin; a < layer.across[0].end; ++a) {
         checkInterrupted();
-        for (std::uint64_t b = 0; b < chunks_[layer.across[1]]; ++b) {
-            place[layer.across[0]] = a;
-            place[layer.across[1]] = b;
+        for (std::uint64_t b = layer.across[1].begin; b < layer.across[1].end; ++b) {
+            place[layer.across[0].axis] = a;
+            place[layer.across[1].axis] = b;
             add(place, extentOf(place), layer);
         }
     }

@@ -26,15 +26,21 @@ class H5Chunks {
     /// Both must outlive it. Throws InputError naming file and set for damage.
     H5Chunks(const H5File& file, const H5Set& set);
 
+    /// Of an axis: chunks from one on, up to another, which is not of it.
+    struct Range {
+        std::size_t axis = 0;
+        std::uint64_t begin = 0, end = 0;
+        std::uint64_t count() const { return end - begin; }
+    };
     /// The chunks of a layer that are in the file, each once, in any order. Throws likewise, for chunks
     /// behind the end of the file, and for layers of more than 2^22.
-    /// @param across  the two axes that the layer takes all of; the other places are those of `at`
-    std::vector<H5Chunk> ofLayer(const H5Place& at, const std::array<std::size_t, 2>& across);
+    /// @param across  the two axes along which the layer has several; the other places are those of `at`
+    std::vector<H5Chunk> ofLayer(const H5Place& at, const std::array<Range, 2>& across);
 
   private:
     struct Layer {
         const H5Place& at;
-        std::array<std::size_t, 2> across;
+        std::array<Range, 2> across;
         std::vector<H5Chunk>& found;
     };
     void searchOldTree(std::uint64_t at, int expected, const Layer& layer,

@@ -43,21 +43,24 @@ void H5Slices::fillWith(std::span<std::byte> out) const {
 }
 
 H5Slices::Box H5Slices::boxOf(const H5Chunk& chunk) const {
-    const auto along = [&](std::size_t n) {
+    const auto along = [&](std::size_t n) { // first and size in the volume; first in the chunk
         const std::uint64_t side = set_.layout.chunk[place_.slowest + n],
-                            first = chunk.place[place_.slowest + n] * side;
-        return std::pair(first, first < place_.extents[n] ? std::min(side, place_.extents[n] - first) : 0);
+                            at = chunk.place[place_.slowest + n] * side,
+                            begin = std::max(at, place_.first[n]),
+                            end = std::min(at + side, place_.first[n] + place_.extents[n]);
+        return std::array{begin - place_.first[n], begin < end ? end - begin : 0, begin - at};
     };
-    const auto [y, sizeY] = along(1);
-    const auto [x, sizeX] = along(2);
-    return {x, y, sizeX, sizeY, 0};
+    const auto [y, sizeY, inY] = along(1);
+    const auto [x, sizeX, inX] = along(2);
+    return {x, y, sizeX, sizeY, inX, inY, 0};
 }
 
 void H5Slices::copyBox(const std::vector<std::byte>& chunk, const Box& box, std::uint64_t z, std::byte* to,
                        std::size_t rowBytes) const {
     const std::size_t each = set_.type.bytes;
     for (std::uint64_t y = 0; y < box.sizeY; ++y, to += rowBytes) {
-        const std::byte* from = chunk.data() + firstByte_ + z * stepBytes_[0] + y * stepBytes_[1];
+        const std::byte* from = chunk.data() + firstByte_ + z * stepBytes_[0] +
+                                (box.inY + y) * stepBytes_[1] + box.inX * stepBytes_[2];
         if (stepBytes_[2] == each)
             std::memcpy(to, from, box.sizeX * each);
         else
@@ -71,13 +74,20 @@ void H5Slices::readLayer(std::uint64_t layer) {
     boxes_.clear();
     spool_.reset();
     const std::size_t first = place_.slowest, each = set_.type.bytes;
-    const std::uint64_t side = set_.layout.chunk[first],
-                        slices = std::min(side, place_.extents[0] - layer * side);
+    const std::uint64_t side = set_.layout.chunk[first], at0 = layer * side,
+                        begin = std::max(at0, place_.first[0]), inZ = begin - at0,
+                        slices = std::min(at0 + side, place_.first[0] + place_.extents[0]) - begin;
+    layerFirst_ = begin - place_.first[0];
     H5Place at;
     for (std::size_t axis = 0; axis < place_.at.size(); ++axis)
         at.push_back(place_.at[axis] / set_.layout.chunk[axis]);
     at[first] = layer;
-    std::vector<H5Chunk> chunks = chunks_->ofLayer(at, {first + 1, first + 2});
+    const auto range = [&](std::size_t n) {
+        const std::uint64_t along = set_.layout.chunk[first + n];
+        return H5Chunks::Range{first + n, place_.first[n] / along,
+                               (place_.first[n] + place_.extents[n] - 1) / along + 1};
+    };
+    std::vector<H5Chunk> chunks = chunks_->ofLayer(at, {range(1), range(2)});
     std::erase_if(chunks, [&](const H5Chunk& chunk) {
         const Box box = boxOf(chunk);
         return box.sizeX == 0 || box.sizeY == 0;
@@ -92,7 +102,7 @@ void H5Slices::readLayer(std::uint64_t layer) {
             const std::vector<std::byte> chunk = readH5Chunk(file_, set_, chunks[n]);
             const Box box = boxOf(chunks[n]);
             for (std::uint64_t z = 0; z < slices; ++z)
-                copyBox(chunk, box, z, held_.data() + z * plane + box.y * row + box.x * each, row);
+                copyBox(chunk, box, inZ + z, held_.data() + z * plane + box.y * row + box.x * each, row);
         });
     } else {
         held_ = {};
@@ -105,7 +115,7 @@ void H5Slices::readLayer(std::uint64_t layer) {
             box.at = spooled;
             std::vector<std::byte> slice(box.sizeX * box.sizeY * each);
             for (std::uint64_t z = 0; z < slices; ++z) {
-                copyBox(chunk, box, z, slice.data(), box.sizeX * each);
+                copyBox(chunk, box, inZ + z, slice.data(), box.sizeX * each);
                 spool_->append(slice);
             }
             spooled += slices * slice.size();
@@ -121,7 +131,9 @@ void H5Slices::readRun(std::uint64_t z, std::span<std::byte> out) const {
     const std::size_t each = set_.type.bytes, first = place_.slowest;
     std::uint64_t number = 0; // of the slice's first
     for (std::size_t axis = 0; axis < extents.size(); ++axis)
-        number = number * extents[axis] + (axis == first ? z : place_.at[axis]);
+        number = number * extents[axis] + (axis == first                      ? place_.first[0] + z
+                                           : axis > first && axis < first + 3 ? place_.first[axis - first]
+                                                                              : place_.at[axis]);
     const bool isCompact = set_.layout.kind == H5Layout::Kind::compact;
     if (!isCompact && set_.layout.at == kH5Nowhere)
         return fillWith(out);
@@ -152,16 +164,16 @@ void H5Slices::readSlice(std::uint64_t z, std::span<std::byte> out) {
     if (!chunks_) {
         readRun(z, numbers);
     } else {
-        const std::uint64_t side = set_.layout.chunk[place_.slowest], layer = z / side;
+        const std::uint64_t layer = (place_.first[0] + z) / set_.layout.chunk[place_.slowest];
         if (layer_ != layer)
             readLayer(layer);
         if (!spool_) {
-            std::memcpy(numbers.data(), held_.data() + z % side * plane, plane);
+            std::memcpy(numbers.data(), held_.data() + (z - layerFirst_) * plane, plane);
         } else {
             fillWith(numbers);
             for (const Box& box : boxes_) {
                 std::vector<std::byte> part(box.sizeX * box.sizeY * each);
-                spool_->readAt(box.at + z % side * part.size(), part);
+                spool_->readAt(box.at + (z - layerFirst_) * part.size(), part);
                 for (std::uint64_t y = 0; y < box.sizeY; ++y)
                     std::memcpy(numbers.data() + (box.y + y) * row + box.x * each,
                                 part.data() + y * box.sizeX * each, box.sizeX * each);

@@ -22,6 +22,7 @@ struct H5VolumePlace {
     std::size_t slowest = 0;                // the axis that becomes z; y and x follow
     std::array<std::uint64_t, 3> extents{}; // z, y, x; at most the set's
     std::vector<std::uint64_t> at;          // along all axes; 0 along those three
+    std::array<std::uint64_t, 3> first{};   // of the set's z, y, x: where the volume begins
 };
 
 class H5Slices {
@@ -42,11 +43,12 @@ class H5Slices {
   private:
     struct Box { // of a layer: a chunk without what lies beyond the volume
         std::uint64_t x = 0, y = 0, sizeX = 0, sizeY = 0;
-        std::uint64_t at = 0; // in the spool
+        std::uint64_t inX = 0, inY = 0; // where it begins in the chunk
+        std::uint64_t at = 0;           // in the spool
     };
     void readLayer(std::uint64_t layer);
     Box boxOf(const H5Chunk& chunk) const;
-    /// Copies slice z of a chunk's box, [y][x], to rows that are so many bytes apart.
+    /// Copies slice z of a chunk, of its box [y][x], to rows that are so many bytes apart.
     void copyBox(const std::vector<std::byte>& chunk, const Box& box, std::uint64_t z, std::byte* to,
                  std::size_t rowBytes) const;
     void readRun(std::uint64_t z, std::span<std::byte> out) const;
@@ -59,7 +61,8 @@ class H5Slices {
     std::optional<H5Chunks> chunks_;
     std::array<std::size_t, 3> stepBytes_{}; // of z, y, x in a chunk
     std::size_t firstByte_ = 0;              // of the volume in its chunks
-    std::optional<std::uint64_t> layer_;     // that is held
+    std::optional<std::uint64_t> layer_;     // that is held,
+    std::uint64_t layerFirst_ = 0;           // from this slice of the volume on
     std::vector<std::byte> held_, numbers_;
     std::unique_ptr<SpoolFile> spool_;
     std::vector<Box> boxes_; // in the spool

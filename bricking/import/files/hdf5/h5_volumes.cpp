@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,35 @@ std::string shownPath(const std::string& path) {
 bool isReduced(const std::vector<std::string>& path) {
     return path.size() == 4 && path[3] == "cells" && path[0].starts_with("t") && path[1].starts_with("s") &&
            path[2] != "0" && wholeNumberOf(path[2]);
+}
+
+/// A volume in a group "Channel N". Its numbers are padded to whole chunks.
+/// @param image  says its extents where the group does not
+H5Volume volumeOfImaris(const H5File& file, const H5Object& channel, const std::optional<H5Object>& image) {
+    const auto data = objectBelow(file, channel, {"Data"});
+    if (!data)
+        file.refuse("\"Data\" in channels of Imaris", "none");
+    const auto shape = shapeOf(*data);
+    if (!shape || !shape->type.number || shape->space.extents.size() != 3)
+        file.refuse("three axes of numbers in \"Data\" of Imaris", "others");
+    H5Volume volume;
+    volume.at = data->at;
+    volume.groupAt = channel.at;
+    volume.place.at.resize(3);
+    for (std::size_t n = 0; n < 3; ++n) {
+        const char letter = "ZYX"[n];
+        auto said = textAttribute(channel, std::string("ImageSize") + letter);
+        if (!said && image)
+            said = textAttribute(*image, std::string(1, letter));
+        const std::int64_t extent = said ? wholeNumberOf(withoutBlanks(*said)).value_or(0) : 0;
+        if (extent < 1 || static_cast<std::uint64_t>(extent) > shape->space.extents[n] ||
+            static_cast<std::uint64_t>(extent) > kMostAlong)
+            file.refuse(std::string("ImageSize") + letter + " of Imaris from 1 to " +
+                            std::to_string(shape->space.extents[n]),
+                        said ? shownWord(*said) : "none");
+        volume.place.extents[n] = static_cast<std::uint64_t>(extent);
+    }
+    return volume;
 }
 
 class VolumeFinder {
@@ -146,9 +176,6 @@ class VolumeFinder {
         for (const auto& [time, group] : times) {
             const auto channels = numbered(group, "Channel ");
             for (const auto& [channel, of] : channels) {
-                const auto data = objectBelow(file_, of, {"Data"});
-                if (!data)
-                    file_.refuse("\"Data\" in channels of Imaris", "none");
                 std::string name;
                 if (channels.size() > 1) {
                     const auto about =
@@ -159,34 +186,14 @@ class VolumeFinder {
                 }
                 if (times.size() > 1)
                     name += (name.empty() ? "" : ", ") + ("time " + std::to_string(time + 1));
-                addImaris(root, of, *data, name);
+                H5Volume volume =
+                    volumeOfImaris(file_, of, objectBelow(file_, root, {"DataSetInfo", "Image"}));
+                volume.name = name;
+                volume.timePoint = "TimePoint " + std::to_string(time);
+                volume.channel = "Channel " + std::to_string(channel);
+                add(volume);
             }
         }
-    }
-
-    /// Its numbers are padded to whole chunks.
-    void addImaris(const H5Object& root, const H5Object& channel, const H5Object& data,
-                   const std::string& name) {
-        const auto shape = shapeOf(data);
-        if (!shape || !shape->type.number || shape->space.extents.size() != 3)
-            file_.refuse("three axes of numbers in \"Data\" of Imaris", "others");
-        const auto image = objectBelow(file_, root, {"DataSetInfo", "Image"});
-        H5Volume volume{name, data.at, channel.at, false, {}};
-        volume.place.at.resize(3);
-        for (std::size_t n = 0; n < 3; ++n) {
-            const char letter = "ZYX"[n];
-            auto said = textAttribute(channel, std::string("ImageSize") + letter);
-            if (!said && image)
-                said = textAttribute(*image, std::string(1, letter));
-            const std::int64_t extent = said ? wholeNumberOf(withoutBlanks(*said)).value_or(0) : 0;
-            if (extent < 1 || static_cast<std::uint64_t>(extent) > shape->space.extents[n] ||
-                static_cast<std::uint64_t>(extent) > kMostAlong)
-                file_.refuse(std::string("ImageSize") + letter + " of Imaris from 1 to " +
-                                 std::to_string(shape->space.extents[n]),
-                             said ? shownWord(*said) : "none");
-            volume.place.extents[n] = static_cast<std::uint64_t>(extent);
-        }
-        add(volume);
     }
 
     const H5File& file_;
@@ -198,6 +205,22 @@ class VolumeFinder {
 
 H5Volumes findH5Volumes(const H5File& file) {
     return VolumeFinder(file).find();
+}
+
+std::vector<H5Volume> levelsOf(const H5File& file, const H5Volumes& volumes, const H5Volume& volume) {
+    constexpr std::size_t kMostLevels = 64;
+    std::vector<H5Volume> levels = {volume};
+    const H5Object root = readH5Object(file, file.rootAt());
+    while (volumes.areOfImaris && levels.size() < kMostLevels) {
+        const auto channel = objectBelow(file, root,
+                                         {"DataSet", "ResolutionLevel " + std::to_string(levels.size()),
+                                          volume.timePoint, volume.channel});
+        if (!channel)
+            break;
+        levels.push_back(volumeOfImaris(file, *channel, std::nullopt));
+        levels.back().name = volume.name;
+    }
+    return levels;
 }
 
 } // namespace tessera

@@ -20,6 +20,7 @@ struct H5Volume {
     std::uint64_t at = 0, groupAt = 0; // headers of its set, and of the group that it is in
     bool isOfItk = false;
     H5VolumePlace place;
+    std::string timePoint = {}, channel = {}; // of Imaris: names of its groups
 };
 
 struct H5Volumes {
@@ -32,6 +33,10 @@ struct H5Volumes {
 /// By reading headers alone. Throws InputError naming the file for damage, groups more than 32 deep, more
 /// than 10^6 objects or 10^4 volumes.
 H5Volumes findH5Volumes(const H5File& file);
+
+/// A volume of Imaris at all of its levels, finest first; another volume alone. Throws InputError naming the
+/// file for damage.
+std::vector<H5Volume> levelsOf(const H5File& file, const H5Volumes& volumes, const H5Volume& volume);
 
 struct H5Lattice {
     glm::dvec3 firstMm{0};

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -22,12 +24,15 @@ namespace fs = std::filesystem;
 
 class Hdf5Source final : public RandomSlabSource {
   public:
+    /// @param levels  what fileLevels() returns
     Hdf5Source(std::unique_ptr<H5File> file, const H5Set& set, const H5VolumePlace& place, VolumeInfo info,
-               std::string description, const fs::path& scratch)
-        : file_(std::move(file)), info_(std::move(info)), description_(std::move(description)),
-          slices_(*file_, set, place, scratch),
-          converter_(slices_.type(), slices_.isBigEndian(), [this, set, place, scratch](const auto& visit) {
-              H5Slices again(*file_, set, place, scratch);
+               std::string description, const fs::path& scratch,
+               std::function<std::vector<VolumeInfo>(const H5File&)> levels)
+        : file_(std::move(file)), set_(set), place_(place), info_(std::move(info)),
+          description_(std::move(description)), scratch_(scratch), levels_(std::move(levels)),
+          slices_(std::in_place, *file_, set_, place_, scratch_),
+          converter_(slices_->type(), slices_->isBigEndian(), [this](const auto& visit) {
+              H5Slices again(*file_, set_, place_, scratch_);
               std::vector<std::byte> slice(again.sliceBytes());
               for (int z = 0; z < info_.extentVoxels.z; ++z) {
                   again.readSlice(static_cast<std::uint64_t>(z), slice);
@@ -35,22 +40,37 @@ class Hdf5Source final : public RandomSlabSource {
               }
           }) {}
 
+    std::vector<VolumeInfo> fileLevels() const override { return levels_(*file_); }
+    bool crop(const FileBox& box) override {
+        info_ = croppedInfo(info_, box);
+        for (int axis = 0; axis < 3; ++axis) { // z, y, x
+            const auto n = static_cast<std::size_t>(2 - axis);
+            place_.first[n] += static_cast<std::uint64_t>(box.low[axis]);
+            place_.extents[n] = static_cast<std::uint64_t>(info_.extentVoxels[axis]);
+        }
+        slices_.emplace(*file_, set_, place_, scratch_);
+        return true;
+    }
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return description_; }
     VoxelTally takeTally() override { return converter_.takeTally(); }
 
     void readSliceAt(int z, std::span<std::byte> out) override {
         TESSERA_CHECK(z >= 0 && z < info_.extentVoxels.z && out.size() == sliceBytesOf(info_));
-        slice_.resize(slices_.sliceBytes());
-        slices_.readSlice(static_cast<std::uint64_t>(z), slice_);
+        slice_.resize(slices_->sliceBytes());
+        slices_->readSlice(static_cast<std::uint64_t>(z), slice_);
         converter_.convert(slice_, out, info_);
     }
 
   private:
     std::unique_ptr<H5File> file_;
+    H5Set set_;
+    H5VolumePlace place_;
     VolumeInfo info_;
     std::string description_;
-    H5Slices slices_;
+    fs::path scratch_;
+    std::function<std::vector<VolumeInfo>(const H5File&)> levels_;
+    std::optional<H5Slices> slices_;
     SliceConverter converter_;
     std::vector<std::byte> slice_; // in the file's numbers
 };
@@ -128,34 +148,54 @@ void place(VolumeInfo& info, const std::optional<H5Lattice>& lattice, const Sour
     requirePlausibleGeometry(info, {field, field, field}, where);
 }
 
-std::unique_ptr<SlabSource> openHdf5(const fs::path& path, const SourceOptions& options) {
-    auto file = std::make_unique<H5File>(path);
-    const std::string where = file->where();
-    const std::shared_ptr<const H5Volumes> volumes = volumesIn(*file, path);
-    const H5Volume& volume = volumeOf(*volumes, static_cast<std::size_t>(options.series), *file);
-    const H5Set set =
-        readH5Set(readH5Object(*file, volume.at), volume.name.empty() ? "the image" : volume.name);
+H5Set setOf(const H5File& file, const H5Volume& volume) {
+    return readH5Set(readH5Object(file, volume.at), volume.name.empty() ? "the image" : volume.name);
+}
+
+VolumeInfo infoOf(const H5File& file, const H5Volumes& volumes, const H5Volume& volume,
+                  const SourceOptions& options) {
+    const H5Set set = setOf(file, volume);
     TESSERA_CHECK(set.type.number);
-    const std::optional<H5Lattice> lattice = latticeOf(*file, *volumes, volume);
+    const std::optional<H5Lattice> lattice = latticeOf(file, volumes, volume);
     if (!lattice && !options.spacingMm)
-        throw spacingUnknown(where, volumes->areOfImaris ? "an image of Imaris without a size in a known unit"
-                                                         : "a set that does not say it");
+        throw spacingUnknown(file.where(), volumes.areOfImaris
+                                               ? "an image of Imaris without a size in a known unit"
+                                               : "a set that does not say it");
     VolumeInfo info;
     info.extentVoxels = {static_cast<int>(volume.place.extents[2]), static_cast<int>(volume.place.extents[1]),
                          static_cast<int>(volume.place.extents[0])};
     info.type = storedTypeOf(*set.type.number);
     info.fillStored = fillOf(set);
-    place(info, lattice, options, where);
-    if (volumes->leadingOut > 0)
+    place(info, lattice, options, file.where());
+    if (volumes.leadingOut > 0)
         info.remarks.push_back("links to other files, which are not followed: " +
-                               std::to_string(volumes->leadingOut));
-    info.validate(where);
+                               std::to_string(volumes.leadingOut));
+    info.validate(file.where());
+    return info;
+}
+
+std::unique_ptr<SlabSource> openHdf5(const fs::path& path, const SourceOptions& options) {
+    auto file = std::make_unique<H5File>(path);
+    const std::shared_ptr<const H5Volumes> volumes = volumesIn(*file, path);
+    const H5Volume& finest = volumeOf(*volumes, static_cast<std::size_t>(options.series), *file);
+    const auto levels = [volumes, finest, options](const H5File& of) {
+        std::vector<VolumeInfo> all;
+        for (const H5Volume& level : levelsOf(of, *volumes, finest))
+            all.push_back(infoOf(of, *volumes, level, options));
+        return all;
+    };
+    const H5Volume volume =
+        options.fileLevel == 0
+            ? finest
+            : levelsOf(*file, *volumes, finest).at(static_cast<std::size_t>(options.fileLevel));
+    const H5Set set = setOf(*file, volume);
+    VolumeInfo info = infoOf(*file, *volumes, volume, options);
     const FileType type = *set.type.number;
     const std::string description = std::string(volumes->areOfImaris ? "Imaris " : "HDF5 ") +
                                     (set.type.isHalf ? "float16" : name(type)) +
                                     (losesPrecision(type) ? ", converted to float32" : "");
     return std::make_unique<Hdf5Source>(std::move(file), set, volume.place, std::move(info), description,
-                                        options.scratchFolder);
+                                        options.scratchFolder, levels);
 }
 
 } // namespace
@@ -166,7 +206,8 @@ FileFormat hdf5Format() {
             .open = openHdf5,
             .isMeant = holdsVolumes,
             .takesSpacing = true,
-            .volumes = volumesOfHdf5};
+            .volumes = volumesOfHdf5,
+            .hasLevels = true};
 }
 
 } // namespace tessera

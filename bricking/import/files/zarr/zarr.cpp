@@ -24,32 +24,50 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An array with all its volumes.
+/// An array with all its volumes: an image at one of its levels.
 struct ZarrImage {
     ZarrArray array;
     OmeGrid grid;
     std::vector<std::string> channels; // names; may be fewer than there are
     bool hasPlace = false;             // says where its voxels lie
+    std::size_t levels = 1;            // of the image
     std::string what, where;           // "OME-Zarr"; of its metadata
 };
 
+std::vector<VolumeInfo> levelsOf(const fs::path& path, const SourceOptions& options);
+
 class ZarrSource final : public SlabSource {
   public:
-    ZarrSource(const ZarrImage& image, ZarrVolumePlace place, VolumeInfo info, fs::path scratch)
-        : image_(image), place_(std::move(place)), info_(std::move(info)), scratch_(std::move(scratch)),
-          slices_(image_.array, place_, scratch_), converter_(image_.array.type, image_.array.bigEndian,
-                                                              [this](const auto& visit) { visitAll(visit); }),
+    /// @param path, options  that it was opened by
+    ZarrSource(const ZarrImage& image, ZarrVolumePlace place, VolumeInfo info, fs::path path,
+               const SourceOptions& options)
+        : image_(image), place_(std::move(place)), info_(std::move(info)), path_(std::move(path)),
+          options_(options), slices_(std::in_place, image_.array, place_, options_.scratchFolder),
+          converter_(image_.array.type, image_.array.bigEndian,
+                     [this](const auto& visit) { visitAll(visit); }),
           slice_(sliceFileBytes()) {}
 
     const VolumeInfo& info() const override { return info_; }
+    std::vector<VolumeInfo> fileLevels() const override {
+        return image_.levels > 1 ? levelsOf(path_, options_) : SlabSource::fileLevels();
+    }
+    bool crop(const FileBox& box) override {
+        info_ = croppedInfo(info_, box);
+        place_.first = {box.low.z, box.low.y, box.low.x};
+        place_.extents = {info_.extentVoxels.z, info_.extentVoxels.y, info_.extentVoxels.x};
+        slices_.emplace(image_.array, place_, options_.scratchFolder);
+        slice_.resize(sliceFileBytes());
+        isCropped_ = true;
+        return true;
+    }
 
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t bytes = sliceBytesOf(info_);
         TESSERA_CHECK(out.size() == bytes * static_cast<std::size_t>(count));
         for (int i = 0; i < count; ++i) {
             checkInterrupted();
-            slices_.readSlice(slice_);
-            requireChunks(slices_);
+            slices_->readSlice(slice_);
+            requireChunks(*slices_);
             converter_.convert(slice_, out.subspan(static_cast<std::size_t>(i) * bytes, bytes), info_);
         }
     }
@@ -69,7 +87,7 @@ class ZarrSource final : public SlabSource {
         if (image_.hasPlace)
             notes.insert(notes.end(), image_.grid.notes.begin(), image_.grid.notes.end());
         notes.insert(notes.end(), image_.array.notes.begin(), image_.array.notes.end());
-        if (std::string missing = slices_.sayMissing(); slices_.isAtEnd() && !missing.empty())
+        if (std::string missing = slices_->sayMissing(); slices_->isAtEnd() && !missing.empty())
             notes.push_back(std::move(missing));
         return notes;
     }
@@ -80,7 +98,7 @@ class ZarrSource final : public SlabSource {
                static_cast<std::size_t>(info_.extentVoxels.y) * image_.array.valueBytes();
     }
     void visitAll(const std::function<void(std::span<const std::byte>)>& visit) const {
-        ZarrSlices again(image_.array, place_, scratch_);
+        ZarrSlices again(image_.array, place_, options_.scratchFolder);
         std::vector<std::byte> slice(sliceFileBytes());
         for (int z = 0; z < info_.extentVoxels.z; ++z) {
             checkInterrupted();
@@ -90,9 +108,10 @@ class ZarrSource final : public SlabSource {
         }
     }
     /// An array of which nothing is there is all fill by the rules of Zarr; its chunks are lost, or
-    /// elsewhere.
-    static void requireChunks(const ZarrSlices& slices) {
-        if (const ZarrChunks::Tally& tally = slices.tally(); slices.isAtEnd() && tally.lacksAll())
+    /// elsewhere. A box may be where there is nothing.
+    void requireChunks(const ZarrSlices& slices) const {
+        if (const ZarrChunks::Tally& tally = slices.tally();
+            !isCropped_ && slices.isAtEnd() && tally.lacksAll())
             throw badFile((slices.array().path / tally.firstMissing).string(), "a chunk",
                           "none of the volume's " + std::to_string(tally.read) + " chunks");
     }
@@ -100,8 +119,10 @@ class ZarrSource final : public SlabSource {
     ZarrImage image_;
     ZarrVolumePlace place_;
     VolumeInfo info_;
-    fs::path scratch_;
-    ZarrSlices slices_;
+    fs::path path_;
+    SourceOptions options_;
+    std::optional<ZarrSlices> slices_;
+    bool isCropped_ = false;
     SliceConverter converter_;
     std::vector<std::byte> slice_; // in the file's numbers
 };
@@ -141,7 +162,8 @@ ZarrNode imageGroupOf(const ZarrNode& node, std::vector<std::string>& notes) {
         std::to_string(images.size()) + " of them: " + all + (images.size() > kMostShown ? ", ..." : ""));
 }
 
-ZarrImage imageAt(const fs::path& given) {
+/// @param level  that the image has; an array by itself has one
+ZarrImage imageAt(const fs::path& given, int level = 0) {
     const fs::path path = given.has_filename() ? given : given.parent_path(); // "a.zarr/" means a.zarr
     ZarrNode node = requireZarrNode(path, "a group or an array of Zarr");
     ZarrImage found;
@@ -163,12 +185,15 @@ ZarrImage imageAt(const fs::path& given) {
         throw badFile(node.attributesFile,
                       "\"multiscales\" of OME-Zarr 0.4 or 0.5; where the group holds images, the name of one",
                       "a group without them");
-    const ZarrNode data = requireZarrNode(node, image->path, "the array that \"multiscales\" names");
+    found.levels = image->levels.size();
+    TESSERA_CHECK(level >= 0 && static_cast<std::size_t>(level) < found.levels);
+    const OmeLevel& chosen = image->levels[static_cast<std::size_t>(level)];
+    const ZarrNode data = requireZarrNode(node, chosen.path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     found.array = zarrArrayOf(data);
     findSeparator(found.array);
-    found.grid = omeGridOf(*image, found.array, node.attributesFile);
+    found.grid = omeGridOf(*image, chosen, found.array, node.attributesFile);
     found.grid.notes.insert(found.grid.notes.begin(), notes.begin(), notes.end());
     found.channels = image->channels;
     found.hasPlace = true;
@@ -231,8 +256,8 @@ std::vector<std::string> volumesOf(const fs::path& path) {
     return names;
 }
 
-std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& options) {
-    const ZarrImage image = imageAt(path);
+/// The number of the volume, from 0.
+std::size_t numberOf(const ZarrImage& image, const SourceOptions& options) {
     const std::size_t count = volumesIn(image);
     if (count > 1 && options.series == 0)
         throw badFile(image.where, "one volume, or --series N", std::to_string(count) + " of them");
@@ -240,6 +265,10 @@ std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& 
     if (number >= count)
         throw badFile(image.where, "--series between 1 and " + std::to_string(count),
                       std::to_string(options.series));
+    return number;
+}
+
+VolumeInfo infoOf(const ZarrImage& image, const SourceOptions& options) {
     VolumeInfo info = image.grid.info;
     info.type = storedTypeOf(image.array.type);
     if (!image.hasPlace) {
@@ -262,8 +291,24 @@ std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& 
     const char* const field = options.spacingMm ? "--spacing" : "coordinateTransformations";
     requirePlausibleGeometry(info, {field, field, field}, image.where);
     info.validate(image.where);
-    return std::make_unique<ZarrSource>(image, ZarrVolumePlace{image.grid.axes, placeOf(image, number)},
-                                        std::move(info), options.scratchFolder);
+    return info;
+}
+
+std::vector<VolumeInfo> levelsOf(const fs::path& path, const SourceOptions& options) {
+    std::vector<VolumeInfo> levels;
+    std::size_t count = 1;
+    for (std::size_t level = 0; level < count; ++level) {
+        const ZarrImage image = imageAt(path, static_cast<int>(level));
+        count = image.levels;
+        levels.push_back(infoOf(image, options));
+    }
+    return levels;
+}
+
+std::unique_ptr<SlabSource> openZarr(const fs::path& path, const SourceOptions& options) {
+    const ZarrImage image = imageAt(path, options.fileLevel);
+    ZarrVolumePlace place{image.grid.axes, placeOf(image, numberOf(image, options))};
+    return std::make_unique<ZarrSource>(image, std::move(place), infoOf(image, options), path, options);
 }
 
 /// Of an array behind an address, which may have millions of files: the metadata, and the first, the middle
@@ -300,7 +345,8 @@ FileFormat zarrFormat() {
             .parts = tellingFiles,
             .takesSpacing = true,
             .isFolder = isForeignZarr,
-            .volumes = volumesOf};
+            .volumes = volumesOf,
+            .hasLevels = true};
 }
 
 } // namespace tessera

@@ -168,12 +168,13 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
     if (!image)
         throw badFile(node.attributesFile, "\"multiscales\" of OME-Zarr 0.4 or 0.5, or the path of an array",
                       "a group without them");
-    const ZarrNode data = requireZarrNode(node, image->path, "the array that \"multiscales\" names");
+    const ZarrNode data =
+        requireZarrNode(node, image->levels.front().path, "the array that \"multiscales\" names");
     if (!data.isArray)
         throw badFile(data.metadataFile, "an array", "a group");
     ZarrArray array = zarrArrayOf(data);
     findSeparator(array);
-    grid = omeGridOf(*image, array, node.attributesFile);
+    grid = omeGridOf(*image, image->levels.front(), array, node.attributesFile);
     requireOneVolume(grid, node.attributesFile);
     if (!grid.spacingProblem.empty())
         throw badFile(node.attributesFile,

@@ -52,7 +52,7 @@ TEST(ImportHdf5, EveryVoxelHasTheValueThatWasWritten) {
                     }
             ++volumes;
         }
-    EXPECT_EQ(volumes, 45u);
+    EXPECT_EQ(volumes, 46u);
 }
 
 TEST(ImportHdf5, SetsAreListedByTheirPathsAndChosenByNumber) {

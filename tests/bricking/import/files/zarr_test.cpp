@@ -564,6 +564,16 @@ TEST(ImportZarr, ArraysOfOtherProgramsReadAsTheyWereWritten) {
             std::vector<std::int16_t> expected(source->info().voxelCount()); // 0, 1, 2, ...
             std::iota(expected.begin(), expected.end(), std::int16_t{0});
             EXPECT_EQ(readAll<std::int16_t>(*source), expected) << entry.path();
+            const glm::ivec3 extent = source->info().extentVoxels;
+            SourceOptions box = oneMm();
+            box.fileBox = FileBox{extent / 3, extent - extent / 4};
+            const auto part = openSource(entry.path(), box);
+            std::vector<std::int16_t> inBox;
+            for (int z = box.fileBox->low.z; z < box.fileBox->high.z; ++z)
+                for (int y = box.fileBox->low.y; y < box.fileBox->high.y; ++y)
+                    for (int x = box.fileBox->low.x; x < box.fileBox->high.x; ++x)
+                        inBox.push_back(expected[indexOf(source->info(), x, y, z)]);
+            EXPECT_EQ(readAll<std::int16_t>(*part), inBox) << entry.path();
             ++arrays;
         }
     EXPECT_GE(arrays, 11);
