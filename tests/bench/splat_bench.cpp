@@ -39,11 +39,12 @@ struct Study {
     std::string pictures;
     std::optional<Image> truth;
 
-    RenderOptions options(EngineKind engine) const {
+    Image rendered(EngineKind engine) const {
         RenderOptions o;
         o.engine = engine;
         o.threads = threads;
-        return o;
+        o.levels = LevelChoice::finest;
+        return renderScene(scene, store, budgets.ram, budgets.gpu, o).image;
     }
     Planner plan() {
         return planScene(scene, store, TextureLimits{}, {budgets.ram, budgets.gpu, threads},
@@ -72,15 +73,12 @@ struct Study {
         scene.quality.pixels.samples = samples;
         const double planning = timed([&] { static_cast<void>(plan()); });
         Image image;
-        RenderOptions o = options(EngineKind::native);
-        o.levels = LevelChoice::finest;
-        const double all =
-            timed([&] { image = renderScene(scene, store, budgets.ram, budgets.gpu, o).image; });
+        const double all = timed([&] { image = rendered(EngineKind::native); });
         scene.quality.pixels.samples = 1;
         tell("march-" + std::to_string(step).substr(0, 5) + "-" + std::to_string(samples), all - planning,
              image, "");
     }
-    SplatReport splat(const std::string& name, const SplatSettings& settings) {
+    void splat(const std::string& name, const SplatSettings& settings) {
         Planner p = plan();
         EngineInput input;
         input.threads = threads;
@@ -97,64 +95,50 @@ struct Study {
                       r.counts.byFilter[0], r.counts.byFilter[1], r.counts.byFilter[2], r.secondsListing,
                       r.secondsDrawing);
         tell(name, seconds, result.image, more);
-        return r;
     }
     /// A function that changes: samples of bricks by their intervals, and classified anew.
     void lists() {
         const Planner p = plan();
         const Selection& selection = p.layer().selection;
-        const Statistics& s = p.layer().statistics;
-        const float low = s.lowest, high = s.highest;
+        const float low = p.layer().statistics.lowest, wide = p.layer().statistics.highest - low;
+        const auto shows = [&](float value) { return lookUp<float>(p.layer().optics, value).a > 0; };
         std::vector<std::vector<float>> bricks;
-        std::vector<ValueLists> lists;
         LatticeReader samples(*p.layer().cache, p.info(), 0, nullptr);
         std::vector<double> cube(32 * 32 * 32);
-        double building = 0;
-        for (std::size_t n = 0; n < selection.levels.size() && lists.size() < 200; ++n)
+        for (std::size_t n = 0; n < selection.levels.size() && bricks.size() < 200; ++n)
             if (selection.levels[n] == 0) {
                 samples.cube<32>(gridPosition(n, selection.bricks) * 32, cube.data());
                 bricks.emplace_back(cube.begin(), cube.end());
-                const double start = processorSeconds();
-                lists.emplace_back(bricks.back(), low, high);
-                building += processorSeconds() - start;
             }
         Intervals shown;
-        for (int n = 0; n < ValueLists::kIntervals; ++n) {
-            bool any = false;
-            for (int k = 0; k <= 16; ++k)
-                any =
-                    any || lookUp<float>(p.layer().optics,
-                                         low + (high - low) *
-                                                   (static_cast<float>(n) + static_cast<float>(k) / 16) / 256)
-                                   .a > 0;
-            if (any && !shown.empty() && shown.back().second == n)
-                ++shown.back().second;
-            else if (any)
-                shown.emplace_back(n, n + 1);
-        }
-        std::size_t collected = 0, classified = 0;
-        const double byLists = timed([&] {
-            collected = 0;
-            for (const ValueLists& list : lists)
-                for (int slice = 0; slice < 32; ++slice) {
-                    std::vector<std::uint16_t> out;
-                    list.collect(2, slice, shown, out);
-                    collected += out.size();
-                }
+        for (int n = 0; n < 16 * ValueLists::kIntervals; ++n)
+            if (shows(low + wide * static_cast<float>(n) / (16 * ValueLists::kIntervals)) &&
+                (shown.empty() || shown.back().second <= n / 16))
+                shown.emplace_back(n / 16, n / 16 + 1);
+        std::vector<ValueLists> lists;
+        const double making = timed([&] {
+            lists.clear();
+            for (const std::vector<float>& brick : bricks)
+                lists.emplace_back(brick, low, low + wide);
         });
+        std::vector<std::uint16_t> out;
+        const double byLists = timed([&] {
+            out.clear();
+            for (const ValueLists& list : lists)
+                for (int slice = 0; slice < 32; ++slice)
+                    list.collect(2, slice, shown, out);
+        });
+        const std::size_t collected = out.size();
         const double anew = timed([&] {
-            classified = 0;
-            for (const std::vector<float>& brick : bricks) {
-                std::vector<std::uint16_t> out;
+            out.clear();
+            for (const std::vector<float>& brick : bricks)
                 for (std::size_t n = 0; n < brick.size(); ++n)
-                    if (lookUp<float>(p.layer().optics, brick[n]).a > 0)
+                    if (shows(brick[n]))
                         out.push_back(static_cast<std::uint16_t>(n));
-                classified += out.size();
-            }
         });
         std::printf(
             "lists of %zu bricks: made in %.3f s; an edit: %.5f s by intervals (%zu), %.5f s anew (%zu)\n",
-            lists.size(), building, byLists, collected, anew, classified);
+            lists.size(), making, byLists, collected, anew, out.size());
     }
 };
 
@@ -188,8 +172,7 @@ void run(int argc, char** argv) {
     s.scene.camera = camera;
     // Where a pixel holds many voxels, the mean over its area is what it should be.
     s.scene.quality.pixels.samples = zoom > 1 ? 64 : 1;
-    s.truth =
-        renderScene(s.scene, s.store, s.budgets.ram, s.budgets.gpu, s.options(EngineKind::reference)).image;
+    s.truth = s.rendered(EngineKind::reference);
     s.scene.quality.pixels.samples = 1;
     if (!s.pictures.empty())
         writeImage(s.pictures + "/truth.png", overBackground(*s.truth, glm::vec3(0)), "{}");

@@ -3,30 +3,14 @@
 #pragma once
 
 #include "core/image/image.h"
-#include "render/backends/reference/reference_engine.h"
 #include "render/renderer.h"
 
 #include <memory>
 
 namespace tessera {
 
-class SplatPixels : public PixelSource {
-  public:
-    /// All of it outlives this.
-    /// @param picture  as it was drawn: a pixel drawn again has the same bits
-    SplatPixels(const FrameTask& task, const Image& picture, int threads)
-        : task_(task), picture_(picture), reference_(threads) {}
-
-    About about() const override;
-    std::optional<Image> draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
-                              const Slicing& slicing, std::uint64_t mostBytes, Work& work) override;
-    std::string toTruth() override;
-
-  private:
-    const FrameTask& task_;
-    const Image& picture_;
-    ReferenceEngine reference_;
-    std::unique_ptr<RayCaster> caster_; // of the truth
-};
+/// All of it outlives the result.
+/// @param picture  as it was drawn: a pixel drawn again has the same bits
+std::unique_ptr<PixelSource> splatPixels(const FrameTask& task, const Image& picture, int threads);
 
 } // namespace tessera

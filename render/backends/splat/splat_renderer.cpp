@@ -49,7 +49,7 @@ bool SplatRenderer::draw(const FrameTask& task, RenderResult& result, Image&) {
 }
 
 std::unique_ptr<PixelSource> SplatRenderer::pixels(const FrameTask& task) {
-    return std::make_unique<SplatPixels>(task, picture_, threads_);
+    return splatPixels(task, picture_, threads_);
 }
 
 void SplatRenderer::endFrame() {

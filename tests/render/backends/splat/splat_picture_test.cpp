@@ -183,6 +183,24 @@ TEST(SplatPictures, AdaptiveFiltersAreNearFullOnes) {
     EXPECT_GT(contrast(SplatFilter::reconstruction), 0.1) << "pixels between samples see other ones, or none";
 }
 
+// A brick that lies beside the picture reaches into it.
+TEST(SplatPictures, PartsAreThoseOfTheWhole) {
+    SplatScene s({40, 40, 64}, [](const glm::dvec3& p) { return 50 + 50 * std::sin(p.x + 0.7 * p.z); });
+    s.show({{0, 0.01}, {100, 0.2}}, {{0, {0, 0, 1}}, {100, {1, 1, 0}}});
+    const auto rows = [&](int height) {
+        Camera camera = parallelFrom(s.store->info(), {0, -1, 0}, height / 2.0);
+        camera.viewUp = {0, 0, 1};
+        camera.position.z = camera.focalPoint.z = 48.5; // the lower brick ends half a pixel below 32 rows
+        s.scene.imageSize = {96, height};
+        s.scene.camera = camera;
+        return s.draw();
+    };
+    const Image whole = rows(80), part = rows(32);
+    for (std::size_t n = 0; n < part.pixels.size(); ++n)
+        for (int c = 0; c < 4; ++c)
+            ASSERT_NEAR(part.pixels[n][c], whole.pixels[n + std::size_t{24} * 96][c], 1e-5) << n / 96;
+}
+
 struct TorsoSplats : ::testing::Test {
     SplatScene s{storePath("torso"), {150, 110}};
     Scene& scene = s.scene;
@@ -244,31 +262,30 @@ TEST(SplatPictures, CutsGoByTheMiddleOfASplat) {
 }
 
 TEST_F(TorsoSplats, RefuseWhatTheyDoNotDraw) {
-    const auto why = [&](const std::function<void(Scene&)>& set) {
+    const std::pair<std::function<void(Scene&)>, const char*> rows[] = {
+        {[](Scene& o) {
+             o.surfaces = {{250, glm::dvec3(1), 0.5}};
+         },
+         "it draws no isosurfaces"},
+        {[](Scene& o) { o.mode = Mode::maximum; }, "it draws mode composite alone"},
+        {[](Scene& o) { o.mode = Mode::slice; }, "it draws mode composite alone"},
+        {[](Scene& o) { o.mode = Mode::emission; }, "it draws mode composite alone"},
+        {[](Scene& o) { o.lighting.occlusion.emplace(); }, "it has no occlusion, shadows"},
+        {[](Scene& o) { o.lighting.transport.emplace(); }, "it follows no paths"},
+        {[](Scene& o) { o.shading.gradient = Gradient::sobel; }, "its gradients are of kind central"},
+        {[](Scene& o) { o.quality.pixels.samples = 4; }, "its pixels have one sample"},
+        {[](Scene& o) { o.quality.pixels.samples = PixelSampling::kAutomatic; }, "its pixels have"},
+        {[](Scene& o) { o.quality.maxError = 1; }, "its error is measured"},
+    };
+    for (const auto& [set, words] : rows) {
         Scene other = scene;
         set(other);
-        RenderOptions options;
-        options.engine = EngineKind::splat;
-        return refusalOf([&] { renderScene(other, store, budgets.ram, budgets.gpu, options); });
-    };
-    const auto says = [](const std::string& words) {
-        return testing::AllOf(testing::HasSubstr("--engine"), testing::HasSubstr("splat: " + words));
-    };
-    EXPECT_THAT(why([](Scene& s) {
-                    s.surfaces = {{250, glm::dvec3(1), 0.5}};
-                }),
-                says("it draws no isosurfaces"));
-    EXPECT_THAT(why([](Scene& s) { s.mode = Mode::maximum; }), says("it draws mode composite alone"));
-    EXPECT_THAT(why([](Scene& s) { s.mode = Mode::slice; }), says("it draws mode composite alone"));
-    EXPECT_THAT(why([](Scene& s) { s.mode = Mode::emission; }), says("it draws mode composite alone"));
-    EXPECT_THAT(why([](Scene& s) { s.lighting.occlusion.emplace(); }), says("it has no occlusion, shadows"));
-    EXPECT_THAT(why([](Scene& s) { s.lighting.transport.emplace(); }), says("it follows no paths"));
-    EXPECT_THAT(why([](Scene& s) { s.shading.gradient = Gradient::sobel; }),
-                says("its gradients are of kind central"));
-    EXPECT_THAT(why([](Scene& s) { s.quality.pixels.samples = 4; }), says("its pixels have one sample"));
-    EXPECT_THAT(why([](Scene& s) { s.quality.pixels.samples = PixelSampling::kAutomatic; }),
-                says("its pixels"));
-    EXPECT_THAT(why([](Scene& s) { s.quality.maxError = 1; }), says("its error is measured"));
+        RenderOptions splat;
+        splat.engine = EngineKind::splat;
+        EXPECT_THAT(refusalOf([&] { renderScene(other, store, budgets.ram, budgets.gpu, splat); }),
+                    testing::AllOf(testing::HasSubstr("--engine"),
+                                   testing::HasSubstr(std::string("splat: ") + words)));
+    }
     RenderOptions options;
     options.layers.errors = true;
     EXPECT_THAT(splatDeclines(scene, options), testing::HasSubstr("layers"));
