@@ -185,10 +185,20 @@ bool renameToNewName(const fs::path& from, const fs::path& to) {
     return false;
 }
 
+/// A name for the store that is being replaced, beside the new one.
+fs::path nameForOld(const fs::path& to) {
+    std::error_code ignored;
+    for (int attempt = 0;; ++attempt) {
+        fs::path old = to.parent_path() / temporaryName(to.filename().string(), kMark, attempt);
+        old += kOld;
+        if (!fs::exists(fs::symlink_status(old, ignored)))
+            return old;
+    }
+}
+
 /// Two renames; between them the name is missing, and recoverFolders() knows what to do.
 void replaceInTwoSteps(const fs::path& from, const fs::path& to) {
-    fs::path old = from;
-    old += kOld;
+    const fs::path old = nameForOld(to);
     // Locked: recovery leaves it alone while this process lives.
     const LockTry held = tryLock(to, LockKind::exclusive);
     if (::rename(to.c_str(), old.c_str()) != 0)

@@ -1,5 +1,7 @@
 // bricking/store/work_folder.cpp: see work_folder.h. A folder gets its name when it has a "store" in it, and
 // loses "store" in the step that gives the store its name. So one without "store" has nothing to go on with.
+// Where an old store is replaced, that step is an exchange: "store" is the old one then, which the number of
+// its inode shows. "publishing" has the number of the new one.
 #include "bricking/store/work_folder.h"
 
 #include "bricking/store/store_files.h"
@@ -10,10 +12,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <string_view>
 #include <sys/file.h> // flock
+#include <sys/stat.h>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -26,6 +31,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kImporting = "importing"; // as of TemporaryFolder
 constexpr std::string_view kMaking = "making";
 constexpr std::string_view kPart = "part-";
+constexpr const char* kPublishing = "publishing";
 constexpr std::size_t kKeyDigits = 32;
 constexpr int kMostTries = 100;
 constexpr std::chrono::milliseconds kForOthers{20}; // who make, lock or remove it
@@ -49,6 +55,23 @@ void removeAll(const fs::path& path) {
     fs::remove_all(path, ignored);
 }
 
+/// True if a work folder has the store that is made in it, not the one that this has replaced.
+bool hasStore(const fs::path& work) {
+    struct stat store {};
+    if (::stat((work / "store").c_str(), &store) != 0)
+        return false;
+    std::uint64_t number = 0;
+    std::ifstream note(work / kPublishing);
+    return !(note >> number) || number == static_cast<std::uint64_t>(store.st_ino);
+}
+
+void noteStore(const fs::path& work) {
+    struct stat store {};
+    if (::stat((work / "store").c_str(), &store) != 0)
+        throw cannotMakeFolder(work / "store");
+    writeFile(work / kPublishing, std::to_string(static_cast<std::uint64_t>(store.st_ino)) + "\n");
+}
+
 /// True for a name of an entry of the folder.
 template <typename Is> bool hasEntry(const fs::path& folder, const Is& is) {
     std::error_code failed;
@@ -59,7 +82,7 @@ template <typename Is> bool hasEntry(const fs::path& folder, const Is& is) {
 }
 
 bool hasPart(const fs::path& work) {
-    return isThere(work / "store") &&
+    return hasStore(work) &&
            hasEntry(work, [](const std::string& name) { return name.starts_with(kPart); });
 }
 
@@ -142,7 +165,7 @@ bool WorkFolder::open() {
         return false;
     held_ = std::move(lock.file);
     isLocked_ = lock.locked;
-    if (isThere(store()))
+    if (hasStore(path_))
         return true;
     if (use_.shared && !isAlone()) // whoever gave the store its name is about to remove it
         return true;
@@ -166,7 +189,7 @@ WorkFolder::~WorkFolder() {
 }
 
 bool WorkFolder::isFinished() const {
-    return !isThere(store());
+    return !hasStore(path_);
 }
 
 void WorkFolder::makePart(int number, const std::function<void(const fs::path&)>& make) {
@@ -201,26 +224,12 @@ void WorkFolder::makePart(int number, const std::function<void(const fs::path&)>
 }
 
 void WorkFolder::publish(bool durable, bool replace) {
+    if (replace)
+        noteStore(path_);
     if (durable)
         syncAll(path_); // before the rename: a crash must not leave the name without the data
     unfinished_.reset();
-    if (!replace) {
-        publishFolder(store(), target_, false);
-    } else {
-        // The folder gets the old store for a moment, under a name that recoverFolders() knows.
-        const LockTry held = tryLock(store(), LockKind::exclusive);
-        fs::path own;
-        for (int attempt = 0; own.empty() || isThere(own); ++attempt)
-            own = target_.parent_path() / temporaryName(target_.filename().string(), kImporting, attempt);
-        fs::rename(store(), own);
-        try {
-            publishFolder(own, target_, true);
-        } catch (...) {
-            std::error_code ignored;
-            fs::rename(own, store(), ignored);
-            throw;
-        }
-    }
+    publishFolder(store(), target_, replace);
     isPublished_ = true;
     if (durable)
         syncFolder(target_.parent_path());

@@ -1,6 +1,7 @@
 // tests/bricking/store/publish_test.cpp: giving a store its final name: nothing is replaced unasked, and a
 // process that is killed leaves the old store or the new one.
 #include "bricking/store/store_files.h"
+#include "bricking/store/work_folder.h"
 #include "core/base/error.h"
 #include "core/base/ownership.h"
 #include "core/base/program_folders.h"
@@ -8,6 +9,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <fcntl.h> // AT_FDCWD
 #include <fstream>
 #include <functional>
 #include <gmock/gmock.h>
@@ -20,6 +22,12 @@
 
 namespace {
 int renamesRefuse = 0; // error of a rename with flags; 0: they work
+int killIn = 0;        // this many steps; 0: never. A step is before a rename or behind one
+
+void maybeKill() {
+    if (killIn > 0 && --killIn == 0)
+        ::kill(::getpid(), SIGKILL);
+}
 std::string order; // of what gives a store its name: s(ync of a file system), r(ename), f(sync of a folder)
 } // namespace
 
@@ -39,7 +47,16 @@ extern "C" int renameat2(int fromFolder, const char* from, int toFolder, const c
         errno = renamesRefuse;
         return -1;
     }
-    return static_cast<int>(::syscall(SYS_renameat2, fromFolder, from, toFolder, to, flags));
+    maybeKill();
+    const auto result = static_cast<int>(::syscall(SYS_renameat2, fromFolder, from, toFolder, to, flags));
+    maybeKill();
+    return result;
+}
+extern "C" int rename(const char* from, const char* to) noexcept {
+    maybeKill();
+    const auto result = static_cast<int>(::syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
+    maybeKill();
+    return result;
 }
 
 namespace tessera {
@@ -157,6 +174,59 @@ TEST_F(Publishing, AnOldStoreGetsItsNameBackFromADeadProcess) {
     EXPECT_EQ(text("a.zarr"), "old");
     EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
 }
+
+// An import that can be continued, and replaces a store: whenever it dies, one of both stores has the name,
+// and the new one has it or can still be published.
+TEST_F(Publishing, AKillWhileAStoreIsReplacedLosesNothing) {
+    const std::string key(32, 'a');
+    const auto import = [&](const std::function<void(WorkFolder&)>& before) {
+        WorkFolder work(folder_ / "a.zarr", {key, false});
+        before(work);
+        work.publish(false, true);
+    };
+    for (const int error : {0, EINVAL}) {
+        bool wasOld = false, wasNew = false;
+        for (int moment = 1;; ++moment) {
+            SCOPED_TRACE(std::to_string(error) + ", " + std::to_string(moment));
+            ASSERT_LT(moment, 20);
+            make("a.zarr", "old");
+            const pid_t child = ::fork();
+            if (child == 0) {
+                import([&](WorkFolder& work) {
+                    std::ofstream(work.store() / "zarr.json") << "new";
+                work.makePart(0, [](const fs::path&) {});
+                renamesRefuse = error;
+                killIn = moment;
+            });
+            ::_exit(0);
+        }
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        if (!WIFSIGNALED(status)) {
+            EXPECT_GT(moment, error == 0 ? 2 : 4);
+            EXPECT_EQ(text("a.zarr"), "new");
+            break;
+        }
+        recoverFolders(folder_.path());
+        if (text("a.zarr") == "old") {
+            wasOld = true;
+            EXPECT_EQ(WorkFolder::partsOf(folder_ / "a.zarr", key), 1);
+                import([](const WorkFolder& work) {
+                    EXPECT_TRUE(fs::exists(work.part(0)));
+                EXPECT_FALSE(work.isFinished());
+        });
+    }
+    else {
+        wasNew = true;
+    }
+    EXPECT_EQ(text("a.zarr"), "new");
+    EXPECT_EQ(names(), std::vector<std::string>{"a.zarr"});
+    fs::remove_all(folder_ / "a.zarr");
+}
+EXPECT_TRUE(wasOld&& wasNew) << error;
+fs::remove_all(folder_ / "a.zarr");
+} // namespace
+} // namespace tessera
 
 TEST_F(Publishing, ADeadImportIsSweptALivingOneIsNot) {
     killedIn([&] {
