@@ -1,6 +1,7 @@
 // bricking/store/store_files.cpp: see store_files.h.
 #include "bricking/store/store_files.h"
 
+#include "bricking/store/folder_below.h"
 #include "bricking/store/work_folder.h"
 #include "core/base/error.h"
 #include "core/base/output_file.h" // outputTarget
@@ -37,14 +38,12 @@ StoreFolder openFolder(const std::filesystem::path& path) {
     return {.disk = std::move(folder), .remote = {}};
 }
 
-std::optional<StoreFile> openIn(const StoreFolder& folder, std::string_view relative,
-                                const std::filesystem::path& shown) {
-    if (folder.remote) {
-        std::string whole = folder.remote->nameOf(std::string(relative));
-        if (!folder.remote->files->sizeOf(whole))
-            return std::nullopt;
-        return StoreFile{.disk = {}, .remote = folder.remote->files, .name = std::move(whole)};
-    }
+namespace {
+
+/// Opens what lies below a folder, name by name, without following links; nullopt: something is missing.
+/// @param flags  for the last name
+std::optional<FileHandle> openBelow(const StoreFolder& folder, std::string_view relative, int flags,
+                                    const char* expected, const std::filesystem::path& shown) {
     FileHandle at;
     int parent = folder.disk.descriptor();
     std::string_view rest = relative;
@@ -53,25 +52,58 @@ std::optional<StoreFile> openIn(const StoreFolder& folder, std::string_view rela
         const std::string name(rest.substr(0, slash));
         const bool last = slash == std::string_view::npos;
         TESSERA_CHECK(!name.empty() && name != "." && name != "..");
-        // O_NONBLOCK: opening a FIFO must not wait for its writer.
-        const int flags = O_RDONLY | O_CLOEXEC | O_NOFOLLOW | (last ? O_NONBLOCK : O_DIRECTORY);
-        FileHandle next(::openat(parent, name.c_str(), flags));
+        FileHandle next(::openat(parent, name.c_str(),
+                                 O_RDONLY | O_CLOEXEC | O_NOFOLLOW | (last ? flags : O_DIRECTORY)));
         if (next.descriptor() < 0) {
             if (errno == ENOENT)
                 return std::nullopt;
-            const std::string found = errno == ELOOP ? "a symbolic link" : reason();
-            throw badFile((shown / relative).string(), "a regular file in regular folders", found);
+            struct stat facts {};
+            const int why = errno; // of a link to a folder it is ENOTDIR
+            const bool isLink =
+                why == ELOOP || (::fstatat(parent, name.c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
+                                 S_ISLNK(facts.st_mode));
+            throw badFile((shown / relative).string(), expected,
+                          isLink ? "a symbolic link" : std::strerror(why));
         }
         at = std::move(next);
         if (last)
-            break;
+            return at;
         parent = at.descriptor();
         rest.remove_prefix(slash + 1);
     }
+}
+
+} // namespace
+
+std::optional<StoreFolder> openFolderIn(const StoreFolder& folder, std::string_view relative,
+                                        const std::filesystem::path& shown) {
+    if (folder.remote)
+        return StoreFolder{
+            .disk = {},
+            .remote = RemotePlace{folder.remote->files, folder.remote->nameOf(std::string(relative))}};
+    std::optional<FileHandle> found = openBelow(folder, relative, O_DIRECTORY, "a folder", shown);
+    if (!found)
+        return std::nullopt;
+    return StoreFolder{.disk = *std::move(found), .remote = {}};
+}
+
+std::optional<StoreFile> openIn(const StoreFolder& folder, std::string_view relative,
+                                const std::filesystem::path& shown) {
+    if (folder.remote) {
+        std::string whole = folder.remote->nameOf(std::string(relative));
+        if (!folder.remote->files->sizeOf(whole))
+            return std::nullopt;
+        return StoreFile{.disk = {}, .remote = folder.remote->files, .name = std::move(whole)};
+    }
+    // O_NONBLOCK: opening a FIFO must not wait for its writer.
+    std::optional<FileHandle> at =
+        openBelow(folder, relative, O_NONBLOCK, "a regular file in regular folders", shown);
+    if (!at)
+        return std::nullopt;
     struct stat facts {};
-    if (::fstat(at.descriptor(), &facts) != 0 || !S_ISREG(facts.st_mode))
+    if (::fstat(at->descriptor(), &facts) != 0 || !S_ISREG(facts.st_mode))
         throw badFile((shown / relative).string(), "a regular file", "something else");
-    return StoreFile{.disk = std::move(at), .remote = {}};
+    return StoreFile{.disk = *std::move(at), .remote = {}};
 }
 
 std::uint64_t fileSize(const StoreFile& file, const std::string& shown) {

@@ -188,6 +188,7 @@ std::optional<OmeImage> omeImageOf(const ZarrNode& group) {
     if (first.has("version"))
         checkVersion(first.at("version"));
     OmeImage image;
+    image.notes = group.notes;
     std::vector<OmeAxis> axes;
     for (const JsonValue row : first.at("axes").items(ZarrArray::kMostAxes, "axes"))
         axes.push_back(omeAxisOf(row));

@@ -303,6 +303,7 @@ ZarrArray zarrArrayOf(const ZarrNode& node) {
     TESSERA_CHECK(node.isArray);
     ZarrArray array;
     array.path = node.path;
+    array.folder = node.folder;
     array.where = node.metadataFile;
     const JsonValue root(*node.metadata, node.metadataFile);
     if (node.version == 2)

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct ZarrArray {
                                                         << 24; // its index has 16 bytes for each
 
     std::filesystem::path path;
+    std::shared_ptr<const StoreFolder> folder; // that path, open
     std::string where; // its metadata, for messages
     /// Elements, slowest axis first; the three have one length, 1 to kMostAxes.
     std::vector<std::int64_t> shape,

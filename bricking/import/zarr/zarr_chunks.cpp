@@ -39,7 +39,7 @@ std::string textOf(std::span<const std::int64_t> at) {
 
 } // namespace
 
-ZarrChunks::ZarrChunks(const ZarrArray& array) : array_(array), folder_(openFolder(array.path)) {}
+ZarrChunks::ZarrChunks(const ZarrArray& array) : array_(array), folder_(*array.folder) {}
 
 std::size_t ZarrChunks::bytesNeeded(const ZarrArray& array) {
     const std::size_t indices = array.shard.empty() ? 0 : 2 * indexBytesOf(array) * (openShardsOf(array) + 1);
@@ -162,7 +162,7 @@ std::span<const std::byte> ZarrChunks::read(std::span<const std::int64_t> at) {
 void findSeparator(ZarrArray& array) {
     if (array.isSeparatorSaid || array.shape.size() < 2)
         return;
-    const StoreFolder folder = openFolder(array.path);
+    const StoreFolder& folder = *array.folder;
     for (const std::int64_t half : {1, 0, 2}) {
         std::vector<std::int64_t> at;
         for (std::size_t axis = 0; axis < array.shape.size(); ++axis)

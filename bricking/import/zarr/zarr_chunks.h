@@ -51,7 +51,7 @@ class ZarrChunks {
     std::span<const std::byte> decoded(std::span<const std::byte> encoded);
 
     const ZarrArray& array_;
-    StoreFolder folder_;
+    const StoreFolder& folder_;
     std::map<std::vector<std::int64_t>, OpenShard> shards_; // by place; without a file: missing
     std::vector<std::byte> encoded_, decoded_;
     std::string where_; // of the chunk that is read

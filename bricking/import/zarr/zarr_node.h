@@ -2,16 +2,20 @@
 // them: its metadata and attributes. Zarr specifications: zarr-specs.readthedocs.io.
 #pragma once
 
+#include "bricking/store/store_files.h"
+
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tessera {
 
 struct ZarrNode {
     std::filesystem::path path; // its folder
+    std::shared_ptr<const StoreFolder> folder; // the same, open: what is below is read from it
     int version = 0;            // 2 or 3
     bool isArray = false;
     /// .zarray, .zgroup or zarr.json; an empty object for a group of version 2.
@@ -21,12 +25,14 @@ struct ZarrNode {
     /// version 2 are not read: an empty object.
     std::shared_ptr<const nlohmann::json> attributes;
     std::string attributesFile;
+    std::vector<std::string> notes; // what was passed over
 };
 
 /// True if the folder has a file of Zarr's metadata.
 bool isZarr(const std::filesystem::path& folder);
 
-/// Nullopt: there is no Zarr. Throws InputError naming the file for metadata that are damaged, larger than
+/// Of attributes, in which programs write numbers that are no JSON, NaN and Infinity count as null. Nullopt:
+/// there is no Zarr. Throws InputError naming the file for metadata that are damaged, larger than
 /// kMaxJsonBytes (core/base/json_reader.h), links, or of another version.
 std::optional<ZarrNode> readZarrNode(const std::filesystem::path& folder);
 /// The same of a path below a group, as metadata name it. Throws InputError naming a link on the way, too.

@@ -502,6 +502,63 @@ TEST(ImportZarr, LinksThatMetadataNameAreNotFollowed) {
     EXPECT_EQ(openSource(folder / "link", oneMm())->info().extentVoxels, glm::ivec3(13, 11, 7));
 }
 
+// A link that takes the array's place once it is open is not followed either.
+TEST(ImportZarr, AnOpenArrayStaysWhereItIs) {
+    const ScratchFolder folder;
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    WrittenZarr zarr;
+    zarr.shape = kShape;
+    zarr.chunk = {3, 4, 5};
+    writeImage(folder / "image", zarr, values, "zyx");
+    writeZarrArray(folder / "elsewhere", zarr, std::vector<std::uint32_t>(values.size(), 3));
+    const auto source = openSource(folder / "image", {});
+    fs::rename(folder / "image/full", folder / "image/aside");
+    fs::create_directory_symlink(folder / "elsewhere", folder / "image/full");
+    EXPECT_EQ(readAll<std::uint16_t>(*source), as<std::uint16_t>(values));
+}
+
+// Python's writers put numbers into attributes that JSON does not have.
+TEST(ImportZarr, NaNAndInfinityInAttributesAreIgnored) {
+    const ScratchFolder folder;
+    const auto values = zarrLabelValues(7 * 11 * 13);
+    const std::string more =
+        "\"weights\": [NaN, -Infinity, Infinity, 1], \"text \\\"NaN\": \"Infinity \\\\\", ";
+    for (const int version : {2, 3}) {
+        WrittenZarr zarr;
+        zarr.version = version;
+        zarr.shape = zarr.chunk = kShape;
+        const fs::path path = folder / std::to_string(version);
+        writeImage(path, zarr, values, "zyx");
+        const fs::path file = path / (version == 2 ? ".zattrs" : "zarr.json");
+        std::string text = fileText(file);
+        const std::string where = version == 2 ? "{" : "\"attributes\":";
+        std::size_t at = text.find(where);
+        ASSERT_NE(at, std::string::npos) << text;
+        at = text.find('{', at) + 1;
+        writeFile(file, text.substr(0, at) + more + text.substr(at));
+        const auto source = openSource(path, {});
+        EXPECT_EQ(readAll<std::uint16_t>(*source), as<std::uint16_t>(values));
+        EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("3 values NaN or Infinity are ignored")));
+        // Where a number is needed it is none.
+        text = fileText(file);
+        at = text.find("0.25");
+        ASSERT_NE(at, std::string::npos);
+        writeFile(file, text.replace(at, 4, "NaN"));
+        EXPECT_THAT(refusalOf([&] { openSource(path, {}); }), HasSubstr("scale"));
+    }
+    // The metadata of an array stay strict: a fill value is one of them.
+    WrittenZarr zarr;
+    zarr.type = "float32";
+    zarr.shape = zarr.chunk = kShape;
+    writeZarrArray(folder / "array", zarr, values);
+    std::string text = fileText(folder / "array/zarr.json");
+    const std::size_t at = text.find("\"fill_value\":");
+    ASSERT_NE(at, std::string::npos) << text;
+    const std::size_t end = text.find_first_of(",}\n", at);
+    writeFile(folder / "array/zarr.json", text.substr(0, at) + "\"fill_value\": NaN" + text.substr(end));
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "array", oneMm()); }), HasSubstr("zarr.json"));
+}
+
 TEST(ImportZarr, SlicesOfTooManyChunksAreRefused) {
     const ScratchFolder folder;
     WrittenZarr zarr;
