@@ -9,6 +9,7 @@
 #include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/statistics_layout.h"
 #include "bricking/statistics/statistics_pass.h"
+#include "bricking/statistics/statistics_reader.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/remote_files.h"
@@ -26,11 +27,6 @@ namespace tessera {
 namespace fs = std::filesystem;
 namespace {
 
-std::size_t heldBytes(const VolumeInfo& info) {
-    return 2 * sizeof(float) * cellCount(cellGrid(info.extentVoxels)) +
-           5 * sizeof(float) * cellCount(brickGrid(info.extentVoxels)) +
-           sizeof(std::uint64_t) * kHistogramBins;
-}
 /// Bytes of one part of the rays of one group of layers.
 std::size_t rayLayerBytes(const VolumeInfo& info) {
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
@@ -42,21 +38,6 @@ std::size_t threadCount(int threads) {
 std::size_t scratchBytes(const VolumeInfo& info) {
     return std::max(floatSpec(cellGrid(info.extentVoxels)).scratchBytes(),
                     raySpec(brickGrid(info.extentVoxels)).scratchBytes());
-}
-
-/// Sized and charged, not yet filled.
-Statistics emptyStatistics(const VolumeInfo& info, MemoryBudget& ram) {
-    Statistics statistics;
-    statistics.charge = ram.charge(heldBytes(info), "statistics");
-    statistics.cells = cellGrid(info.extentVoxels);
-    statistics.bricks = brickGrid(info.extentVoxels);
-    statistics.cellMin.resize(cellCount(statistics.cells));
-    statistics.cellMax.resize(cellCount(statistics.cells));
-    for (std::vector<float>* values : {&statistics.brickMean, &statistics.brickMin, &statistics.brickMax,
-                                       &statistics.wideMin, &statistics.wideMax})
-        values->resize(cellCount(statistics.bricks));
-    statistics.histogram.resize(kHistogramBins);
-    return statistics;
 }
 
 /// Ranges of bricks from those of their cells.
@@ -100,13 +81,6 @@ void boundWideRanges(Statistics& statistics) {
     }
 }
 
-std::span<std::byte> layerOf(std::vector<float>& values, const ArraySpec& spec, int layer) {
-    const std::size_t slice = cellCount({spec.grid.x, spec.grid.y, 1});
-    const int first = layer * spec.chunk.z, end = std::min(first + spec.chunk.z, spec.grid.z);
-    return std::as_writable_bytes(std::span(values).subspan(slice * static_cast<std::size_t>(first),
-                                                            slice * static_cast<std::size_t>(end - first)));
-}
-
 /// The hidden part of a cell or brick and of so many voxels around it.
 Mask::Part partOf(const MaskedSource& masked, std::size_t at, const glm::ivec3& grid, int edge, int around) {
     const glm::ivec3 low = gridPosition(at, grid) * edge;
@@ -117,58 +91,13 @@ Mask::Part partOf(const MaskedSource& masked, std::size_t at, const glm::ivec3& 
 /// Reads the store's statistics; throws InputError if anything is missing, different or damaged.
 /// @param threads  at most so many, each with scratchBytes()
 void readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
-    const StoreFolder folder = openFolder(store.path());
-    const std::string where = (store.path() / kStatisticsFile).string();
-    for (const char* name :
-         {"brick_max", "brick_min", "cell_max", "cell_min"}) { // the last one told comes first
-        const bool isOfCells = name[0] == 'c';
-        const ArraySpec spec = floatSpec(isOfCells ? statistics.cells : statistics.bricks);
-        tellArrayLayers(folder, std::string("stats/") + name, spec, 0, spec.layers());
-    }
-    const Json group = readStatisticsGroup(folder, store);
-    const std::string root = "/attributes/tessera/";
-    statistics.lowest = static_cast<float>(numberAt(group, root + "lowest", where));
-    statistics.highest = static_cast<float>(numberAt(group, root + "highest", where));
-    std::uint64_t voxels = 0;
-    for (std::size_t bin = 0; bin < kHistogramBins; ++bin) {
-        statistics.histogram[bin] = static_cast<std::uint64_t>(
-            integerAt(group, root + "histogram/" + std::to_string(bin), 0, std::int64_t{1} << 62, where));
-        voxels += statistics.histogram[bin];
-    }
-    if (voxels != store.info().voxelCount())
-        throw badFile(where, "a histogram of all voxels", std::to_string(voxels) + " counts");
-    struct Array {
-        const char* name;
-        std::vector<float>* values;
-    };
-    // Both arrays of a pair at once, layer by layer.
-    const auto read = [&](const std::array<Array, 2>& arrays, const glm::ivec3& grid) {
-        const ArraySpec spec = floatSpec(grid);
-        for (const Array& array : arrays)
-            checkArrayMetadata(folder, std::string("stats/") + array.name, spec, store.path());
-        const auto layers = static_cast<std::size_t>(spec.layers());
-        parallelFor(2 * layers, threads, [&](std::size_t task) {
-            const Array& array = arrays[task / layers];
-            const int layer = static_cast<int>(task % layers);
-            readArrayLayer(folder, std::string("stats/") + array.name, spec, layer,
-                           layerOf(*array.values, spec, layer), store.path());
-        });
-        parallelFor(2, threads, [&](std::size_t which) {
-            const std::string name = arrays[which].name;
-            const auto expected = integerAt(group, root + "arrays/" + name, 0, UINT32_MAX, where);
-            if (crc32c(std::as_bytes(std::span(*arrays[which].values))) != expected)
-                throw badFile((store.path() / "stats" / name).string(),
-                              "the array that stats/zarr.json describes", "another");
-        });
-    };
-    read({{{"cell_min", &statistics.cellMin}, {"cell_max", &statistics.cellMax}}}, statistics.cells);
+    const StatisticsReader reader(store, {"brick_max", "brick_min", "cell_max", "cell_min"});
+    reader.summary(statistics);
+    reader.pair("cell_min", statistics.cellMin, "cell_max", statistics.cellMax, statistics.cells, threads);
     foldBricks(statistics, threads);
-    if (integerAt(group, root + "version", kOldestStatistics, kStatisticsVersion, where) ==
-        kOldestStatistics) {
-        boundWideRanges(statistics);
-        return;
-    }
-    read({{{"brick_min", &statistics.wideMin}, {"brick_max", &statistics.wideMax}}}, statistics.bricks);
+    if (reader.version() == kOldestStatistics)
+        return boundWideRanges(statistics);
+    reader.pair("brick_min", statistics.wideMin, "brick_max", statistics.wideMax, statistics.bricks, threads);
 }
 
 } // namespace
@@ -190,7 +119,7 @@ void Statistics::brickRange(const BrickId& brick, int layers, float& lo, float& 
 
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
     const std::size_t chunk = cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
-    const std::size_t own = heldBytes(info) + threadCount(threads) * chunk + rayScratchBytes(info, threads) +
+    const std::size_t own = heldStatisticsBytes(info) + threadCount(threads) * chunk + rayScratchBytes(info, threads) +
                             kBrickRayParts * rayLayerBytes(info) + scratchBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h).
     return (own + readerFloorBytes(info)) / 3 * 4 + 4;
@@ -251,7 +180,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
         const ArraySpec array = floatSpec(grid);
         writeArrayMetadata(folder / "stats" / name, array);
         for (int layer = 0; layer < array.layers(); ++layer)
-            writeArrayLayer(folder / "stats" / name, array, layer, layerOf(values, array, layer));
+            writeArrayLayer(folder / "stats" / name, array, layer, layerOfArray(values, array, layer));
         crcs[name] = crc32c(std::as_bytes(std::span(values)));
     };
     write("cell_min", statistics.cells, statistics.cellMin);

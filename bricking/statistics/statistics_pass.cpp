@@ -183,6 +183,12 @@ void gatherMeans(const ChunkSource& volume, Statistics& statistics, BufferPool& 
     constexpr int level = kLevelCount - 1;
     static_assert(kBrickExtent >> level == 1, "a sample of the coarsest level is a brick");
     const glm::ivec3 grid = chunkGrid(volume.info().extentVoxels, level);
+    std::vector<ChunkKey> keys;
+    for (std::size_t chunk = 0; chunk < cellCount(grid); ++chunk) {
+        const glm::ivec3 at = gridPosition(chunk, grid);
+        keys.push_back({level, at.x, at.y, at.z});
+    }
+    volume.willRead(keys);
     const BufferPool::Lease buffer(pool);
     for (int k = 0; k < grid.z; ++k)
         for (int j = 0; j < grid.y; ++j)

@@ -10,6 +10,7 @@
 #include "bricking/store/stand_in_reader.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -102,8 +103,14 @@ void keepTable(const FoundTable& found, const StoreReader& store, const fs::path
 }
 
 std::optional<FoundTable> keptTableOf(const StoreReader& store, MemoryBudget& ram) {
-    std::error_code ignored;
-    if (fs::symlink_status(store.path() / kTable, ignored).type() == fs::file_type::not_found)
+    const auto isThere = [&] {
+        std::error_code ignored;
+        if (isAddress(store.path()))
+            return openIn(openFolder(store.path()), std::string(kTable) + "/zarr.json", store.path())
+                .has_value();
+        return fs::symlink_status(store.path() / kTable, ignored).type() != fs::file_type::not_found;
+    };
+    if (!isThere())
         return std::nullopt;
     return readTable(store, ram);
 }

@@ -2,6 +2,7 @@
 // fails on the way; blocks on disk, their budget and damage; what is refused; a store behind an address.
 #include "bricking/remote/block_files.h"
 #include "bricking/remote/http_files.h"
+#include "bricking/statistics/coarse_statistics.h"
 #include "bricking/store/store_reader.h"
 #include "core/base/address.h"
 #include "core/base/error.h"
@@ -325,6 +326,41 @@ TEST_F(Remote, AStoreBehindAnAddressIsTheStore) {
     const StoreReader* const both[] = {&here, &there};
     EXPECT_GT(fetchedFor(both)->requests, 0u);
     EXPECT_FALSE(fetchedFor(std::span(both).first(1)));
+}
+
+// A first picture needs neither the statistics of cells nor the rays of bricks.
+TEST_F(Remote, CoarseStatisticsAreFewBytes) {
+    HashSource source(plainInfo({150, 90, 70}, ValueType::i16));
+    import(served / "torso.zarr", source);
+    const std::string address = server.address("torso.zarr");
+    makeReachable(address, openRemoteFiles(address, options));
+    MemoryBudget ram("RAM", "--ram", std::size_t{1} << 28);
+    const StoreReader here(served / "torso.zarr", ram), there(address, ram);
+    const auto coarse = loadCoarseStatistics(there, ram, 2);
+    ASSERT_TRUE(coarse);
+    EXPECT_EQ(coarse->wideMin, loadStatistics(here, ram, 2).wideMin);
+    std::size_t ofBricks = 0;
+    for (const AskedOf& one : server.asked()) {
+        EXPECT_THAT(one.target, Not(::testing::AnyOf(HasSubstr("cell_"), HasSubstr("rays"))));
+        ofBricks += one.target.find("brick_") != std::string::npos;
+    }
+    EXPECT_EQ(ofBricks, 4u);
+}
+
+// The address itself may be a file, with a query of its own.
+TEST_F(Remote, AnAddressIsAFile) {
+    const std::string bytes = randomBytes(3 * kRemoteBlockBytes + 77);
+    writeBytes(served / "a/mesh.ply", bytes);
+    const auto files = open("a/mesh.ply?token=x");
+    ASSERT_EQ(files->sizeOf(""), bytes.size());
+    EXPECT_EQ(read(*files, "", kRemoteBlockBytes - 5, 2 * kRemoteBlockBytes),
+              bytes.substr(kRemoteBlockBytes - 5, 2 * kRemoteBlockBytes));
+    EXPECT_NE(files->versionOf(""), "");
+    EXPECT_FALSE(files->sizeOf("deep"));
+    for (const AskedOf& one : server.asked())
+        EXPECT_THAT(one.target, ::testing::AnyOf("/a/mesh.ply?token=x", "/a/mesh.ply/deep?token=x"));
+    EXPECT_THAT(refusalOf([&] { read(*files, "", bytes.size(), 1); }),
+                ::testing::AllOf(HasSubstr("a/mesh.ply: "), Not(HasSubstr("token"))));
 }
 
 } // namespace
