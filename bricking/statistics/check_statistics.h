@@ -30,4 +30,10 @@ int checkStatistics(const StoreReader& store, MemoryBudget& ram, const Statistic
 /// The same for local histograms (local_histograms.h), where the store has some.
 void checkLocalHistograms(const StoreReader& store, MemoryBudget& ram, const StatisticsFault& found);
 
+/// Makes local histograms again, where the store has some that can be read, and compares them. The statistics
+/// are whole.
+/// @return why they were not compared; "": they were, or there are none
+std::string compareLocalHistograms(const StoreReader& store, MemoryBudget& ram, int threads,
+                                   const StatisticsFault& found);
+
 } // namespace tessera

@@ -136,7 +136,8 @@ void write(LocalHistograms& made, const StoreReader& store, std::uint32_t hidden
 }
 
 /// What a group's document says it is of.
-LocalHistograms readAny(const StoreReader& store, MemoryBudget& ram) {
+/// @param hidden  gets the number of the hidden part
+LocalHistograms readAny(const StoreReader& store, MemoryBudget& ram, std::uint32_t& hidden) {
     const std::string where = groupPath(store);
     const Json group = readGroup(store, openFolder(store.path()));
     const std::string root = kRoot;
@@ -149,7 +150,7 @@ LocalHistograms readAny(const StoreReader& store, MemoryBudget& ram) {
         static_cast<int>(integerAt(group, root + "most", 1, settings.kMostRepresentatives, where));
     if (localHistogramLevel(store.info(), settings.radiusMm) == kLevelCount)
         throw badFile(where, root + "radius of a level", "another");
-    const auto hidden = static_cast<std::uint32_t>(integerAt(group, root + "hidden", 0, UINT32_MAX, where));
+    hidden = static_cast<std::uint32_t>(integerAt(group, root + "hidden", 0, UINT32_MAX, where));
     return read(store, hidden, settings, ram);
 }
 
@@ -160,9 +161,31 @@ void checkLocalHistograms(const StoreReader& store, MemoryBudget& ram, const Sta
     if (fs::symlink_status(store.path() / kFolder, ignored).type() == fs::file_type::not_found)
         return;
     try {
-        readAny(store, ram);
+        std::uint32_t hidden = 0;
+        readAny(store, ram, hidden);
     } catch (const BadFile& problem) {
         found(kFolder, problem);
+    }
+}
+
+std::string compareLocalHistograms(const StoreReader& store, MemoryBudget& ram, int threads,
+                                   const StatisticsFault& found) {
+    std::error_code ignored;
+    if (fs::symlink_status(store.path() / kFolder, ignored).type() == fs::file_type::not_found)
+        return "";
+    try {
+        std::uint32_t hidden = 0;
+        const LocalHistograms kept = readAny(store, ram, hidden);
+        if (hidden != 0)
+            return "local histograms were not compared: they are of the volume without a part that was hidden";
+        const Statistics statistics = loadStatistics(store, ram, threads);
+        const LocalHistograms made = makeLocalHistograms(store, statistics, kept.settings, ram, threads);
+        if (made.centres != kept.centres || made.numbers != kept.numbers || made.shares != kept.shares)
+            found(kFolder, badFile((store.path() / kFolder).string(), "what the voxels give",
+                                   "something else"));
+        return "";
+    } catch (const InputError& problem) { // of the budget: files have been read before
+        return std::string("local histograms were not compared: ") + problem.what();
     }
 }
 

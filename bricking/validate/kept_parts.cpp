@@ -8,15 +8,21 @@
 #include "bricking/store/checked_json.h"
 #include "bricking/store/store_files.h"
 #include "bricking/validate/written_place.h"
+#include "core/base/brick.h"
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/volume.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <glm/common.hpp>
 #include <set>
+#include <span>
 #include <system_error>
+#include <vector>
 
 namespace tessera {
 namespace fs = std::filesystem;
@@ -54,6 +60,21 @@ bool haveSameBytes(const fs::path& a, const fs::path& b) {
             return false;
     }
     return first.eof() && second.eof();
+}
+
+/// The numbers of a chunk of labels in a slab of slices, whose first slice is the chunk's.
+/// @param first  of the chunk in the slab
+void takeNumbers(std::span<const std::byte> chunk, ValueType type, const glm::ivec3& first,
+                 const glm::ivec3& extent, std::span<std::uint16_t> slab) {
+    const glm::ivec3 size = glm::min(extent - first, glm::ivec3(kChunkExtent));
+    for (int z = 0; z < kChunkExtent; ++z)
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x) {
+                const std::size_t from =
+                    linearIndex({x, y, z}, glm::ivec3(kChunkExtent)) * bytesPerValue(type);
+                slab[linearIndex(first + glm::ivec3(x, y, z), {extent.x, extent.y, kChunkExtent})] =
+                    static_cast<std::uint16_t>(storedValue(type, chunk.data() + from));
+            }
 }
 
 } // namespace
@@ -144,6 +165,49 @@ void KeptParts::compare(const ShareDone& progress) {
             faults_.add(
                 part,
                 badFile((store_.path() / part).string(), "what the voxels give", "something else").what());
+    if (hasStatisticsFaults() || faults_.has(kHistogramPart))
+        return;
+    const StatisticsFault found = [&](const std::string& part, const BadFile& problem) {
+        faults_.add(part, problem.what());
+    };
+    if (const std::string why = compareLocalHistograms(store_, ram_, threads_, found); !why.empty())
+        notes_.push_back(why);
+}
+
+void KeptParts::compareLabels() {
+    if (faults_.has(kLabelPart))
+        return;
+    const glm::ivec3 extent = store_.info().extentVoxels;
+    const std::size_t slice = cellCount({extent.x, extent.y, 1});
+    try {
+        const LabelTable table = readLabelTable(store_, ram_);
+        const Charge charge = ram_.charge(kChunkExtent * slice * sizeof(std::uint16_t) + store_.chunkBytes() +
+                                              LabelFilesWriter::bytesNeeded(extent, threads_),
+                                          "comparing the cells of labels");
+        const TemporaryFolder made(fs::temp_directory_path() / "tessera-labels.zarr");
+        LabelFilesWriter writer(made.path(), extent, threads_);
+        std::vector<std::uint16_t> slab(kChunkExtent * slice);
+        std::vector<std::byte> chunk(store_.chunkBytes());
+        const glm::ivec3 chunks = chunkGrid(extent, 0);
+        for (int k = 0; k < chunks.z; ++k) {
+            for (int j = 0; j < chunks.y; ++j)
+                for (int i = 0; i < chunks.x; ++i) {
+                    checkInterrupted();
+                    store_.readChunk({0, i, j, k}, chunk);
+                    takeNumbers(chunk, store_.info().type, glm::ivec3(i, j, 0) * kChunkExtent, extent, slab);
+                }
+            const int slices = std::min(kChunkExtent, extent.z - k * kChunkExtent);
+            writer.add(std::span(slab).first(static_cast<std::size_t>(slices) * slice), slices);
+        }
+        writer.finish(table, store_);
+        for (const char* array : {"counts", "set", "voxels"})
+            if (const std::string part = std::string(kLabelPart) + "/" + array; !isSame(made.path(), part))
+                return faults_.add(kLabelPart, badFile((store_.path() / part).string(),
+                                                       "what the voxels give", "something else")
+                                                   .what());
+    } catch (const InputError& problem) { // of the budget, or of a number that no set has
+        notes_.push_back(std::string("the cells of labels were not compared: ") + problem.what());
+    }
 }
 
 void KeptParts::publish(const fs::path& made, const std::string& part) {

@@ -24,9 +24,11 @@ class KeptParts {
     void check();
     /// Reads the table and the cells of a volume of labels.
     void checkLabels();
-    /// Makes statistics and the mask again in the system's folder for temporary files; what differs is a
-    /// fault. The levels are whole.
+    /// Makes statistics, the mask and local histograms again, the former in the system's folder for temporary
+    /// files; what differs is a fault. The levels are whole.
     void compare(const ShareDone& progress);
+    /// The same for the cells of a volume of labels.
+    void compareLabels();
     /// Makes again what has faults.
     /// @param areLevelsWhole  else only what needs no voxels is mended
     void repair(bool areLevelsWhole, const ShareDone& progress);

@@ -183,6 +183,8 @@ void Validation::checkKept(const StoreMetadata& metadata) {
     KeptParts kept(*store, ram_, options_.threads, faults_, report_.notes);
     if (metadata.rule == kMajorityRule) {
         kept.checkLabels();
+        if (options_.thorough && areLevelsWhole_)
+            kept.compareLabels();
         return;
     }
     kept.check();

@@ -13,7 +13,7 @@ namespace tessera {
 
 struct ValidateOptions {
     bool repair = false;   // make again what follows from the rest of the store
-    bool thorough = false; // make statistics again, to compare them
+    bool thorough = false; // make again what follows from the voxels, to compare it
     int threads = 0;       // 0: all processors
     Progress* progress = nullptr;
 };
@@ -28,7 +28,8 @@ struct ValidateReport {
 
 /// Checks a store: the documents of metadata, every shard's index, every chunk, every level against the one
 /// before, statistics and what else is kept beside them, and files that dead processes left. Nothing is
-/// written without `repair`, but with `thorough` statistics in the system's folder for temporary files.
+/// written without `repair`, but with `thorough` statistics, or the cells of labels, in the system's folder
+/// for temporary files.
 ///
 /// Repair writes beside a file and renames. It makes level documents, chunks above level 0, statistics and
 /// the mask of a table byte for byte as the import made them; it removes damaged local histograms, which are

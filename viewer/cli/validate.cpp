@@ -61,8 +61,10 @@ void addValidateCommand(Command& program, const CommonOptions& common, Action& a
         "--repair", arguments->repair,
         "make levels above the finest, statistics and metadata of levels again where they are damaged; "
         "remove what killed programs left");
-    command.flag("--thorough", arguments->thorough,
-                 "compute statistics again too, and compare them; without it their checksums must be right");
+    command.flag(
+        "--thorough", arguments->thorough,
+        "compute statistics and cells of labels again too, and compare them; without it their checksums "
+        "must be right");
     command.option("--ram", arguments->ram, "budget, e.g. 512MiB (default: 1 GiB at most)");
     command.footer("Exit code 1 if something is wrong and stays so.\nExample:\n  tessera validate "
                    "abdomen.zarr --repair");

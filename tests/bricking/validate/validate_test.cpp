@@ -379,6 +379,28 @@ TEST_F(ValidatedStore, StatisticsWhoseChecksumsAreRightAreFoundOutByComputingThe
     EXPECT_THAT(differences(whole, filesIn(path)), IsEmpty());
 }
 
+TEST_F(ValidatedStore, LocalHistogramsOfOtherVoxelsAreFoundOutByMakingThemAgain) {
+    EXPECT_THAT(validate(path, false, true).notes, IsEmpty());
+    HashSource other(plainInfo({70, 47, 65}, ValueType::i16),
+                     [](int x, int y, int z) { return x * y + 3 * z; });
+    import(scratch / "other.zarr", other);
+    {
+        MemoryBudget ram("RAM", "--ram", kPlenty);
+        const StoreReader store(path, ram), voxels(scratch / "other.zarr", ram);
+        LocalHistogramSettings settings;
+        settings.radiusMm = 4;
+        settings.representatives = 64;
+        fs::remove_all(path / "stats/histograms");
+        localHistogramsOf(store, voxels, 0, loadStatistics(voxels, ram, 1), settings, ram, 1);
+    }
+    EXPECT_THAT(validate(path).lines, IsEmpty());
+    const ValidateReport report = validate(path, false, true);
+    ASSERT_EQ(report.lines.size(), 1u) << testing::PrintToString(report.lines);
+    EXPECT_THAT(report.lines[0], AllOf(HasSubstr("stats/histograms"), HasSubstr("what the voxels give")));
+    EXPECT_EQ(validate(path, true, true).mended, 1u);
+    EXPECT_FALSE(fs::exists(path / "stats/histograms"));
+}
+
 TEST_F(ValidatedStore, ALinkIsNeitherFollowedNorReplaced) {
     fs::rename(path / "1/c/0/0/0", scratch / "elsewhere");
     flipByte(scratch / "elsewhere", 50);
@@ -569,6 +591,35 @@ TEST(Validate, LevelsOfLabelsAreMadeAgainByTheirOwnRule) {
     const ValidateReport report = validate(scratch / "l.zarr", true);
     ASSERT_EQ(report.lines.size(), 1u);
     EXPECT_THAT(report.lines[0], HasSubstr("sets/set"));
+    EXPECT_EQ(report.mended, 0u);
+}
+
+TEST(Validate, CellsOfOtherLabelsAreFoundOutByMakingThemAgain) {
+    ScratchFolder scratch;
+    const glm::ivec3 extent(70, 47, 40);
+    VolumeInfo scan = plainInfo(extent, ValueType::u16);
+    MemoryBudget ram("RAM", "--ram", kPlenty);
+    LabelImportOptions options;
+    options.threads = 1;
+    for (const auto& [name, seed] : {std::pair{"l.zarr", 5}, {"other.zarr", 6}}) {
+        LabelFile file = fileOf({HeldLayer(scan, blobs(extent, {3, 7, 9}, seed, 40))});
+        importLabels(file, scan, scratch / name, ram, options);
+    }
+    const fs::path path = scratch / "l.zarr";
+    const ValidateReport whole = validate(path, false, true);
+    EXPECT_THAT(whole.lines, IsEmpty());
+    EXPECT_THAT(whole.notes, IsEmpty());
+    const std::string hash = StoreReader(path, ram).contentHash();
+    fs::remove_all(path / "sets");
+    fs::copy(scratch / "other.zarr/sets", path / "sets", fs::copy_options::recursive);
+    Json group = parseJson(fileText(path / "sets/zarr.json"), "");
+    group["attributes"]["tessera"]["store"] = hash;
+    seal(group);
+    setFileText(path / "sets/zarr.json", storedText(group));
+    EXPECT_THAT(validate(path).lines, IsEmpty());
+    const ValidateReport report = validate(path, true, true);
+    ASSERT_EQ(report.lines.size(), 1u) << testing::PrintToString(report.lines);
+    EXPECT_THAT(report.lines[0], AllOf(HasSubstr("sets/"), HasSubstr("what the voxels give")));
     EXPECT_EQ(report.mended, 0u);
 }
 
