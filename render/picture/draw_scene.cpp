@@ -10,6 +10,7 @@
 #include "render/picture/ray_renderer.h"
 #include "render/picture/render_scene.h"
 #include "render/pixels/noise_filter.h"
+#include "render/plan/fusion.h" // FurtherVolume
 #include "render/plan/planner.h"
 #include "render/plan/step_search.h" // kFinestStep
 #include "render/renderer.h"
@@ -117,6 +118,18 @@ PixelOver layLabelsOver(const FrameTask& task, RenderResult& result) {
     return [labels, places](const glm::ivec2& pixel) { return labels->overPixel(pixel, places); };
 }
 
+/// Of all bricks of a plan, once each: what tiles in passes take, whichever of them a process has drawn.
+std::uint64_t bytesOfBricks(const FramePlan& p) {
+    std::uint64_t bytes = 0;
+    for (std::size_t level = 0; level < kLevelCount; ++level)
+        bytes += p.layer().selection.counts[level] *
+                 cellCount(glm::ivec3(kBrickExtent >> static_cast<int>(level))) *
+                 bytesPerValue(p.info().type);
+    for (const auto& volume : p.further)
+        bytes += bytesOfBricks(volume->plan);
+    return bytes;
+}
+
 /// Draws a plan, and measures how wrong that is. Returns whether it went on from the round before.
 bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) {
     const Scene& scene = task.scene;
@@ -129,13 +142,14 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
         (!scene.lighting.transport || scene.quality.pixels.denoise)) {
         task.context.progress.stage("measuring the picture's errors");
         const bool full = scene.quality.maxError.value_or(0) > 0;
+        const std::unique_ptr<PixelSource> pixels = renderer.pixels(task);
         const DrawnPicture drawn{
             scene,
             tiles ? DrawnPixels{scene.imageSize, tiles->shown(),
                                 [tiles](const glm::ivec2& at) { return tiles->colour(at); },
                                 task.plan.view.drawnSize()}
                   : pixelsOf(result.image),
-            result.work,
+            tiles && pixels && pixels->about().passes ? bytesOfBricks(task.plan) : result.work.bytesUploaded,
             result.pixels.taken,
             full ? Verify::full : task.options.verify,
             task.round.number,
@@ -143,7 +157,7 @@ bool drawFrame(Renderer& renderer, const FrameTask& task, RenderResult& result) 
             task.options.slicing,
             task.options.verify == Verify::full,
             over};
-        if (const auto pixels = renderer.pixels(task))
+        if (pixels)
             result.measured = measurePicture(drawn, *pixels, task.context.ram);
     }
     for (std::size_t i = 0; i < added.pixels.size(); ++i)

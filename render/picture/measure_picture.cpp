@@ -91,7 +91,7 @@ PictureMeasurement measurePicture(const DrawnPicture& picture, PixelSource& sour
     PixelsAgain::Limits limits{picture.slicing};
     limits.slicing.progress = {};
     if (picture.mode == Verify::quick && large)
-        limits.mostBytes = picture.work.bytesUploaded / kShareOfBytes;
+        limits.mostBytes = picture.bytes / kShareOfBytes;
     const bool more = picture.mode == Verify::full; // at any cost
     std::vector<std::vector<glm::vec4>> own;
     for (PixelsAgain& pixels : again) {

@@ -5,12 +5,14 @@
 #include "core/scene/scene.h"
 #include "render/picture/pixels_again.h"
 
+#include <cstdint>
+
 namespace tessera {
 
 struct DrawnPicture {
     const Scene& scene;
     DrawnPixels pixels;
-    const Work& work;           // that it took
+    std::uint64_t bytes = 0;    // of bricks that it took
     double samplesPerPixel = 1; // in the mean
     Verify mode = Verify::quick;
     int round = 0, rounds = 1; // of measurements of this picture, and how many there may be

@@ -143,6 +143,34 @@ TEST_P(TilesOf, HaveTheBitsOfTheWhole) {
     }
 }
 
+// Of tiles in passes a process may have drawn one, or all: that decides nothing about the errors that it
+// measures.
+TEST_F(Tiles, QuickMeasuringHasTheSameRoomWhoeverDrew) {
+    Scene scene = sceneOf({"Passes", EngineKind::native, 0, [](Scene&) {}});
+    scene.imageSize = {512, 512};
+    scene.quality.automaticStep = false;
+    scene.quality.stepVoxels = 2;
+    scene.quality.maxError = 0; // rays wait for bricks
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.verify = Verify::quick;
+    const auto measured = [&](KeptTiles& tiles) {
+        MemoryBudget ram("RAM", "--ram", std::size_t{512} << 20), gpu("GPU memory", "--gpu-memory", 20 << 20);
+        const StoreReader store(storePath("torso"), ram);
+        options.tiles = &tiles;
+        const RenderResult result = renderScene(scene, store, ram, gpu, options);
+        return std::pair(result.measured->whyNot, result.passes);
+    };
+    KeptTiles all(scene.imageSize, 128);
+    const auto [why, passes] = measured(all);
+    EXPECT_GT(passes, 1);
+    KeptTiles one = all;
+    one.left = {5};
+    EXPECT_EQ(measured(one).first, why);
+    one.left = {};
+    EXPECT_EQ(measured(one).first, why);
+}
+
 void unchanged(Scene&) {}
 void takeSamples(Scene& scene, int count) {
     scene.quality.pixels.samples = count;
