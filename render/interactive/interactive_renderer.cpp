@@ -96,7 +96,8 @@ void InteractiveRenderer::close() {
 void InteractiveRenderer::openVolumes() {
     const FrameContext context(ram_, gpu_, options_.threads);
     const std::size_t several = drawn_.stores.size();
-    p_ = planViews(drawn_.scene, drawn_.stores, context, kPictureBytesPerPixel + meshBytesPerPixel(scene_));
+    p_ = planViews(drawn_.scene, drawn_.stores, context, kPictureBytesPerPixel + meshBytesPerPixel(scene_),
+                   options_.coarse ? PlanDetail::coarse : PlanDetail::whole);
     if (several > 1 && !p_.fused)
         composing_ =
             ram_.charge((several + 1) * (sizeof(glm::vec4) + sizeof(float)) * rayCount(scene_.imageSize),

@@ -86,6 +86,8 @@ class InteractiveRenderer {
     /// The last finished picture: linear, premultiplied, without background. Empty before the first.
     const Image& picture() const { return picture_; }
 
+    /// As InteractiveOptions::coarse asked for.
+    bool isCoarse() const { return p_.isCoarse; }
     /// Time of the last picture, milliseconds.
     double pictureMs() const { return std::chrono::duration<double, std::milli>(pictureTook_).count(); }
     /// As set, with a resolved camera.

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "render/picture/several_volumes.h"
 #include "render/plan/label_optics.h"
+#include "render/plan/quick_level.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -29,6 +30,7 @@ struct InteractiveVolume::Request {
     std::size_t pages = 0;
     std::vector<float> visible; // empty: predicted
     std::vector<std::uint8_t> resident;
+    int finest = 0; // level
 };
 
 InteractiveVolume::InteractiveVolume(const Scene& scene, Planner& plan, MemoryBudget& ram, MemoryBudget& gpu,
@@ -66,7 +68,7 @@ InteractiveVolume::InteractiveVolume(const Scene& scene, Planner& plan, MemoryBu
                          " are free");
     chosenPages_ = pages_ - static_cast<std::size_t>(static_cast<double>(pages_) *
                                                      std::clamp(options.spareShare, 0.0, 0.5));
-    if (!volume.reduces() && !p_.view.exposure &&
+    if (!p_.isCoarse && !volume.reduces() && !p_.view.exposure &&
         ram.freeBytes() >= p_.memory.ramBytes() + LevelChooser::bytes(shown, bricks)) {
         chooser_ = std::make_unique<LevelChooser>(*volume.store, ram, options.threads, volume.masked.get());
         chooser_->setFunction(volume.statistics, volume.table,
@@ -149,7 +151,7 @@ InteractiveVolume::Choice InteractiveVolume::choiceOf(LevelChooser* chooser, con
     const auto oneForAll = [&] { // in pages, not bytes
         const auto pages = [](const auto& counts) { return pagesFor(counts); };
         c.selection = selectOneLevel(statistics, *r.function, r.scene->info(), r.pages, pages, r.culling,
-                                     "--gpu-memory", 0);
+                                     "--gpu-memory", 0, r.finest);
         c.gain.assign(c.selection.levels.size(), 0);
         return c;
     };
@@ -186,7 +188,8 @@ void InteractiveVolume::startChoosing(const Camera& camera, std::vector<float> v
                     camera,
                     chosenPages_,
                     std::move(visible),
-                    p_.layer().selection.levels};
+                    p_.layer().selection.levels,
+                    p_.isCoarse ? quickLevel(p_.info().extentVoxels) : 0};
     if (forChoice_.any(kFunctionChanged) || !predicts_)
         request.function = std::make_shared<const TransferTable>(p_.layer().table);
     raysReserve_ = {};

@@ -39,6 +39,9 @@ struct InteractiveOptions {
     /// Light per voxel is coarse at first, and refined in idle time; else every picture waits for all of it.
     /// The final light is the same.
     bool coarseLightFirst = true;
+    /// Only what few bytes tell is read (PlanDetail::coarse), where the scene allows it: pictures have one
+    /// coarse level, until another renderer takes this one's place. Of one volume.
+    bool coarse = false;
     /// The first volume is drawn alone, all its labels with its own function.
     bool firstAlone = false;
 };

@@ -264,7 +264,13 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
         quick = {};
         renderer.close();
         progress.stage("choosing levels");
-        p.chooseAgain(picture, limits, context, options.levels);
+        if (p.isCoarse) {
+            p = Planner(); // gives back its memory
+            p = planned(picture, limits, options.levels, pixels);
+            p.setShadowLayers(options.shadowLayers);
+        } else {
+            p.chooseAgain(picture, limits, context, options.levels);
+        }
     }
     reportVolume(p, scene, result);
     result.takenAsHu = takesAsHu(p, scene.volumes.front());

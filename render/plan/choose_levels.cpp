@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "render/parts/process_group.h"
 #include "render/plan/frame_plan.h"
+#include "render/plan/quick_level.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,15 +23,6 @@ InputError belowFloor(const MemoryBudget& gpu, std::size_t floorBytes, const cha
 
 /// Share of the error bound for levels; steps get the rest.
 constexpr double kShareOfLevels = 0.5;
-
-/// The finest level of at most 128 samples along every axis: a picture of it takes about a tenth of the time.
-int quickLevel(const glm::ivec3& extentVoxels) {
-    int level = 0;
-    while (level + 1 < kLevelCount &&
-           glm::any(glm::greaterThan(levelExtent(extentVoxels, level), glm::ivec3(128))))
-        ++level;
-    return level;
-}
 
 /// Extra pages that one level for all may take over a sufficient mix: a mix is drawn more slowly, but pages
 /// take time to load (docs/measurements/performance.md). As a share of the mix's pages, which loads quickly;
@@ -101,6 +93,14 @@ std::optional<Selection> oneForMix(const Selection& mix, int level, const ViewWe
 }
 
 } // namespace
+
+int quickLevel(const glm::ivec3& extentVoxels) {
+    int level = 0;
+    while (level + 1 < kLevelCount &&
+           glm::any(glm::greaterThan(levelExtent(extentVoxels, level), glm::ivec3(128))))
+        ++level;
+    return level;
+}
 
 Unseen unseenBy(const Lighting& lighting, const Shading& shading, bool reflects) {
     return lighting.surfaceOcclusion || lighting.transport || reflects || reachOf(shading.gradient) > 1

@@ -135,7 +135,11 @@ std::vector<std::size_t> sharesOf(std::size_t free, const std::vector<std::size_
 Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& context, bool changing,
                     const PixelMemory& pixels, std::size_t furtherPerPixel = 0) {
     TESSERA_CHECK(stores.size() == scene.volumes.size());
-    const auto planOne = changing ? planChanging : planVolume;
+    const auto planOne = [&](const Scene& alone, const StoreReader& store, MemoryBudget& ram, int threads,
+                             const PixelMemory& of) {
+        return (changing ? planChanging : planVolume)(alone, store, ram, threads, of, nullptr,
+                                                      PlanDetail::whole);
+    };
     // Of functions that change: the tables of rays and of visibility, whichever they may come to.
     constexpr std::size_t kTables = 2 * TransferTable::kMaxEntries * sizeof(glm::vec4);
     const glm::ivec2 together = pixels.of(scene.imageSize);
@@ -156,12 +160,12 @@ Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& conte
     for (std::size_t n = 1; n < stores.size(); ++n) {
         auto volume = std::make_unique<FurtherVolume>(context, ram[n], gpu[n]);
         volume->plan =
-            planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, ofFurther, nullptr);
+            planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, ofFurther);
         volume->plan.view.meshesShade = false; // the first volume's maps hold them
         volume->plan.view.amongOthers = true;
         further.add(std::move(volume));
     }
-    Planner p = planOne(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, pixels, nullptr);
+    Planner p = planOne(sceneInFusion(scene, 0), *stores[0], context.ram, context.threads, pixels);
     p.further = std::move(further);
     p.view.amongOthers = true;
     return p;
@@ -264,9 +268,10 @@ Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits
     return p;
 }
 
-Planner planViews(const Scene& scene, Stores stores, const FrameContext& context, std::size_t bytesPerPixel) {
+Planner planViews(const Scene& scene, Stores stores, const FrameContext& context, std::size_t bytesPerPixel,
+                  PlanDetail detail) {
     if (stores.size() == 1)
-        return planView(scene, *stores.front(), context.ram, context.threads, bytesPerPixel);
+        return planView(scene, *stores.front(), context.ram, context.threads, bytesPerPixel, detail);
     const bool together = reductionOf(scene) == Reduction::composite;
     Planner p = planVolumes(scene, stores, context, true, bytesPerPixel, together ? 0 : bytesPerPixel);
     if (together)

@@ -49,7 +49,8 @@ Planner planScene(const Scene& scene, Stores stores, const TextureLimits& limits
 /// @param scene   as asDrawn() has it
 /// @param bytesPerPixel  RAM that the engine and its caller take for a pixel of the plan's rays
 /// Throws InputError as sceneInFusion() does, and for budgets that cannot hold all shares.
-Planner planViews(const Scene& scene, Stores stores, const FrameContext& context, std::size_t bytesPerPixel);
+Planner planViews(const Scene& scene, Stores stores, const FrameContext& context, std::size_t bytesPerPixel,
+                  PlanDetail detail = PlanDetail::whole);
 
 /// The scene's camera, a fitted one to what is visible of all of a plan's volumes.
 /// @param scene  as asDrawn() has it

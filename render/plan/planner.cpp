@@ -2,6 +2,8 @@
 #include "render/plan/planner.h"
 
 #include "bricking/analysis/body/kept_table.h"
+#include "bricking/cache/level_source.h"
+#include "bricking/statistics/coarse_statistics.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "render/contract/ray_state.h"
@@ -10,6 +12,7 @@
 #include "render/plan/label_optics.h"
 #include "render/plan/layer_histograms.h"
 #include "render/plan/layer_labels.h"
+#include "render/plan/quick_level.h"
 #include "render/plan/scene_rules.h"
 
 #include <algorithm>
@@ -129,8 +132,9 @@ Camera plannedCamera(const Scene& scene, const ChunkSource& volume, const Statis
 namespace {
 
 /// Hides the table in the layer, where the scene asks for it, values are in HU and memory has room.
+/// @param detail  coarse: a table that the store does not keep stays
 void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor, MemoryBudget& ram,
-               int threads, Layer& layer) {
+               int threads, PlanDetail detail, Layer& layer) {
     if (scene.volumes.at(0).hideTable == HideTable::no || scene.mode == Mode::slice ||
         !(values.isHu || looksLikeHu(values)))
         return;
@@ -139,7 +143,8 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     std::unique_ptr<MaskedSource> masked;
     try {
         const Charge rest = ram.charge(floor - std::min(floor, ram.usedBytes()), "the scene");
-        found = tableOf(store, ram, threads);
+        found = detail == PlanDetail::coarse ? keptTableOf(store, ram).value_or(FoundTable())
+                                             : tableOf(store, ram, threads);
         if (const std::shared_ptr<const Mask> mask = found.mask) {
             masked = std::make_unique<MaskedSource>(
                 store, std::move(found.mask), storedAir(layer.statistics, store.info(), true), ram, threads);
@@ -154,10 +159,18 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
+/// A picture of a coarse level needs no more than bounds of the volume's cells. Light by local histograms, and
+/// labels, follow from what cells hold.
+bool boundsSuffice(const Scene& scene, const VolumeInfo& info) {
+    const auto& occlusion = scene.lighting.occlusion;
+    return quickLevel(info.extentVoxels) > 0 && scene.volumes.at(0).labels.path.empty() &&
+           !(occlusion && occlusion->method == OcclusionMethod::histogram);
+}
+
 } // namespace
 
 Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget& ram, int threads,
-                     const PixelMemory& pixels, KnownLayer* kept) {
+                     const PixelMemory& pixels, KnownLayer* kept, PlanDetail detail) {
     const Scene scene = asDrawn(given);
     checkScene(scene);
     Planner p;
@@ -184,11 +197,18 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
                          ", but the budget is " + formatBytes(ram.limitBytes()));
     p.view.imageCharge = ram.charge(pixels.bytesPerPixel * rayCount(together), "the picture");
     p.layer().selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
-    p.layer().statistics = kept ? std::move(kept->statistics) : loadStatistics(store, ram, threads);
+    if (detail == PlanDetail::coarse && !kept && boundsSuffice(scene, info))
+        if (auto coarse = loadCoarseStatistics(store, ram, threads)) {
+            p.layer().statistics = *std::move(coarse);
+            p.isCoarse = true;
+        }
+    if (!p.isCoarse)
+        p.layer().statistics = kept ? std::move(kept->statistics) : loadStatistics(store, ram, threads);
     const ValueSummary values = summarise(p.layer().statistics, info, scene.volumes.at(0).unit);
     for (const double value : {values.lowest, values.highest})
         checkValue(value, "physical values", store.path().string());
-    hideTable(scene, values, floor, ram, threads, p.layer());
+    hideTable(scene, values, floor, ram, threads, p.isCoarse ? PlanDetail::coarse : PlanDetail::whole,
+              p.layer());
     hideLabels(scene, values, ram, threads, p.layer());
     takeLabels(scene, kept, ram, threads, p.layer());
     const TransferChoice& function = scene.volumes.at(0).transferFunction;
@@ -210,19 +230,30 @@ void Planner::drawInParts(const PixelMemory& pixels) {
 
 namespace {
 
+/// The scene's camera by the level of a first picture: where it is fitted, hardly another than the picture's.
+Camera coarseCamera(const Scene& scene, const Planner& p) {
+    const int level = quickLevel(p.info().extentVoxels);
+    const LevelSource volume(p.layer().voxels(), level);
+    const Statistics bounds = boundsOfLevel(p.layer().statistics, p.info(), level, *p.ram, p.threads);
+    return plannedCamera(scene, volume, bounds, p.layer().shownTable(), drawnPart(scene, volume.info()),
+                         *p.ram, p.threads);
+}
+
 /// Sets the scene's camera, which is that of lights too.
-void takeCamera(const Scene& scene, Planner& p) {
-    p.setCamera(plannedCamera(asDrawn(scene), p.layer().voxels(), p.layer().statistics,
-                              p.layer().shownTable(), p.view.part, *p.ram, p.threads,
-                              p.layer().labelBricks.get()));
+void takeCamera(const Scene& given, Planner& p) {
+    const Scene scene = asDrawn(given);
+    if (p.isCoarse && scene.mode != Mode::slice)
+        return p.setCamera(coarseCamera(scene, p));
+    p.setCamera(plannedCamera(scene, p.layer().voxels(), p.layer().statistics, p.layer().shownTable(),
+                              p.view.part, *p.ram, p.threads, p.layer().labelBricks.get()));
 }
 
 } // namespace
 
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                   const PixelMemory& pixels, KnownLayer* known) {
+                   const PixelMemory& pixels, KnownLayer* known, PlanDetail detail) {
     const Scene used = withoutUnusedLight(scene);
-    Planner p = planChanging(used, store, ram, threads, pixels, known);
+    Planner p = planChanging(used, store, ram, threads, pixels, known, detail);
     if (used.lighting.transport) {
         p.view.lighting.transport = used.lighting.transport;
         p.view.pathLighting = scene.lighting;
@@ -234,8 +265,8 @@ Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& r
 }
 
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                 const PixelMemory& pixels) {
-    Planner p = planChanging(scene, store, ram, threads, pixels);
+                 const PixelMemory& pixels, PlanDetail detail) {
+    Planner p = planChanging(scene, store, ram, threads, pixels, nullptr, detail);
     takeCamera(scene, p);
     p.view.lighting.surfaceOcclusion.reset();
     return p;
@@ -244,7 +275,8 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice, const PixelMemory& pixels,
                   KnownLayer* known) {
-    Planner p = planVolume(scene, store, context.ram, context.threads, pixels, known);
+    Planner p = planVolume(scene, store, context.ram, context.threads, pixels, known,
+                           choice == LevelChoice::quick ? PlanDetail::coarse : PlanDetail::whole);
     takeCamera(scene, p);
     if (const auto& occlusion = p.view.lighting.surfaceOcclusion; occlusion && !p.view.meshes.empty())
         p.view.meshBits = std::make_shared<const MeshBits>(

@@ -95,6 +95,7 @@ class Planner : public FramePlan {
     void unboundLight();
 
     std::size_t ramFloorBytes = 0; // of the scene
+    bool isCoarse = false;         // by PlanDetail::coarse: its statistics are bounds
 
   private:
     OccupancyInput occupancyInput() const;
@@ -106,7 +107,12 @@ class Planner : public FramePlan {
     void prepareSegments();
 };
 
-/// The plan of a picture.
+/// What plans read of a volume. coarse: statistics of few bytes (coarse_statistics.h), and a camera fitted to
+/// a coarse level, for a first picture of LevelChoice::quick; nothing is looked for that the store does not
+/// keep. Where there is nothing to gain by it, or the scene needs more than bounds, it is whole.
+enum class PlanDetail { whole, coarse };
+
+/// The plan of a picture, of PlanDetail::coarse with LevelChoice::quick.
 /// @param limits   of the device, without the scene's light, or the defaults where none is used
 /// @param context  its RAM is charged for all that the plan keeps
 /// @param choice  perBrick, unless in tests and comparisons
@@ -120,16 +126,18 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
 
 /// The first part of that: the plan of a volume without a camera and levels.
 Planner planVolume(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                   const PixelMemory& pixels, KnownLayer* known = nullptr);
+                   const PixelMemory& pixels, KnownLayer* known = nullptr,
+                   PlanDetail detail = PlanDetail::whole);
 
 /// The same for pictures whose function and lights change: light that this function has no use for stays.
 Planner planChanging(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                     const PixelMemory& pixels, KnownLayer* known = nullptr);
+                     const PixelMemory& pixels, KnownLayer* known = nullptr,
+                     PlanDetail detail = PlanDetail::whole);
 
 /// planScene() without levels, their maps and the cache: for a picture whose levels change, which has no
 /// occlusion of surfaces.
 Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram, int threads,
-                 const PixelMemory& pixels = {});
+                 const PixelMemory& pixels = {}, PlanDetail detail = PlanDetail::whole);
 
 /// The scene's camera; one by side fitted to the visible part, or to the slice, at its scale if it names one.
 /// @param scene  as asDrawn() has it
