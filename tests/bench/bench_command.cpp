@@ -109,6 +109,7 @@ const Page& papersPage() {
                               kPapersHeading,
                               {{"systems", systemsReport, VolumeSet::levels},
                                {"hulls", hullsReport, VolumeSet::levels},
+                               {"splats", splatsReport, VolumeSet::levels},
                                {"object-order", objectOrderReport, VolumeSet::levels},
                                {"presence", presenceReport, VolumeSet::levels},
                                {"previews", previewsReport, VolumeSet::levels}}};

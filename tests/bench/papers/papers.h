@@ -24,6 +24,9 @@ Report systemsReport(const Workbench& bench);
 /// time at equal error beside the march.
 Report hullsReport(const Workbench& bench);
 
+/// EWA volume splatting beside the march.
+Report splatsReport(const Workbench& bench);
+
 /// Starts and ends of rays in object order (course notes, 2.2 and 2.3).
 Report objectOrderReport(const Workbench& bench);
 

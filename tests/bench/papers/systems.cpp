@@ -121,7 +121,8 @@ const std::vector<PaperSystem>& paperSystems() {
         {"V7", "falling samples rejected, attenuation", "render/light/occlusion.h", "works", "light.md"},
         {"V8", "positional occlusion", "render/light/occlusion.h", "works", "light.md"},
         {"V9", "transparent meshes as alpha volumes", "render/geometry", "not yet", "light.md"},
-        {"V10", "joint bilateral filter, fewer pixels", "render/light/surface_light.h", "not yet", "light.md"},
+        {"V10", "joint bilateral filter, fewer pixels", "render/light/surface_light.h", "not yet",
+         "light.md"},
         {"V11", "resolution, threshold, scaling", "tests/bench/papers", "not yet", "light.md"},
     };
     return systems;
