@@ -93,8 +93,7 @@ struct Measured {
     }
     Scene scene;
     Image image;
-    Work work;
-    DrawnPicture picture{scene, {}, work, 1, Verify::quick, 0, 1, {}, false, {}};
+    DrawnPicture picture{scene, {}, 0, 1, Verify::quick, 0, 1, {}, false, {}};
     KnownPixels source;
 };
 
@@ -232,7 +231,7 @@ TEST(MeasuredPictures, SayWhyTheyAreNotMeasured) {
 TEST(MeasuredPictures, OfLargePicturesPayAQuarterOfTheirBytes) {
     for (const int width : {512, 511}) {
         Measured measured({width, 512});
-        measured.work.bytesUploaded = 4003;
+        measured.picture.bytes = 4003;
         measured.source.bytesOfDraw = 1;
         PictureMeasurement m = measured();
         EXPECT_EQ(m.whyNot, "");
@@ -259,7 +258,7 @@ TEST(MeasuredPictures, PixelsOnTheirOwnFollowClusters) {
     const auto measuredWith = [](std::uint64_t bytes, bool passes) {
         Measured measured({512, 512});
         measured.source.says = {false, passes, 64};
-        measured.work.bytesUploaded = 1 << 20;
+        measured.picture.bytes = 1 << 20;
         measured.source.bytesOfDraw = bytes;
         return measured();
     };

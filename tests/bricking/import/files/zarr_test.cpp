@@ -1,6 +1,7 @@
 // tests/bricking/import/files/zarr_test.cpp: volumes in OME-Zarr and in arrays of Zarr, as other programs
 // write them: types, orders, compressions, places, channels, what has no number, and what is refused.
 #include "bricking/import/catalogue.h"
+#include "tests/support/bricking_test_volumes.h"
 #include "tests/support/import_test_tools.h"
 #include "tests/support/refusals.h"
 #include "tests/support/zarr_label_image.h"
