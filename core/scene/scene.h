@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/names.h"
+#include "core/base/volume.h"
 #include "core/scene/camera.h"
 #include "core/scene/cuts.h"
 #include "core/scene/labels.h"
@@ -33,8 +34,17 @@ struct SourceChoice {
     bool allowMissing = false; // files that could be slices and cannot be read are left out
     /// Of files that do not say it: distances of voxels' centres along the file's x, y, z, mm.
     std::optional<glm::dvec3> spacingMm = {};
+    /// Of a file that has its volume at several resolutions: 0 is the finest. Auto: the finest that the cache
+    /// of imports has room for. None: the finest, or as auto where the cache has no room for that.
+    static constexpr int kAutoLevel = -1;
+    std::optional<int> fileLevel = {};
+    std::optional<FileBox> fileBox = {}; // of that level's voxels; none: all
     bool operator==(const SourceChoice&) const = default;
 };
+/// What a user types: auto or a whole number, and X0,X1,Y0,Y1,Z0,Z1. Throws InputError naming `where` for
+/// anything else.
+int parseFileLevel(const std::string& text, const std::string& where);
+FileBox parseFileBox(const std::string& text, const std::string& where);
 
 /// The gradient operator (docs/sampling.md, "Value"). In order: differences to one side, over a pitch to both
 /// sides, and of Sobel. Then the derivative of trilinear interpolation, differences over half a pitch to both

@@ -97,6 +97,16 @@ const Fields<SceneVolume>& volumeFields() {
              "Source files that do not say it: distances of voxels along the file's axes, mm.")
             .unlessDefault();
         f.add(
+             "fileLevel", [](auto& v) -> auto& { return v.source.fileLevel; }, fileLevelKind(),
+             "Source files that have the volume at several resolutions: the level that is the volume, 0 the "
+             "finest; auto: the finest that the cache of imports has room for.")
+            .unlessDefault();
+        f.add(
+             "fileBox", [](auto& v) -> auto& { return v.source.fileBox; }, fileBoxKind(),
+             "Source files: the box of that level that is the volume, [x0, x1, y0, y1, z0, z1] in its voxels "
+             "along the volume's axes, half open.")
+            .unlessDefault();
+        f.add(
             "transferFunction", &SceneVolume::transferFunction, transferKind(),
             "The name of a preset (auto, bone, lung, skin, soft-tissue, vessels and others), or the points.");
         f.add("labels", &SceneVolume::labels, objectOf(labelsFields())).unlessDefault();

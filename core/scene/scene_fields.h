@@ -41,6 +41,10 @@ Kind<WindowChoice> windowKind();
 Kind<int> samplesKind();
 /// From 1 to most; "auto" is 0.
 Kind<int> numberOrAuto(int most);
+/// A level of a file: a number, or auto; both may be typed as text.
+Kind<int> fileLevelKind();
+/// [x0, x1, y0, y1, z0, z1]; typed "X0,X1,Y0,Y1,Z0,Z1".
+Kind<FileBox> fileBoxKind();
 /// [width, height]; typed "WIDTHxHEIGHT".
 Kind<glm::ivec2> sizeKind();
 /// A colour's name, sRGB, linear light, or transparent.

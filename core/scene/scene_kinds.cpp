@@ -43,7 +43,77 @@ int parseSamples(const std::string& text, const std::string& where) {
     return static_cast<int>(samples);
 }
 
+constexpr int kMostFileLevel = 63, kMostVoxel = 1 << 30;
+constexpr const char* kBoxExpected = "X0,X1,Y0,Y1,Z0,Z1: voxels from 0, each second one above the first";
+
+FileBox checkedBox(const std::vector<int>& n, const std::string& where, const std::string& found) {
+    const FileBox box{{n[0], n[2], n[4]}, {n[1], n[3], n[5]}};
+    for (int axis = 0; axis < 3; ++axis)
+        if (box.low[axis] >= box.high[axis])
+            throw badFile(where, kBoxExpected, found);
+    return box;
+}
+
 } // namespace
+
+int parseFileLevel(const std::string& text, const std::string& where) {
+    if (text == "auto")
+        return SourceChoice::kAutoLevel;
+    constexpr std::size_t kMostDigits = 2;
+    if (text.empty() || text.size() > kMostDigits ||
+        text.find_first_not_of("0123456789") != std::string::npos || std::stoi(text) > kMostFileLevel)
+        throw badFile(where,
+                      "auto or a level of the file from 0 (finest) to " + std::to_string(kMostFileLevel),
+                      quoted(text));
+    return std::stoi(text);
+}
+
+FileBox parseFileBox(const std::string& text, const std::string& where) {
+    constexpr std::size_t kNumbers = 6, kMostDigits = 10;
+    std::vector<int> numbers;
+    std::size_t from = 0;
+    for (std::size_t end = 0; end != std::string::npos && numbers.size() <= kNumbers; from = end + 1) {
+        end = text.find(',', from);
+        const std::string part = text.substr(from, end == std::string::npos ? end : end - from);
+        if (part.empty() || part.size() > kMostDigits ||
+            part.find_first_not_of("0123456789") != std::string::npos || std::stoll(part) > kMostVoxel)
+            throw badFile(where, kBoxExpected, quoted(text));
+        numbers.push_back(static_cast<int>(std::stoll(part)));
+    }
+    if (numbers.size() != kNumbers)
+        throw badFile(where, kBoxExpected, quoted(text));
+    return checkedBox(numbers, where, quoted(text));
+}
+
+Kind<int> fileLevelKind() {
+    const Kind<int> number = wholeIn(0, kMostFileLevel);
+    return {[=](const JsonValue& value) {
+                if (isTypedText(value))
+                    return parseFileLevel(value.text(), value.place());
+                return value.isText() ? (value.oneOf({"auto"}), SourceChoice::kAutoLevel)
+                                      : number.read(value);
+            },
+            [](int level) {
+                return level == SourceChoice::kAutoLevel ? nlohmann::json("auto") : nlohmann::json(level);
+            },
+            [=](Schema& parts) {
+                return Schema{{"oneOf", {{{"enum", {"auto"}}}, number.schema(parts)}}};
+            }};
+}
+
+Kind<FileBox> fileBoxKind() {
+    const Kind<std::vector<int>> list = listOf(wholeIn(0, kMostVoxel), 6, 6, "[x0, x1, y0, y1, z0, z1]");
+    return {[=](const JsonValue& value) {
+                if (isTypedText(value))
+                    return parseFileBox(value.text(), value.place());
+                return checkedBox(list.read(value), value.place(), "another order");
+            },
+            [](const FileBox& box) {
+                const auto& [low, high] = box;
+                return nlohmann::json::array({low.x, high.x, low.y, high.y, low.z, high.z});
+            },
+            list.schema};
+}
 
 Kind<glm::dvec3> vectorKind() {
     Kind<glm::dvec3> kind = numbersAt<glm::dvec3>(&glm::dvec3::x, &glm::dvec3::y, &glm::dvec3::z);

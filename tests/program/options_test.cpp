@@ -29,7 +29,7 @@ const std::vector<Command>& commands() {
     // Words that name a file or a folder: all but the empty one may be a name.
     const std::set<std::string> names = {"0", "-1", "nan", "inf", "1e400"};
     static const std::vector<Command> all = {
-        {"import", "s.json out.zarr", {}},
+        {"import", "s.json out.zarr", {{"--file-level", zero}}},
         {"export", "s.zarr out.nrrd --force", {{"--level", zero}}},
         {"info", "s.zarr", {}},
         {"phantom", "sphere", {}},

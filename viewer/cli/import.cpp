@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "viewer/cli/commands.h"
+#include "viewer/cli/input/file_level.h"
 #include "viewer/cli/input/source_facts.h"
 #include "viewer/cli/input/volume_input.h"
 
@@ -50,9 +51,10 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
         throw badFile("--share", "a new name, without --force",
                       "--force: a process that starts late would replace what the others made");
     requireStorePath(out, arguments.force || arguments.share);
+    const InputOptions input = withFileLevel(arguments.in, arguments.input, common, UnsaidLevel::finest);
     const auto key = [&] {
         const std::string codec = options.codec == Codec::lz4 ? "" : "\n" + nameOf(options.codec);
-        return importKey(arguments.in, arguments.input.key() + "\n" + options.unit + codec);
+        return importKey(arguments.in, input.key() + "\n" + options.unit + codec);
     };
     options.key = key(); // before anything is read
     options.checkSource = [&] {
@@ -60,13 +62,13 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
             throw badFile(arguments.in, "files that stay as they are while they are imported",
                           "a change meanwhile: import them again");
     };
-    const auto source = openInput(arguments.in, arguments.input, out.parent_path(), common);
+    const auto source = openInput(arguments.in, input, out.parent_path(), common);
     common.detail("importing " + source->describe() + " to " + out.string());
     options.force = arguments.force;
     options.shared = arguments.share;
     options.progress = common.progress.get();
     options.reopen = [&] {
-        return openInput(arguments.in, arguments.input, out.parent_path(), common, ChoiceNote::omitted);
+        return openInput(arguments.in, input, out.parent_path(), common, ChoiceNote::omitted);
     };
     try {
         if (preview)

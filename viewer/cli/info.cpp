@@ -1,5 +1,6 @@
 // viewer/cli/info.cpp: `tessera info X`: what a store or source files hold. Only what the whitelist of
 // core/base/volume.h lets through can be shown, so no identifier can.
+#include "bricking/import/source/file_levels.h"
 #include "bricking/import/source/format_endings.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
@@ -9,8 +10,10 @@
 #include "core/base/volume.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/info_picture.h"
+#include "viewer/cli/input/file_level.h"
 #include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/manifest/manifest.h"
 
 #include <algorithm>
 #include <cmath>
@@ -79,6 +82,29 @@ std::string orderText(const AxisOrder& order) {
         text += std::string(axis ? ", " : "") + "xyz"[axis] + " from source axis " +
                 std::to_string(order.sourceAxis[axis]) + (order.flipped[axis] ? " reversed" : "");
     return text;
+}
+
+json levelsJson(const std::vector<VolumeInfo>& levels) {
+    json all = json::array();
+    for (const VolumeInfo& level : levels)
+        all.push_back({{"extentVoxels", {level.extentVoxels.x, level.extentVoxels.y, level.extentVoxels.z}},
+                       {"spacingMm", asJson(level.spacingMm())},
+                       {"decodedBytes", decodedBytes(level)}});
+    return all;
+}
+
+/// Of a file: the levels for --file-level.
+void printLevels(const ListedVolume& volume) {
+    for (std::size_t n = 0; n < volume.levels.size(); ++n) {
+        const VolumeInfo& level = volume.levels[n];
+        const glm::dvec3 mm = level.spacingMm();
+        printLine(("level " + std::to_string(n)).c_str(),
+                  formatExtent(level.extentVoxels) + " voxels of " + formatNumber(mm.x) + " x " +
+                      formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm, " +
+                      formatBytes(decodedBytes(level)) + " decoded");
+    }
+    if (!volume.levelsProblem.empty())
+        printLine("levels", "not known: " + volume.levelsProblem);
 }
 
 constexpr double kLeastTilt = 0.05; // degrees; below it is the rounding of headers
@@ -163,6 +189,8 @@ void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
         if (!isAddress(arguments.in))
             report["bytesOnDisk"] = bytes;
         report["contentHash"] = store.contentHash();
+        if (info.filePart)
+            report["filePart"] = filePartJson(*info.filePart);
         report["levels"] = json::array();
         for (int level = 0; level < kLevelCount; ++level) {
             const glm::ivec3 n = levelExtent(info.extentVoxels, level);
@@ -173,6 +201,8 @@ void infoStore(const InfoArguments& arguments, const CommonOptions& common) {
     }
     printLine("store", store.path().string());
     printVolume(info);
+    if (info.filePart)
+        printLine("part", sayFilePart(*info.filePart));
     printLine("values", formatNumber(std::min(a, b), 6) + " to " + formatNumber(std::max(a, b), 6) +
                             (info.unit.empty() ? "" : " " + info.unit));
     printLine("levels", std::to_string(kLevelCount) + ", the coarsest " +
@@ -228,6 +258,10 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
             report["volumes"].push_back(volumeJson(volume.info));
             report["volumes"].back()["label"] = volume.label;
             report["volumes"].back()["series"] = volume.series;
+            if (!volume.levels.empty())
+                report["volumes"].back()["levels"] = levelsJson(volume.levels);
+            if (!volume.levelsProblem.empty())
+                report["volumes"].back()["levelsProblem"] = volume.levelsProblem;
         }
         for (const ListedRow& row : listing.rows)
             report["series"].push_back(rowJson(row));
@@ -246,6 +280,7 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
             std::printf("\n");
         printLine("source", listed[i].label);
         printVolume(listed[i].info);
+        printLevels(listed[i]);
     }
     common.note("value ranges are known after `tessera import`");
 }

@@ -64,6 +64,23 @@ void printErrors(const json& errors) {
         printLine("not reached", errors.at("maxErrorNotReached").get<std::string>());
 }
 
+/// Of a volume that is not all of its file's finest level.
+void printFilePart(const json& volume, const char* key) {
+    if (!volume.contains("filePart"))
+        return;
+    const json& part = volume.at("filePart");
+    const auto list = [](const json& numbers, const char* between) {
+        std::string text;
+        for (const json& number : numbers)
+            text += (text.empty() ? "" : between) + std::to_string(number.get<int>());
+        return text;
+    };
+    printLine(key, std::to_string(part.at("fileLevel").get<int>()) + " (0 is the finest), " +
+                       list(part.at("levelVoxels"), " x ") + " voxels of " +
+                       list(part.at("finestVoxels"), " x ") + ", box " + list(part.at("fileBox"), ",") +
+                       "; errors are against this level");
+}
+
 } // namespace
 
 void printLine(const char* key, const std::string& value) {
@@ -93,6 +110,9 @@ void infoPicture(const std::filesystem::path& path, bool asJson) {
         printLine("made by", manifest.at("program").get<std::string>() + ", engine " +
                                  manifest.at("engine").get<std::string>() + ", " +
                                  manifest.at("device").get<std::string>());
+        printFilePart(manifest.at("store"), "file level");
+        for (const json& volume : manifest.value("furtherVolumes", json::array()))
+            printFilePart(volume, "of a further");
         const json& pixels = manifest.at("pixels");
         printLine("samples", numberText(pixels.at("samplesTaken")) + " per pixel in the mean, " +
                                  numberText(pixels.at("samplesTakenAtMost")) + " at most");

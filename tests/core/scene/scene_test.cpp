@@ -228,6 +228,16 @@ TEST(Scene, WhatOfASourceIsMeantIsKept) {
     expectKept();
     source.resampleZ = source.allowMissing = true;
     expectKept();
+    source.fileLevel = 0, source.fileBox = FileBox{{1, 2, 3}, {4, 50, 600}};
+    expectKept();
+    source.fileLevel = SourceChoice::kAutoLevel;
+    expectKept();
+    EXPECT_THAT(messageOf(with("/volumes/0/fileLevel", -1)), HasSubstr("$.volumes[0].fileLevel"));
+    EXPECT_THAT(messageOf(with("/volumes/0/fileBox", {3, 3, 0, 1, 0, 1})), HasSubstr("$.volumes[0].fileBox"));
+    for (const char* const text :
+         {"", "1,2,3,4,5", "1,2,3,4,5,6,7", "1,2,3,4,5,-6", "2,1,3,4,5,6", "1,2,3,4,5,9999999999"})
+        EXPECT_THROW(parseFileBox(text, "--file-box"), InputError) << text;
+    EXPECT_EQ(parseFileBox("1,4,2,50,3,600", "--file-box"), source.fileBox);
     EXPECT_THAT(messageOf(with("/volumes/0/series", 0)), HasSubstr("$.volumes[0].series"));
     EXPECT_THAT(messageOf(with("/volumes/0/serie", 1)), HasSubstr("nearest: \"series\""));
 }

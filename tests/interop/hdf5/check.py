@@ -41,6 +41,18 @@ def write(file, dtype):
             made[2:9, 3:, :11] = numbers(dtype)[2:9, 3:, :11]  # the other chunks are missing
 
 
+def part(dtype, expected, name, *options):
+    """Compares an exported part of a.h5 or a.ims with what h5py reads."""
+    if os.path.exists("v.nrrd"):
+        os.remove("v.nrrd")
+    subprocess.run([tessera, "export", "-q", name, "v.nrrd", *options], check=True)
+    expected = expected.astype(STORED.get(dtype.lstrip("<>"), "f4"))
+    found = nrrd("v.nrrd")
+    if found.shape != expected.shape or not (found == expected).all():
+        print(f"FAILED: {name} {options}")
+        sys.exit(1)
+
+
 def nrrd(name):
     with open(name, "rb") as file:
         head, data = file.read().split(b"\n\n", 1)
@@ -61,15 +73,25 @@ for libver in ("earliest", "latest"):
             # Sorted as links of each group are. One type, one file and version: each has other sets checked.
             for number in range(volumes % 5, len(paths), 5) if libver == "latest" else (0, len(paths) - 1):
                 path = sorted(paths, key=lambda p: p.split("/"))[number]
-                if os.path.exists("v.nrrd"):
-                    os.remove("v.nrrd")
-                subprocess.run([tessera, "export", "-q", "a.h5", "v.nrrd", "--series", str(number + 1), "--spacing",
-                                "1,1,1"], check=True)
-                expected = file[path][...]
-                expected = expected.astype(STORED.get(dtype.lstrip("<>"), "f4"))
-                found = nrrd("v.nrrd")
-                if found.shape != expected.shape or not (found == expected).all():
-                    print(f"FAILED: {libver}, {dtype}, /{path}")
-                    sys.exit(1)
+                chosen = ["--series", str(number + 1), "--spacing", "1,1,1"]
+                part(dtype, file[path][...], "a.h5", *chosen)
+                if number < 5:  # a box of it
+                    part(dtype, file[path][3:9, 1:12, 5:13], "a.h5", *chosen, "--file-box", "5,13,1,12,3,9")
                 volumes += 1
+with h5py.File("a.ims", "w", libver=("earliest", "v108")) as file:  # levels of Imaris, padded
+    for level, shape in enumerate([(9, 10, 12), (5, 5, 6)]):
+        channel = file.create_group(f"DataSet/ResolutionLevel {level}/TimePoint 0/Channel 0")
+        for letter, size in zip("ZYX", shape):
+            channel.attrs[f"ImageSize{letter}"] = np.frombuffer(str(size).encode(), dtype="S1")
+        padded = tuple(-(-n // 4) * 4 for n in shape)
+        channel.create_dataset("Data", data=random.integers(0, 60000, padded, "u2"), chunks=(4, 4, 4), compression="gzip")
+    image = file.create_group("DataSetInfo/Image")
+    for key, text in {"X": "12", "Y": "10", "Z": "9", "Unit": "um", "ExtMin0": "0", "ExtMin1": "0", "ExtMin2": "0",
+                      "ExtMax0": "12", "ExtMax1": "10", "ExtMax2": "9"}.items():
+        image.attrs[key] = np.frombuffer(text.encode(), dtype="S1")
+with h5py.File("a.ims", "r") as file:
+    for level, (z, y, x) in enumerate([(9, 10, 12), (5, 5, 6)]):
+        data = file[f"DataSet/ResolutionLevel {level}/TimePoint 0/Channel 0/Data"][:z, :y, :x]
+        part("u2", data, "a.ims", "--file-level", str(level))
+        part("u2", data[1:4, 2:5, 3:6], "a.ims", "--file-level", str(level), "--file-box", "3,6,2,5,1,4")
 print(f"{volumes} volumes equal")

@@ -213,6 +213,20 @@ std::uint64_t cacheLimitBytes() {
     return text && *text ? parseBytes(text, "TESSERA_CACHE_SIZE") : kDefaultLimitBytes;
 }
 
+namespace {
+fs::path placeOf(const fs::path& given) {
+    return isAddress(given) ? keptPlace(given) : fs::canonical(given);
+}
+std::string keyOf(const fs::path& source, const std::string& options, const std::string& facts) {
+    return std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
+}
+} // namespace
+
+bool isCached(const fs::path& given, const std::string& options) {
+    const std::string key = keyOf(placeOf(given), options, factsOfSource(given));
+    return isWhole(Entry(cacheFolder(), hexHash(key)), hexCheck(key));
+}
+
 fs::path cachedStore(const fs::path& given, const std::string& options, const CommonOptions& common,
                      const MakeStore& make) {
     constexpr std::chrono::milliseconds kBetweenLooks{20};
@@ -220,10 +234,8 @@ fs::path cachedStore(const fs::path& given, const std::string& options, const Co
     const fs::path folder = cacheFolder();
     if (const std::string why = prepare(folder); !why.empty())
         return scratchStore(why, common, make);
-    const fs::path source = isAddress(given) ? keptPlace(given) : fs::canonical(given);
-    const std::string facts = factsOfSource(given);
-    const std::string key =
-        std::to_string(kImportVersion) + "\n" + options + "\n" + source.string() + "\n" + facts;
+    const fs::path source = placeOf(given);
+    const std::string facts = factsOfSource(given), key = keyOf(source, options, facts);
     const Entry entry(folder, hexHash(key));
     const std::string check = hexCheck(key);
     // A hash instead of the path: folders may carry patients' names, and the cache must not.

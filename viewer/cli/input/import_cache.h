@@ -44,6 +44,9 @@ using MakeStore = std::function<void(const StoreToMake&)>;
 std::filesystem::path cachedStore(const std::filesystem::path& source, const std::string& options,
                                   const CommonOptions& common, const MakeStore& make);
 
+/// True if there is a complete entry for the same files and options.
+bool isCached(const std::filesystem::path& source, const std::string& options);
+
 struct CacheEntry {
     std::filesystem::path store;
     /// "CT, 512 x 512 x 134 voxels, kernel B30f"; "" unknown. Not a path, which may name a patient.

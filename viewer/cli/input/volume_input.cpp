@@ -9,6 +9,7 @@
 #include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
+#include "viewer/cli/input/file_level.h"
 #include "viewer/cli/input/import_cache.h"
 #include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/options/options.h" // formatNumber
@@ -38,12 +39,18 @@ void requireExisting(const fs::path& path) {
 std::string InputOptions::key() const {
     // Every member affects the result of an import. A new member must be named here, otherwise this does not
     // compile.
-    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss, mm] =
+    const auto& [number, isResampled, isLargest, phaseNumber, mayMiss, mm, level, box] =
         static_cast<const SourceChoice&>(*this);
+    std::string part;
+    if (level.value_or(0) != 0)
+        part += "|level " + std::to_string(*level);
+    if (box)
+        part += "|box " + formatExtent(box->low) + " to " + formatExtent(box->high);
     return std::to_string(number) + "|" + std::to_string(isResampled) + "|" + std::to_string(isLargest) +
            "|" + std::to_string(phaseNumber) + "|" + std::to_string(mayMiss) +
            (mm ? "|" + numberText(mm->x, 17) + "," + numberText(mm->y, 17) + "," + numberText(mm->z, 17)
-               : "");
+               : "") +
+           part;
 }
 
 bool looksLikeStore(const fs::path& path) {
@@ -72,14 +79,26 @@ InputListing listInput(const fs::path& given, const SourceChoice& choice) {
     const fs::path path = reached(given);
     requireExisting(path);
     InputListing listing;
-    const Catalogue catalogue =
-        lookThrough(path, {.allowMissing = choice.allowMissing, .spacingMm = choice.spacingMm});
+    SourceOptions options;
+    options.allowMissing = choice.allowMissing;
+    options.spacingMm = choice.spacingMm;
+    const Catalogue catalogue = lookThrough(path, options);
     for (const CatalogueRow& row : catalogue.rows) {
         listing.rows.push_back({row.series, row.modality, row.date, row.folder, row.what, row.problem,
                                 row.number, row.slices, row.files, row.phases});
-        if (row.info)
-            listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,
-                                       *row.info, row.path, row.series});
+        if (!row.info)
+            continue;
+        listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,
+                                   *row.info,
+                                   row.path,
+                                   row.series,
+                                   {},
+                                   {}});
+        try {
+            listing.volumes.back().levels = fileLevelsOf(catalogue, row, options);
+        } catch (const InputError& error) {
+            listing.volumes.back().levelsProblem = error.what();
+        }
     }
     listing.table = tableOf(catalogue);
     listing.passedOver = countPassed(catalogue.scan.passed);
@@ -123,7 +142,7 @@ void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const Input
 
 } // namespace
 
-std::unique_ptr<SlabSource> openInput(const fs::path& given, const InputOptions& options,
+std::unique_ptr<SlabSource> openInput(const fs::path& given, const InputOptions& asked,
                                       const fs::path& scratchFolder, const CommonOptions& common,
                                       ChoiceNote note) {
     const fs::path path = reached(given);
@@ -131,8 +150,11 @@ std::unique_ptr<SlabSource> openInput(const fs::path& given, const InputOptions&
     if (looksLikeStore(path))
         throw badFile(path.string(), "files to import", "a Zarr group; a store is used as it is");
     common.progress->stage("looking through " + path.string());
-    const SourceOptions source{options.series, options.resampleZ,    scratchFolder,    options.largest,
-                               options.phase,  options.allowMissing, options.spacingMm};
+    const InputOptions options = withFileLevel(path, asked, common, UnsaidLevel::finest);
+    const SourceOptions source{
+        options.series, options.resampleZ,    scratchFolder,     options.largest,
+        options.phase,  options.allowMissing, options.spacingMm, options.fileLevel.value_or(0),
+        options.fileBox};
     const Catalogue catalogue = lookThrough(path, source);
     const CatalogueRow& row = chooseRow(catalogue, source);
     auto opened = openRow(catalogue, row, source);
@@ -154,8 +176,11 @@ std::unique_ptr<SlabSource> openInput(const fs::path& path, const InputOptions&,
 #endif
 
 void requireNoChoice(const fs::path& path, const InputOptions& options, const CommonOptions& common) {
-    for (const auto& [chosen, option] : {std::pair{options.series, "--series"}, {options.phase, "--phase"}})
-        if (chosen > 0)
+    for (const auto& [chosen, option] : {std::pair{options.series > 0, "--series"},
+                                         {options.phase > 0, "--phase"},
+                                         {options.fileLevel.has_value(), "--file-level"},
+                                         {options.fileBox.has_value(), "--file-box"}})
+        if (chosen)
             throw badFile(path.string(), std::string("source files for ") + option + " to choose from",
                           "a store, which holds one volume");
     for (const auto& [asked, option] : {std::pair{options.largest, "--largest"},
@@ -205,17 +230,18 @@ void noteImport(const ImportReport& report, const SlabSource& source, const fs::
                   " left out (fill only); most RAM charged: " + formatBytes(ram.peakBytes()));
 }
 
-fs::path storeFor(const fs::path& given, const InputOptions& options, MemoryBudget& ram,
+fs::path storeFor(const fs::path& given, const InputOptions& asked, MemoryBudget& ram,
                   const CommonOptions& common) {
     const fs::path path = reached(given);
     requireExisting(path);
     if (looksLikeStore(path)) { // the reader says what is wrong with a damaged one
-        requireNoChoice(path, options, common);
+        requireNoChoice(path, asked, common);
         if (const auto place = remotePlaceOf(path);
             place && !place->files->sizeOf(place->nameOf("stats/zarr.json")))
             common.note(path.string() + " has no statistics: all of the volume is fetched to make them");
         return path;
     }
+    const InputOptions options = withFileLevel(path, asked, common, UnsaidLevel::fits);
     const MakeStore make = [&](const StoreToMake& wanted) {
         const fs::path& store = wanted.store;
         const auto source = openInput(path, options, store.parent_path(), common);
@@ -283,6 +309,7 @@ void addSelectionOptions(Command& command, InputOptions& input) {
     command.flag("--resample-z", input.resampleZ, "source files: interpolate uneven slices to even spacing");
     command.flag("--allow-missing", input.allowMissing,
                  "source files: leave out files that could be slices and cannot be read");
+    addFilePartOptions(command, input);
 }
 
 namespace {

@@ -26,8 +26,8 @@ struct InputOptions : SourceChoice {
 };
 
 enum class ChoiceNote { given, omitted };
-/// Opens source files. scratchFolder: for data whose slowest axis changes. Throws InputError naming path,
-/// also when this program was built without importers.
+/// Opens source files; a level that is not said is the finest. scratchFolder: for data whose slowest axis
+/// changes. Throws InputError naming path, also when this program was built without importers.
 /// @param note  of what was chosen among several volumes, and what was skipped
 std::unique_ptr<SlabSource> openInput(const std::filesystem::path& path, const InputOptions& options,
                                       const std::filesystem::path& scratchFolder, const CommonOptions& common,
@@ -42,6 +42,8 @@ struct ListedVolume {
     VolumeInfo info;
     std::filesystem::path path;
     int series = 0;
+    std::vector<VolumeInfo> levels; // of its file, finest first; none: it has one
+    std::string levelsProblem;      // why they are not known; "": they are
 };
 /// A row of the table of series, as data.
 struct ListedRow {
@@ -62,7 +64,7 @@ struct InputListing {
 InputListing listInput(const std::filesystem::path& path, const SourceChoice& choice);
 
 /// The store for path: itself if it is one, else its import (import_cache.h), made now if there is none. It
-/// stays as long as `common`. Throws InputError for a series or phase of a store.
+/// stays as long as `common`. Throws InputError for a series, phase, level or box of a store.
 std::filesystem::path storeFor(const std::filesystem::path& path, const InputOptions& options,
                                MemoryBudget& ram, const CommonOptions& common);
 

@@ -151,6 +151,15 @@ Scene withoutPaths(Scene scene, Stores stores) {
     return scene;
 }
 
+nlohmann::json filePartJson(const FilePart& part) {
+    const auto& [level, finest, extent, box] = part;
+    return {{"fileLevel", level},
+            {"finestVoxels", {finest.x, finest.y, finest.z}},
+            {"levelVoxels", {extent.x, extent.y, extent.z}},
+            {"fileBox", {box.low.x, box.high.x, box.low.y, box.high.y, box.low.z, box.high.z}},
+            {"errorsAgainst", "this level of the file"}};
+}
+
 namespace {
 nlohmann::json furtherJson(const RenderResult& result, Stores stores) {
     nlohmann::json further = nlohmann::json::array();
@@ -161,6 +170,8 @@ nlohmann::json furtherJson(const RenderResult& result, Stores stores) {
             {"extentVoxels", {info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z}},
             {"type", name(info.type)},
             {"unit", info.unit}};
+        if (info.filePart)
+            volume["filePart"] = filePartJson(*info.filePart);
         if (n <= result.further.size()) {
             const RenderResult::Further& drawn = result.further[n - 1];
             volume["level"] = drawn.level;
@@ -223,6 +234,8 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
           {"bricksUploaded", work.bricksUploaded},
           {"blended", work.blended},
           {"bytesUploaded", work.bytesUploaded}}}};
+    if (info.filePart)
+        manifest["store"]["filePart"] = filePartJson(*info.filePart);
     if (const PathWork& paths = work.paths; paths.paths > 0)
         manifest["paths"] = {{"paths", paths.paths},         {"scatterings", paths.bounces},
                              {"extinctions", paths.lookUps}, {"nullCollisions", paths.nullCollisions},

@@ -24,6 +24,8 @@ Scene withoutPaths(Scene scene, Stores stores);
 /// work counters, program version, "not for diagnosis". Include from .cpp files only.
 nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResult& result,
                             const MemoryBudget& ram, const MemoryBudget& gpu);
+/// The manifest's "filePart" of a volume, beside what names the volume.
+nlohmann::json filePartJson(const FilePart& part);
 /// All that pixels depend on besides budgets and cameras of a path, by readable names: for processes that
 /// draw parts of one work. No paths: they may name a patient.
 nlohmann::json recordOfPixels(const Scene& scene, Stores stores, const EngineMaker& engine);

@@ -14,6 +14,8 @@ struct ImportModule {
     decltype(&lookThrough) look;
     decltype(&chooseRow) choose;
     decltype(&openRow) open;
+    decltype(&mayHaveLevels) mayHave;
+    decltype(&fileLevelsOf) levels;
     decltype(&tableOf) table;
     decltype(&passedOverText) passedOver;
     decltype(&passesOverSomething) passesOver;

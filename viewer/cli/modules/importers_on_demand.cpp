@@ -10,6 +10,7 @@
 #include <cctype>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -19,12 +20,23 @@ const ImportModule& importModule() {
     return *table;
 }
 
-bool mayNameOthers(const std::filesystem::path& file) {
+bool hasEnding(const std::filesystem::path& file, const std::vector<std::string>& endings) {
     std::string name = file.filename().string();
     std::ranges::transform(name, name.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return std::ranges::any_of(namingFileEndings(),
-                               [&](const std::string& ending) { return name.ends_with(ending); });
+    return std::ranges::any_of(endings, [&](const std::string& ending) { return name.ends_with(ending); });
+}
+bool mayNameOthers(const std::filesystem::path& file) {
+    return hasEnding(file, namingFileEndings());
+}
+
+/// By its name, or by metadata of a group of Zarr.
+bool mayBeLevelled(const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (isAddress(path) || !std::filesystem::is_directory(path, ignored))
+        return isAddress(path) || hasEnding(path, levelledFileEndings());
+    return std::filesystem::exists(path / ".zattrs", ignored) ||
+           std::filesystem::exists(path / "zarr.json", ignored);
 }
 
 /// At a path: itself, or a file below it.
@@ -54,6 +66,14 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
     return importModule().open(catalogue, row, options);
+}
+/// Loads no importer for others than mayBeLevelled().
+bool mayHaveLevels(const std::filesystem::path& path) {
+    return mayBeLevelled(path) && importModule().mayHave(path);
+}
+std::vector<VolumeInfo> fileLevelsOf(const Catalogue& catalogue, const CatalogueRow& row,
+                                     const SourceOptions& options) {
+    return importModule().levels(catalogue, row, options);
 }
 std::string tableOf(const Catalogue& catalogue) {
     return importModule().table(catalogue);
