@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <glm/matrix.hpp>
 #include <variant>
 
 namespace tessera {
@@ -61,7 +62,8 @@ OpenVolume::OpenVolume(const ViewSessionOptions& sessionOptions, const std::file
 std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
                                              const std::filesystem::path& path, const InputOptions& input,
                                              const glm::ivec2& pictureSize,
-                                             const std::shared_ptr<Progress>& progress) {
+                                             const std::shared_ptr<Progress>& progress,
+                                             const std::optional<int>& level) {
     std::unique_ptr<OpenVolume> next(new OpenVolume(options, path, true));
     Scene scene = sceneOf(path);
     applySets(options.sets, scene);
@@ -80,7 +82,10 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     SceneVolume& volume = scene.volumes.front();
     if (input != SourceChoice{} && !looksLikeStore(volume.path)) // a store may be dropped later
         volume.source = input;
-    const std::filesystem::path store = storeFor(volume, InputOptions(volume.source), next->ram, common);
+    InputOptions chosen(volume.source);
+    if (level)
+        chosen.fileLevel = level;
+    const std::filesystem::path store = storeFor(volume, chosen, next->ram, common);
     volume.path = keptPlace(volume.path);
     progress->stage("opening " + shownName(path));
     next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
@@ -97,6 +102,22 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     faceThinVolume(scene, next->store->info(), false);
     next->scene = std::move(scene);
     return next;
+}
+
+void OpenVolume::takeLook(const OpenVolume& other, const std::shared_ptr<Progress>& progress) {
+    CommonOptions common = options.common;
+    common.progress = progress;
+    const glm::dmat4 toThis =
+        glm::inverse(store->info().patientFromVoxel) * other.store->info().patientFromVoxel;
+    scene = other.scene;
+    for (Cuts* const cuts : {&scene.cuts, &scene.volumes.front().cuts})
+        for (CropBox& box : cuts->boxes)
+            if (box.space == CropBox::Space::voxels) {
+                box.low = glm::dvec3(toThis * glm::dvec4(box.low, 1));
+                box.high = glm::dvec3(toThis * glm::dvec4(box.high, 1));
+            }
+    labels = openLabels(scene.volumes.front().labels, common);
+    fitted.reset(); // the camera stays
 }
 
 /// Imports and lists them; null: none are named.

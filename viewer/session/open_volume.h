@@ -7,6 +7,7 @@
 #include "core/base/progress.h"
 #include "render/interactive/interactive_renderer.h"
 #include "viewer/session/background_work.h"
+#include "viewer/session/finer_import.h"
 #include "viewer/session/view_session.h"
 #include "viewer/session/volume_labels.h"
 
@@ -24,11 +25,16 @@ struct OpenVolume {
     /// not fit beside stills, stills are left out.
     /// @param pictureSize  pixels, in place of the scene's
     /// @param input  which of several volumes
+    /// @param level  of the file, for now: the scene does not say it
     /// Throws InputError naming the path or a budget; Cancelled.
     static std::unique_ptr<OpenVolume> open(const ViewSessionOptions& options,
                                             const std::filesystem::path& path, const InputOptions& input,
                                             const glm::ivec2& pictureSize,
-                                            const std::shared_ptr<Progress>& progress);
+                                            const std::shared_ptr<Progress>& progress,
+                                            const std::optional<int>& level = {});
+    /// The look of another level of the same volume in place of the scene's: all of the scene, labels
+    /// imported anew. Throws InputError naming labels that cannot be.
+    void takeLook(const OpenVolume& other, const std::shared_ptr<Progress>& progress);
 
     /// Makes a renderer of a scene, after destroying the one before. Resolves its camera. Where no
     /// interactive picture has all its volumes, the renderer is of the first alone. Throws InputError naming
@@ -65,6 +71,7 @@ struct OpenVolume {
     std::optional<FittedView> fitted;              // the scene's camera when it was opened
     std::unique_ptr<Still> still;                  // while one is drawn
     std::unique_ptr<LineFinder> line;              // while one is searched
+    std::unique_ptr<FinerImport> finer;            // while the level that is meant is imported
 
   private:
     std::unique_ptr<VolumeLabels> openLabels(Labels& named, const CommonOptions& common);

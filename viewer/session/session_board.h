@@ -63,12 +63,12 @@ struct SessionWishes {
         std::uint64_t still = 0;
     };
     std::optional<Round> round;
-    /// Numbers of a still and of a line whose threads have ended; 0: none.
-    std::uint64_t stillEnded = 0, lineEnded = 0;
+    /// Numbers of a still, a line and a finer import whose threads have ended; 0: none.
+    std::uint64_t stillEnded = 0, lineEnded = 0, finerEnded = 0;
 
     bool any() const {
         return stop || save || disc || toOpen || toShow || question || stateAsked || line || lineCalledOff ||
-               ahead || round || stillEnded != 0 || lineEnded != 0;
+               ahead || round || stillEnded != 0 || lineEnded != 0 || finerEnded != 0;
     }
 };
 

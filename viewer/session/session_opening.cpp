@@ -3,10 +3,13 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "viewer/cli/input/file_level.h"
 #include "viewer/session/label_probe.h"
 
 #include <exception>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -28,32 +31,13 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         openLabels(what, progress, true, noLabels))
         return;
     try {
-        std::unique_ptr<OpenVolume> next = OpenVolume::open(
-            options_, what.path, optionsFor(what.pick, options_.input), what.pictureSize, progress);
-        dropSlices(); // of the previous volume, which is closed
-        open_ = std::move(next);
-        saving_.reset();
-        makeRenderer(Scene(open_->scene));
-        std::shared_ptr<VolumeSeen> seen = open_->describe();
-        std::unique_ptr<SliceThread> slices;
-        if (open_->sliceRam.freeBytes() > 2 * SliceThread::floorBytes(seen->info, options_.threads))
-            slices = std::make_unique<SliceThread>(*open_->store, open_->sliceRam, options_.threads,
-                                                   options_.news);
-        board_.tell([&](SessionNews& news) {
-            news.slices = std::move(slices);
-            news.opening.reset();
-            news.volume = std::move(seen);
-            news.picture.reset();
-            news.picked.reset();
-            news.line = {};
-            news.lineProgress.reset();
-            asked_ = ++news.wishes;
-            news.state = {};
-            news.state.kind = ViewingState::Kind::open;
-            news.state.engine = open_->engine->about().device;
-        });
-        moving_ = resting_ = stillBegun_ = false;
-        measured_.clear();
+        const InputOptions input = optionsFor(what.pick, options_.input);
+        const std::optional<int> level = isSceneFile(what.path) || options_.firstBytes == 0
+                                             ? std::nullopt
+                                             : levelToBeginWith(what.path, input, options_.firstBytes);
+        show(OpenVolume::open(options_, what.path, input, what.pictureSize, progress, level));
+        if (level)
+            startFiner(what);
     } catch (const Cancelled&) {
         board_.tell([](SessionNews& news) { news.opening.reset(); });
         throw;
@@ -83,6 +67,68 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         });
         resting_ = true;
     }
+}
+
+/// Has it drawn in place of what is open.
+void SessionThread::show(std::unique_ptr<OpenVolume> next) {
+    dropSlices(); // of the previous volume, which is closed
+    open_ = std::move(next);
+    saving_.reset();
+    makeRenderer(Scene(open_->scene));
+    std::shared_ptr<VolumeSeen> seen = open_->describe();
+    std::unique_ptr<SliceThread> slices;
+    if (open_->sliceRam.freeBytes() > 2 * SliceThread::floorBytes(seen->info, options_.threads))
+        slices =
+            std::make_unique<SliceThread>(*open_->store, open_->sliceRam, options_.threads, options_.news);
+    board_.tell([&](SessionNews& news) {
+        news.slices = std::move(slices);
+        news.opening.reset();
+        news.volume = std::move(seen);
+        news.picture.reset();
+        news.picked.reset();
+        news.line = {};
+        news.lineProgress.reset();
+        asked_ = ++news.wishes;
+        news.state = {};
+        news.state.kind = ViewingState::Kind::open;
+        news.state.engine = open_->engine->about().device;
+    });
+    moving_ = resting_ = stillBegun_ = false;
+    measured_.clear();
+}
+
+/// A coarse level is open: imports the one that is meant, in the memory of stills.
+void SessionThread::startFiner(const SessionWishes::ToOpen& what) {
+    finerOf_ = what;
+    const std::string part = sayFilePart(*open_->store->info().filePart);
+    open_->finer = std::make_unique<FinerImport>(
+        what.path, optionsFor(what.pick, options_.input), open_->stillRam, [this, number = ++finerNumber_] {
+            board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.finerEnded = number; });
+        });
+    board_.tell([&](SessionNews& news) {
+        news.notice = "shown for now: " + part + "; the finer one is being imported";
+    });
+}
+
+/// The level that is meant is there. Camera, functions and all else of the scene stay.
+void SessionThread::changeOver() {
+    const std::unique_ptr<FinerImport> finer = std::move(open_->finer); // its import stays until it is opened
+    std::string problem = finer->take();
+    if (problem.empty())
+        try {
+            auto progress = std::make_shared<Progress>();
+            std::unique_ptr<OpenVolume> next =
+                OpenVolume::open(options_, finerOf_.path, optionsFor(finerOf_.pick, options_.input),
+                                 open_->scene.imageSize, progress);
+            next->takeLook(*open_, progress);
+            show(std::move(next));
+        } catch (const Error& e) {
+            problem = e.what();
+        }
+    if (problem.empty())
+        return;
+    resting_ = false; // a still may follow
+    board_.tell([&](SessionNews& news) { news.state.problem = "the coarse level stays: " + problem; });
 }
 
 /// What is no volume may be labels of the open one, which stays as it is otherwise.

@@ -58,6 +58,8 @@ void SessionThread::turn(SessionWishes& wishes) {
         openVolume(*wishes.toOpen);
     if (wishes.stillEnded != 0 && wishes.stillEnded == stillNumber_ && open_ && open_->still)
         finishStill();
+    if (wishes.finerEnded != 0 && wishes.finerEnded == finerNumber_ && open_ && open_->finer)
+        changeOver();
     if (wishes.lineCalledOff && open_ && open_->line)
         open_->line->callOff();
     if (wishes.lineEnded != 0 && wishes.lineEnded == lineNumber_ && open_ && open_->line)
@@ -207,7 +209,8 @@ void SessionThread::proceed() {
     resting_ = progress.converged && hasty == moving_;
     if (resting_ && !moving_)
         nothingMoreComes();
-    if (resting_ && !moving_ && options_.stills && o.stills && !stillBegun_ && !o.still && !o.line)
+    if (resting_ && !moving_ && options_.stills && o.stills && !stillBegun_ && !o.still && !o.line &&
+        !o.finer)
         startStill();
     tellState(progress);
 }
@@ -254,7 +257,7 @@ void SessionThread::tellState(const InteractiveRenderer::Progress& progress) {
     s.movesLeft = progress.movesLeft;
     s.choosing = progress.choosing;
     s.lightIsCoarse = progress.lightIsCoarse;
-    s.atRest = resting_ && !o.still && !o.line;
+    s.atRest = resting_ && !o.still && !o.line && !o.finer;
     s.measured = measured_;
     s.damagedChunks = damaged_;
     s.refused = refused_;

@@ -47,6 +47,9 @@ class SessionThread {
     void giveUp(const std::string& problem);
     // session_opening.cpp: another volume, another renderer
     void openVolume(const SessionWishes::ToOpen& what);
+    void show(std::unique_ptr<OpenVolume> next);
+    void startFiner(const SessionWishes::ToOpen& what);
+    void changeOver();
     bool offerChoice(const SessionWishes::ToOpen& what, const std::string& why);
     bool openLabels(const SessionWishes::ToOpen& what, const std::shared_ptr<Progress>& progress,
                     bool isEither, std::string& why);
@@ -79,6 +82,8 @@ class SessionThread {
     };
     std::optional<Saving> saving_;           // target of the still being drawn; none: the window
     std::uint64_t lineNumber_ = 0;           // of the line being searched
+    std::uint64_t finerNumber_ = 0;          // of the last finer import begun,
+    SessionWishes::ToOpen finerOf_;          // for this
     InteractiveRenderer::Progress progress_; // the last
     std::string measured_;                   // of the still of asked_
     std::size_t damaged_ = 0;                // chunks that could not be read

@@ -15,6 +15,7 @@
 #include "viewer/cli/options/options.h"
 #include "viewer/session/viewing.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -31,6 +32,9 @@ struct ViewSessionOptions {
     double frameMs = 60;                    // time of a picture while something moves
     bool stills = true;                     // at rest draw the picture of `tessera render`
     InputOptions input;
+    /// Of a file of several levels that is not in the cache of imports, a level of at most so many bytes,
+    /// decoded, is shown while the one that is meant is imported; 0: none is.
+    std::uint64_t firstBytes = std::uint64_t{32} << 20;
     std::vector<std::string> sets = {}; // KEY=VALUE (applySets()): keys of every scene that is opened
     /// Sets keys of the scene of one path alone: labels lie beside one volume.
     std::filesystem::path own = {};
