@@ -6,10 +6,12 @@
 #include "core/base/shown_text.h"
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h> // AT_FDCWD
 #include <iostream>
+#include <mutex>
 #include <string>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -38,6 +40,34 @@ BadFile isThere(const fs::path& path, const std::string& found) {
 
 fs::path folderOf(const fs::path& target) {
     return target.has_parent_path() ? target.parent_path() : fs::path(".");
+}
+
+/// Removes what dead processes left in a folder. One of very many files, such as that of a picture's tiles, is
+/// read through at most once in a while: else writing them all would take their square.
+void sweepNowAndThen(const fs::path& folder) {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::size_t kVeryMany = 64;
+    constexpr std::chrono::seconds kWhile{10};
+    struct Swept {
+        fs::path folder;
+        Clock::time_point at;
+    };
+    static std::mutex mutex;
+    static Swept last; // of very many files
+    {
+        const std::lock_guard lock(mutex);
+        if (last.folder == folder && Clock::now() - last.at < kWhile)
+            return;
+    }
+    std::size_t files = 0;
+    sweepLeftovers(folder, [&](const std::string& name) {
+        ++files;
+        return nameOfTemporary(name, kMark).has_value();
+    });
+    if (files < kVeryMany)
+        return;
+    const std::lock_guard lock(mutex);
+    last = {folder, Clock::now()};
 }
 
 } // namespace
@@ -104,7 +134,7 @@ OutputFile::OutputFile(const fs::path& path, Existing existing)
     : shown_(path), target_(outputTarget(path)), existing_(existing) {
     checkOutputFile(path, existing);
     const fs::path folder = folderOf(target_);
-    sweepLeftovers(folder, [](const std::string& name) { return nameOfTemporary(name, kMark).has_value(); });
+    sweepNowAndThen(folder);
     std::optional<FileHandle> made;
     constexpr int kTries = 1000;
     for (int attempt = 0; !made; ++attempt) {

@@ -9,13 +9,30 @@
 #include "viewer/tiles/tile_folder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <dirent.h>
+#include <dlfcn.h>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
+
+namespace {
+std::atomic<std::size_t> entriesRead{0}; // of folders
+} // namespace
+
+// In place of the C library's, in this program. No test waits for a disk.
+extern "C" int fsync(int) {
+    return 0;
+}
+extern "C" dirent* readdir(DIR* folder) {
+    static const auto real = reinterpret_cast<dirent* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir"));
+    ++entriesRead;
+    return real(folder);
+}
 
 namespace tessera::test {
 namespace {
@@ -250,6 +267,53 @@ TEST(TileFolders, AreFinishedByOne) {
     });
     a.finish();
     other.join();
+    EXPECT_FALSE(fs::exists(scratch / "t"));
+}
+
+TEST(TileFolders, ALateOneHidesNoEndFromThoseWhoWait) {
+    const ScratchFolder scratch;
+    Progress progress;
+    const auto say = [](const std::string& words) { ADD_FAILURE() << words; };
+    const json record = {{"a", 1}};
+    TileFolder a(scratch / "t", record, {64, 64}, 64, progress, say);
+    TileFolder b(scratch / "t", record, {64, 64}, 64, progress, say);
+    a.begin({});
+    b.begin({});
+    const auto tile = a.next();
+    ASSERT_TRUE(tile);
+    a.keep({*tile, Image(tile->size), {}, {}});
+    ASSERT_FALSE(a.next());
+    ASSERT_TRUE(a.finishes());
+    std::thread ending([&] { a.finish(); }); // waits a while for b to go
+    while (!fs::exists(scratch / "t/finished-0"))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    TileFolder late(scratch / "t", record, {64, 64}, 64, progress, say);
+    EXPECT_FALSE(b.next());
+    EXPECT_FALSE(b.finishes()) << "the picture was written";
+    b.finish();
+    late.begin({});
+    EXPECT_FALSE(late.next());
+    EXPECT_TRUE(late.finishes()) << "it is wanted again";
+    late.finish();
+    ending.join();
+    EXPECT_FALSE(fs::exists(scratch / "t"));
+}
+
+TEST(TileFolders, ManyTilesDoNotTakeTheirSquare) {
+    const ScratchFolder scratch;
+    Progress progress;
+    TileFolder tiles(scratch / "t", json{{"a", 1}}, {80, 60}, 4, progress,
+                     [](const std::string& words) { ADD_FAILURE() << words; });
+    tiles.begin({});
+    const std::size_t before = entriesRead;
+    std::size_t count = 0;
+    while (const auto tile = tiles.next()) {
+        tiles.keep({*tile, Image(tile->size), {}, {}});
+        ++count;
+    }
+    EXPECT_EQ(count, 300u);
+    EXPECT_LT(entriesRead - before, 20 * count) << "the folder is read for every tile";
+    tiles.finish();
     EXPECT_FALSE(fs::exists(scratch / "t"));
 }
 

@@ -107,11 +107,18 @@ bool ClaimedFolder::isPart(const std::string& name) const {
            name.find_first_not_of("0123456789", begin.size()) == name.size() - end.size();
 }
 
+/// Neither a part nor the record.
+bool ClaimedFolder::isFurther(const std::string& name) const {
+    const std::size_t begin = work_.marks.size();
+    return std::find(work_.others.begin(), work_.others.end(), name) != work_.others.end() ||
+           (begin > 0 && name.size() > begin && name.starts_with(work_.marks) &&
+            name.find_first_not_of("0123456789", begin) == std::string::npos);
+}
+
 /// The lock file of a part.
 bool ClaimedFolder::isClaim(const std::string& name) const {
     const std::optional<std::string> of = Claims::nameOf(name);
-    return of && (of->starts_with(work_.begin) ||
-                  std::find(work_.others.begin(), work_.others.end(), *of) != work_.others.end());
+    return of && (of->starts_with(work_.begin) || isFurther(*of));
 }
 
 /// A record of a process before it is published.
@@ -202,6 +209,10 @@ bool ClaimedFolder::has(const std::string& name) const {
     return fs::exists(pathOf(name), ignored);
 }
 
+std::string ClaimedFolder::nameOfMark(const ClaimedWork& work, std::size_t number) {
+    return work.marks + std::to_string(number);
+}
+
 std::unique_ptr<Claim> ClaimedFolder::claim(const std::string& name) {
     if (has(name))
         return nullptr;
@@ -221,8 +232,7 @@ bool ClaimedFolder::removeIfAlone() {
         return !alone.busy;
     for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
         const std::string name = entry.path().filename().string();
-        if (isPart(name) || isClaim(name) || isOwn(name) ||
-            std::find(work_.others.begin(), work_.others.end(), name) != work_.others.end())
+        if (isPart(name) || isClaim(name) || isOwn(name) || isFurther(name))
             fs::remove(entry.path(), ignored);
     }
     fs::remove(folder_ / work_.record, ignored);

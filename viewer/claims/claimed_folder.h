@@ -22,6 +22,8 @@ struct ClaimedWork {
     std::string work, parts;              // "film", "frames"
     std::vector<std::string> others = {}; // further names that are claimed or agreed upon
     std::string hint = "choose another folder, or remove this one"; // where it is of another work
+    std::string marks =
+        {}; // begin of the names of further files, which are numbered from 0; "": there are none
 };
 
 class ClaimedFolder {
@@ -41,6 +43,8 @@ class ClaimedFolder {
     /// "frame-000012.png"
     static std::string nameOf(const ClaimedWork& work, std::size_t part);
     std::string nameOf(std::size_t part) const { return nameOf(work_, part); }
+    /// "finished-0"
+    static std::string nameOfMark(const ClaimedWork& work, std::size_t number);
     std::filesystem::path pathOf(const std::string& name) const { return folder_ / name; }
     bool has(const std::string& name) const;
     /// False if someone removed the folder or its record.
@@ -61,6 +65,7 @@ class ClaimedFolder {
 
   private:
     bool isPart(const std::string& name) const;
+    bool isFurther(const std::string& name) const;
     bool isClaim(const std::string& name) const;
     bool isOwn(const std::string& name) const;
     void adopt(const nlohmann::json& record);

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr char kPlanFile[] = "plan.json", kFinishedFile[] = "finished";
+constexpr char kPlanFile[] = "plan.json", kFinished[] = "finished-";
 constexpr auto kPause = std::chrono::milliseconds(100);
 constexpr int kTriesToRemove = 20;
 
@@ -30,8 +30,9 @@ ClaimedWork workOfTiles() {
             ".tile",
             "picture",
             "tiles",
-            {kPlanFile, kFinishedFile},
-            "choose another name for the picture, or remove this folder"};
+            {kPlanFile},
+            "choose another name for the picture, or remove this folder",
+            kFinished};
 }
 
 } // namespace
@@ -40,9 +41,9 @@ TileFolder::TileFolder(const fs::path& folder, const json& record, const glm::iv
                        Progress& progress, std::function<void(const std::string&)> note)
     : grid_(size, side), folder_(folder, workOfTiles(), record), record_(record.dump(-1, ' ', true)),
       progress_(progress), note_(std::move(note)), states_(grid_.count(), State::missing) {
-    // Of a picture that was finished before: it is wanted again.
-    std::error_code ignored;
-    fs::remove(folder_.pathOf(kFinishedFile), ignored);
+    // A picture that was finished before is wanted again. Who waits for that one must still see that it is.
+    while (folder_.has(finishedName()))
+        ++pictures_;
     report_.tiles = grid_.count();
 }
 
@@ -68,21 +69,26 @@ void TileFolder::begin(const Parts& plan) {
             mark(n, report_.there);
 }
 
+/// The file that tells the others that this picture is written.
+std::string TileFolder::finishedName() const {
+    return ClaimedFolder::nameOfMark(workOfTiles(), pictures_);
+}
+
 void TileFolder::mark(std::size_t tile, std::size_t& of) {
     states_[tile] = State::there;
+    ++there_;
     ++of;
 }
 
 double TileFolder::share() const {
-    const auto there = std::count(states_.begin(), states_.end(), State::there);
-    return static_cast<double>(there) / static_cast<double>(grid_.count());
+    return static_cast<double>(there_) / static_cast<double>(grid_.count());
 }
 
 std::optional<PictureTile> TileFolder::next() {
     claim_.reset();
     for (;;) {
         checkInterrupted();
-        if (folder_.has(kFinishedFile))
+        if (folder_.has(finishedName()))
             return std::nullopt;
         bool all = true;
         for (std::size_t n = 0; n < grid_.count(); ++n, at_ = (at_ + 1) % grid_.count()) {
@@ -95,7 +101,7 @@ std::optional<PictureTile> TileFolder::next() {
             else
                 all = false;
         }
-        if (all && (finishing_ = folder_.claim(kFinishedFile))) {
+        if (all && (finishing_ = folder_.claim(finishedName()))) {
             if (examine())
                 return std::nullopt;
             finishing_.reset();
@@ -132,6 +138,7 @@ bool TileFolder::examine() {
             if (failed)
                 throw Error(path.string() + ": cannot be removed: " + failed.message());
             states_[n] = State::missing;
+            --there_;
             ++report_.damaged;
             sound = false;
             continue;
@@ -154,9 +161,8 @@ void TileFolder::keep(const DrawnTile& tile) {
 
 /// Of a tile that was examined. One row of tiles is open at a time.
 const TileFile& TileFolder::fileOf(std::size_t tile) const {
-    for (const auto& [number, file] : open_)
-        if (number == tile)
-            return file;
+    if (const auto known = open_.find(tile); known != open_.end())
+        return known->second;
     if (open_.size() >= static_cast<std::size_t>(grid_.across().x))
         open_.clear();
     std::string why;
@@ -164,8 +170,7 @@ const TileFile& TileFolder::fileOf(std::size_t tile) const {
     std::optional<TileFile> file = TileFile::open(path, grid_.at(tile), key_, why);
     if (!file)
         throw badFile(path.string(), "the tile that was there before", why);
-    open_.emplace_back(tile, *std::move(file));
-    return open_.back().second;
+    return open_.emplace(tile, *std::move(file)).first->second;
 }
 
 glm::vec4 TileFolder::colour(const glm::ivec2& pixel) const {
@@ -222,7 +227,7 @@ void TileFolder::finish() {
     claim_.reset();
     open_.clear();
     if (finishing_)
-        writeOutputFile(folder_.pathOf(kFinishedFile), "the picture is written\n");
+        writeOutputFile(folder_.pathOf(finishedName()), "the picture is written\n");
     const bool mine = std::exchange(finishing_, nullptr) != nullptr;
     if (folder_.tellsWhoIsThere()) {
         // Who waits sees the picture soon, and who is killed now leaves nothing.

@@ -17,6 +17,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 namespace tessera {
@@ -62,6 +63,7 @@ class TileFolder final : public PictureTiles {
     std::string nameOf(std::size_t tile) const { return folder_.nameOf(tile); }
     bool examine();
     void mark(std::size_t tile, std::size_t& of);
+    std::string finishedName() const;
     const TileFile& fileOf(std::size_t tile) const;
     template <typename Visit> void eachTileOfRow(int row, const Visit& visit) const;
 
@@ -71,13 +73,15 @@ class TileFolder final : public PictureTiles {
     Progress& progress_;
     std::function<void(const std::string&)> note_;
     std::vector<State> states_;
-    std::size_t at_ = 0; // where the next missing tile is looked for
+    std::size_t there_ = 0;    // of these
+    std::size_t at_ = 0;       // where the next missing tile is looked for
+    std::size_t pictures_ = 0; // that were finished in the folder before this process came
     bool waits_ = false, opaque_ = false, blank_ = false;
     std::size_t shown_ = 0;
     std::unique_ptr<Claim> claim_, finishing_;
     Report report_;
     std::vector<glm::vec4> band_;
-    mutable std::vector<std::pair<std::size_t, TileFile>> open_; // of the row of tiles at hand
+    mutable std::unordered_map<std::size_t, TileFile> open_; // of the row of tiles at hand
 };
 
 } // namespace tessera
