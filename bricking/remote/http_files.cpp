@@ -196,9 +196,11 @@ class HttpFiles final : public RemoteFiles {
         }
     };
 
-    std::string shownOf(const std::string& name) const { return printable(shown_ + "/" + name); }
+    std::string shownOf(const std::string& name) const {
+        return printable(name.empty() ? shown_ : shown_ + "/" + name);
+    }
     std::string addressOf(const std::string& name) const {
-        return base_ + "/" + encoded(name, "-._~/") + query_;
+        return base_ + (name.empty() ? "" : "/" + encoded(name, "-._~/")) + query_;
     }
 
     /// A file with what the server says of it: by its first block, which most small files are.

@@ -27,7 +27,7 @@ class OutOfReach : public BadFile {
     using BadFile::BadFile;
 };
 
-/// Thread-safe. Names are relative: joined by '/', none of them "", "." or "..".
+/// Thread-safe. Names are relative: joined by '/', none "", "." or ".."; "" is the address as a file.
 class RemoteFiles {
   public:
     virtual ~RemoteFiles() = default;

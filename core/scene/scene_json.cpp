@@ -93,7 +93,7 @@ Scene parseScene(const std::string& text, const std::filesystem::path& folder, c
                 *path = absolutePlace(folder, *path);
     for (SceneMesh& mesh : scene.meshes)
         if (!mesh.path.empty())
-            mesh.path = std::filesystem::absolute(folder / mesh.path).lexically_normal();
+            mesh.path = absolutePlace(folder, mesh.path);
     if (auto& sky = scene.lighting.environment; sky && !sky->file.path.empty())
         sky->file.path = std::filesystem::absolute(folder / sky->file.path).lexically_normal();
     return scene;

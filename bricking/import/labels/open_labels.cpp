@@ -3,6 +3,7 @@
 
 #include "bricking/import/labels/label_format.h"
 #include "bricking/import/source/source_files.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/files.h"
 
@@ -98,7 +99,7 @@ LabelFile openMasks(const fs::path& folder, const SourceOptions& options) {
 LabelFile openAny(const fs::path& path, const SourceOptions& options) {
     refusePipeOrDevice(path);
     std::error_code none;
-    if (!fs::exists(path, none))
+    if (!isAddress(path) && !fs::exists(path, none))
         throw badFile(path.string(), "a file or folder of labels", "no such file or folder");
     if (const LabelFormat* format = labelFormatOf(path))
         return format->open(path, options);

@@ -1,9 +1,11 @@
 // viewer/cli/input/mesh_input.cpp: see mesh_input.h.
 #include "viewer/cli/input/mesh_input.h"
 
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "render/geometry/mesh_shape.h"
 #include "render/geometry/tube_shape.h"
+#include "viewer/cli/input/fetched_file.h"
 #if TESSERA_WITH_IMPORT
 #include "bricking/import/meshes/mesh_file.h"
 #include "viewer/cli/input/structure_input.h"
@@ -19,6 +21,12 @@ using Frames = std::vector<std::string>; // of reference
 std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, const Frames& frames, MemoryBudget& ram,
                                          std::vector<std::string>& notes) {
 #if TESSERA_WITH_IMPORT
+    if (isAddress(mesh.path)) {
+        SceneMesh here = mesh;
+        const FetchedFile file(mesh.path, "triangles or contours in one file");
+        here.path = file.path();
+        return file.reading([&] { return shapeOfFile(here, frames, ram, notes); });
+    }
     if (beginsAsDicom(mesh.path))
         return shapeOfStructures(mesh, frames, ram, notes);
     if (!mesh.rois.empty() || mesh.contours != ContourStyle::lines)

@@ -37,7 +37,7 @@ std::filesystem::path reached(const std::filesystem::path& path) {
         return path;
     std::string& place = known[path.string()];
     if (place.empty()) {
-        auto files = openRemoteFiles(path.string(), {remoteBlockFolder(), cacheLimitBytes() / kPartOfCache});
+        auto files = openRemoteFiles(path.string(), {remoteBlockFolder(), remoteBytesLimit()});
         const int number = ++alike[shown]; // of those that differ in what may be secret
         const std::string unlike = number == 1 ? shown : shown + "#" + std::to_string(number);
         makeReachable(unlike, std::move(files));
@@ -47,6 +47,10 @@ std::filesystem::path reached(const std::filesystem::path& path) {
 #else
     throw badFile(shown, "a path", "an address, and this program was built without what reads them");
 #endif
+}
+
+std::uint64_t remoteBytesLimit() {
+    return cacheLimitBytes() / kPartOfCache;
 }
 
 std::vector<std::string> reachedWords(std::span<char* const> words) {

@@ -18,6 +18,9 @@ namespace tessera {
 /// Throws InputError when this program was built without it.
 std::filesystem::path reached(const std::filesystem::path& path);
 
+/// Bytes that blocks from servers may take on disk.
+std::uint64_t remoteBytesLimit();
+
 /// The words of a command, with reached() for addresses, also behind "--option=": so nothing that may be
 /// secret gets farther, into messages for example. Throws as reached() does.
 std::vector<std::string> reachedWords(std::span<char* const> words);

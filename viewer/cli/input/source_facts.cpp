@@ -68,8 +68,14 @@ std::string factsOfSource(const fs::path& path) {
     const fs::path given = reached(path);
     if (const auto place = remotePlaceOf(given)) { // of its metadata: chunks may be millions
         std::string versions = place->files->identity() + "\n" + place->below + "\n";
-        for (const char* name : {"zarr.json", ".zattrs", ".zarray", "0/zarr.json", "0/.zarray"})
-            versions += name + ("|" + place->files->versionOf(place->nameOf(name))) + "\n";
+        bool isZarr = false;
+        for (const char* name : {"zarr.json", ".zattrs", ".zarray", "0/zarr.json", "0/.zarray"}) {
+            const std::string version = place->files->versionOf(place->nameOf(name));
+            isZarr = isZarr || !version.empty();
+            versions += name + ("|" + version) + "\n";
+        }
+        if (!isZarr)
+            versions += "itself|" + place->files->versionOf(place->below) + "\n";
 #if TESSERA_WITH_IMPORT
         for (const fs::path& named : namedFilesOf(given))
             if (const auto part = remotePlaceOf(named); part && !part->below.empty())

@@ -3,6 +3,7 @@
 
 #include "bricking/analysis/body/body_box.h"
 #include "bricking/statistics/statistics.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
@@ -73,10 +74,11 @@ void addMeshes(const RenderArguments& arguments, Scene& scene) {
     bool hasStructures = false;
     for (std::size_t n = 0; n < count; ++n) {
         std::error_code ignored;
-        if (!std::filesystem::is_regular_file(arguments.meshes[n], ignored))
+        if (!isAddress(arguments.meshes[n]) &&
+            !std::filesystem::is_regular_file(arguments.meshes[n], ignored))
             throw badFile("--mesh", "a file of triangles", "\"" + arguments.meshes[n].substr(0, 200) + "\"");
         SceneMesh mesh;
-        mesh.path = std::filesystem::absolute(arguments.meshes[n]).lexically_normal();
+        mesh.path = absolutePlace({}, arguments.meshes[n]);
         if (const std::string* colour = ofMesh(arguments.meshColours, n))
             mesh.colour = glm::dvec3(parseColour(*colour, "--mesh-colour"));
         if (const std::string* opacity = ofMesh(arguments.meshOpacities, n)) {
@@ -87,7 +89,7 @@ void addMeshes(const RenderArguments& arguments, Scene& scene) {
         }
         if (!arguments.meshSpace.empty())
             mesh.space = parseName<MeshSpace>(arguments.meshSpace, "--mesh-space");
-        if (!arguments.meshContours.empty() && meansStructureSet(mesh.path)) {
+        if (!arguments.meshContours.empty() && (isAddress(mesh.path) || meansStructureSet(mesh.path))) {
             mesh.contours = parseName<ContourStyle>(arguments.meshContours, "--mesh-contours");
             hasStructures = true;
         }

@@ -9,6 +9,7 @@
 #include "bricking/store/store_files.h"
 #include "bricking/store/store_reader.h" // isStore
 #include "bricking/store/zarr_metadata.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/shown_text.h"
@@ -193,7 +194,7 @@ LabelFile openZarrLabels(const fs::path& path, const SourceOptions& options) {
 
 bool isZarrFolder(const fs::path& path) {
     std::error_code none;
-    return fs::is_directory(path, none) && isZarr(path);
+    return (isAddress(path) || fs::is_directory(path, none)) && isZarr(path);
 }
 
 } // namespace
