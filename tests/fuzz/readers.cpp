@@ -6,6 +6,7 @@
 #include "bricking/import/open_source.h"
 #include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
+#include "bricking/store/dct_codec.h"
 #include "bricking/store/pyramid.h"
 #include "bricking/store/shard.h"
 #include "bricking/store/zarr_metadata.h"
@@ -173,6 +174,11 @@ bool readChunk(const std::string& bytes) {
     return orRefused([&] { decodeChunk(encoded, raw, "a chunk"); });
 }
 
+bool readDct(const std::string& bytes) {
+    std::vector<std::byte> raw(cellCount(glm::ivec3(kChunkExtent)) * 2);
+    return orRefused([&] { decodeByDct(asBytes(bytes), raw, "a chunk", Codec::dct32); });
+}
+
 bool readPicture(const std::string& bytes) {
     write(folder() / "picture", bytes);
     return orRefused([] {
@@ -300,6 +306,22 @@ std::vector<std::string> indexSeeds() {
     put(index, 8, std::uint64_t{100});
     return {index};
 }
+std::vector<std::string> dctSeeds() {
+    std::vector<std::string> seeds;
+    for (const int size : {0, 13, kChunkExtent}) {
+        std::vector<std::byte> raw(cellCount(glm::ivec3(kChunkExtent)) * 2);
+        for (int n = 0; n < size * size * size; ++n)
+            raw[2 * linearIndex({n % size, n / size % size, n / (size * size)}, glm::ivec3(kChunkExtent))] =
+                static_cast<std::byte>(n / 7);
+        if (size == kChunkExtent)
+            withDctSteps(raw, 2, true, Codec::dct32);
+        std::vector<std::byte> out(encodedBound(raw.size()));
+        out.resize(encodeByDct(raw, 2, out, Codec::dct32));
+        seeds.emplace_back(reinterpret_cast<const char*>(out.data()), out.size());
+    }
+    return seeds;
+}
+
 std::vector<std::string> chunkSeeds() {
     std::vector<std::byte> raw(2048), encoded(encodedBound(raw.size()));
     for (std::size_t i = 0; i < raw.size(); ++i)
@@ -394,6 +416,7 @@ const std::vector<FuzzedReader>& fuzzedReaders() {
                                                   {"store", readGroup, groupSeeds},
                                                   {"shard", readIndex, indexSeeds},
                                                   {"chunk", readChunk, chunkSeeds},
+                                                  {"dct", readDct, dctSeeds},
                                                   {"nrrd", readFile<kNrrd>, nrrdSeeds},
                                                   {"metaimage", readFile<kMeta>, metaSeeds},
                                                   {"vti", readFile<kVti>, vtiSeeds},
