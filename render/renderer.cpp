@@ -33,7 +33,7 @@ void reportLevels(const FramePlan& plan, RenderResult& result) {
     result.level = selection.finest();
     result.integrator = plan.layer().optics.integrator;
     result.stepVoxels = plan.view.quality.stepVoxels;
-    result.hulls = plan.view.hulls();
+    result.hulls = hullsOf(plan.view.frame);
     result.bricksOfLevel = selection.counts;
     result.selectionPages = pagesFor(selection.counts);
     result.atlasPages = std::min(plan.chosen.atlasPages, result.selectionPages);

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -29,21 +30,39 @@ class RoundedSource : public SlabSource {
     const VolumeInfo& info() const override { return info_; }
     std::string describe() const override { return "a preview of " + box_.describe(); }
 
+    std::size_t roomBytes() const override { return static_cast<std::size_t>(kChunkExtent) * sliceBytes(); }
+    /// Any number of them: chunks are rounded whole.
     void readSlices(int count, std::span<std::byte> out) override {
-        // Chunks are rounded whole: importers ask for slabs of them.
-        TESSERA_CHECK(box_.nextSlice() % kChunkExtent == 0);
-        TESSERA_CHECK(count % kChunkExtent == 0 || box_.nextSlice() + count == info_.extentVoxels.z);
-        box_.readSlices(count, out);
-        const glm::ivec3 extent(info_.extentVoxels.x, info_.extentVoxels.y, count);
+        for (int done = 0; done < count;) {
+            if (left_ == 0)
+                readSlab();
+            const int some = std::min(count - done, left_);
+            const auto from = std::span(slab_).last(static_cast<std::size_t>(left_) * sliceBytes());
+            std::copy_n(from.begin(), static_cast<std::size_t>(some) * sliceBytes(),
+                        out.begin() +
+                            static_cast<std::ptrdiff_t>(static_cast<std::size_t>(done) * sliceBytes()));
+            done += some, left_ -= some;
+        }
+    }
+
+  private:
+    std::size_t sliceBytes() const {
+        return cellCount({info_.extentVoxels.x, info_.extentVoxels.y, 1}) * bytesPerValue(info_.type);
+    }
+
+    void readSlab() {
+        left_ = std::min(kChunkExtent, info_.extentVoxels.z - box_.nextSlice());
+        slab_.resize(static_cast<std::size_t>(left_) * sliceBytes());
+        box_.readSlices(left_, slab_);
+        const glm::ivec3 extent(info_.extentVoxels.x, info_.extentVoxels.y, left_);
         const glm::ivec3 grid = ceilDiv(extent, kChunkExtent);
         parallelFor(cellCount(grid), threads_, [&](std::size_t n) {
             const auto x = static_cast<std::size_t>(grid.x), y = static_cast<std::size_t>(grid.y);
             const glm::ivec3 first = glm::ivec3(n % x, n / x % y, n / x / y) * kChunkExtent;
-            roundChunk(first, extent, out);
+            roundChunk(first, extent, slab_);
         });
     }
 
-  private:
     void roundChunk(const glm::ivec3& first, const glm::ivec3& extent, std::span<std::byte> slab) const {
         const std::size_t valueBytes = bytesPerValue(info_.type);
         const glm::ivec3 size = glm::min(extent - first, glm::ivec3(kChunkExtent));
@@ -66,7 +85,8 @@ class RoundedSource : public SlabSource {
     VolumeInfo info_;
     Codec codec_;
     int threads_;
-    std::vector<std::byte> fill_;
+    std::vector<std::byte> fill_, slab_;
+    int left_ = 0; // slices of the slab that are not yet handed out
 };
 
 } // namespace
@@ -95,7 +115,13 @@ std::uint64_t writePreview(const std::filesystem::path& store, Codec codec, Memo
     options.codec = codec;
     options.threads = threads;
     options.progress = progress;
-    return importToStore(source, store / kPreviewFolder, ram, options).bytesOut;
+    // Beside the store until it is whole: what a kill leaves is no part of it.
+    const std::filesystem::path made =
+        store.parent_path() / ("." + store.filename().string() + "." + kPreviewFolder);
+    const std::uint64_t bytes = importToStore(source, made, ram, options).bytesOut;
+    std::filesystem::remove_all(store / kPreviewFolder);
+    std::filesystem::rename(made, store / kPreviewFolder);
+    return bytes;
 }
 
 } // namespace tessera

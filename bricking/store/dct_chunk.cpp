@@ -130,12 +130,13 @@ bool isWithin(int b, const glm::ivec3& inside) {
 }
 
 /// Calls with a number of the type.
-template <typename Call> void withNumber(std::size_t valueBytes, const Call& call) {
-    TESSERA_CHECK(valueBytes == 1 || valueBytes == 2);
-    if (valueBytes == 1)
+template <typename Call> void withNumber(DctNumber number, const Call& call) {
+    if (number == DctNumber::u8)
         call(std::uint8_t{});
-    else
+    else if (number == DctNumber::i16)
         call(std::int16_t{});
+    else
+        call(std::uint16_t{});
 }
 
 } // namespace
@@ -144,12 +145,12 @@ std::size_t dctCoefficientCount() {
     return slotOf(kBlock, 0);
 }
 
-std::vector<std::int16_t> dctCoefficients(std::span<const std::byte> raw, std::size_t valueBytes, int step,
+std::vector<std::int16_t> dctCoefficients(std::span<const std::byte> raw, DctNumber number, int step,
                                           const glm::ivec3& inside) {
     std::vector<std::int16_t> coefficients(dctCoefficientCount());
-    withNumber(valueBytes, [&](auto number) {
+    withNumber(number, [&](auto zero) {
         for (int b = 0; b < kAll; ++b) {
-            Block block = blockOf<decltype(number)>(raw, b);
+            Block block = blockOf<decltype(zero)>(raw, b);
             if (!isWithin(b, inside)) {
                 for (int n = 0; n < kBlock; ++n)
                     coefficients[slotOf(n, b)] =
@@ -174,16 +175,17 @@ std::vector<std::int16_t> dctCoefficients(std::span<const std::byte> raw, std::s
     return coefficients;
 }
 
-void fromDctCoefficients(std::span<const std::int16_t> coefficients, std::size_t valueBytes, int step,
+void fromDctCoefficients(std::span<const std::int16_t> coefficients, DctNumber number, int step,
                          const glm::ivec3& inside, std::span<std::byte> out) {
     TESSERA_CHECK(coefficients.size() == dctCoefficientCount());
-    withNumber(valueBytes, [&](auto number) {
+    withNumber(number, [&](auto zero) {
         for (int b = 0; b < kAll; ++b) {
             Block block;
             const bool transformed = isWithin(b, inside);
             for (int n = 0; n < kBlock; ++n) {
                 if (!transformed) {
-                    block[static_cast<std::size_t>(n)] = coefficients[slotOf(n, b)];
+                    block[static_cast<std::size_t>(n)] =
+                        static_cast<float>(static_cast<decltype(zero)>(coefficients[slotOf(n, b)]));
                     continue;
                 }
                 const Place& place = order()[static_cast<std::size_t>(n)];
@@ -194,7 +196,7 @@ void fromDctCoefficients(std::span<const std::int16_t> coefficients, std::size_t
             }
             if (transformed)
                 transform<true>(block);
-            putBlock<decltype(number)>(out, b, block);
+            putBlock<decltype(zero)>(out, b, block);
         }
     });
 }

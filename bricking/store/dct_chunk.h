@@ -12,17 +12,20 @@
 
 namespace tessera {
 
+/// Of a chunk's numbers.
+enum class DctNumber : std::uint8_t { u8, i16, u16 };
+
 /// Number of the coefficients of a chunk.
 std::size_t dctCoefficientCount();
 /// All blocks' coefficients side by side, ordered by i + j + k; behind the first of them its upper half. Of a
 /// block that is not wholly inside its numbers, unless it is wholly outside.
-/// @param raw  kChunkExtent^3 numbers of one byte, or of two with a sign
+/// @param raw  kChunkExtent^3 numbers
 /// @param step  from 2 on, even
 /// @param inside  extent of the box at the chunk's origin that counts
-std::vector<std::int16_t> dctCoefficients(std::span<const std::byte> raw, std::size_t valueBytes, int step,
+std::vector<std::int16_t> dctCoefficients(std::span<const std::byte> raw, DctNumber number, int step,
                                           const glm::ivec3& inside);
 /// The numbers that they stand for; rounded, and those of the type that are nearest. Outside: any.
-void fromDctCoefficients(std::span<const std::int16_t> coefficients, std::size_t valueBytes, int step,
+void fromDctCoefficients(std::span<const std::int16_t> coefficients, DctNumber number, int step,
                          const glm::ivec3& inside, std::span<std::byte> out);
 
 } // namespace tessera

@@ -14,7 +14,7 @@ namespace tessera {
 namespace {
 
 /// First byte of a chunk. As coefficients the box follows: its extent, and the value beyond it.
-constexpr std::byte kAsValues{0}, kAsCoefficients{1}, kAsTheyAre{2};
+constexpr std::byte kAsValues{0}, kAsCoefficients{1}, kAsTheyAre{2}, kAsCoefficientsWithoutSign{3};
 constexpr std::size_t kBoxBytes = 3 + 2;
 
 /// What a chunk has inside of a box at its origin; beyond it one value.
@@ -53,17 +53,22 @@ void putBeyond(std::span<std::byte> raw, std::size_t valueBytes, const Inside& i
     });
 }
 
+DctNumber numberOf(std::size_t valueBytes, bool hasSign) {
+    return valueBytes == 1 ? DctNumber::u8 : hasSign ? DctNumber::i16 : DctNumber::u16;
+}
+
 struct Coded {
     Inside inside;
     std::vector<std::int16_t> coefficients;
     std::vector<std::byte> decoded;
 };
-Coded codedOf(std::span<const std::byte> raw, std::size_t valueBytes, Codec codec) {
+Coded codedOf(std::span<const std::byte> raw, DctNumber number, Codec codec) {
+    const std::size_t valueBytes = number == DctNumber::u8 ? 1 : 2;
     Coded coded;
     coded.inside = insideOf(raw, valueBytes);
-    coded.coefficients = dctCoefficients(raw, valueBytes, dctStep(codec), coded.inside.size);
+    coded.coefficients = dctCoefficients(raw, number, dctStep(codec), coded.inside.size);
     coded.decoded.resize(raw.size());
-    fromDctCoefficients(coded.coefficients, valueBytes, dctStep(codec), coded.inside.size, coded.decoded);
+    fromDctCoefficients(coded.coefficients, number, dctStep(codec), coded.inside.size, coded.decoded);
     putBeyond(coded.decoded, valueBytes, coded.inside);
     return coded;
 }
@@ -71,11 +76,7 @@ Coded codedOf(std::span<const std::byte> raw, std::size_t valueBytes, Codec code
 } // namespace
 
 void withDctSteps(std::span<std::byte> raw, std::size_t valueBytes, bool hasSign, Codec codec) {
-    if (!hasSign && valueBytes == 2)
-        for (std::size_t n = 1; n < raw.size(); n += 2)
-            if ((raw[n] & std::byte{0x80}) != std::byte{0})
-                return;
-    const Coded coded = codedOf(raw, valueBytes, codec);
+    const Coded coded = codedOf(raw, numberOf(valueBytes, hasSign), codec);
     std::copy(coded.decoded.begin(), coded.decoded.end(), raw.begin());
 }
 
@@ -91,12 +92,15 @@ std::size_t encodeByDct(std::span<const std::byte> raw, std::size_t valueBytes, 
         std::memcpy(out.data() + before, room.data(), used);
         return before + used;
     };
-    const Coded coded = codedOf(raw, valueBytes, codec);
     std::size_t used = 0;
-    if (std::memcmp(coded.decoded.data(), raw.data(), raw.size()) == 0)
-        used = tryAs(kAsCoefficients, std::as_bytes(std::span(coded.coefficients)), sizeof(std::int16_t),
-                     1 + kBoxBytes);
-    if (used > 0) {
+    for (const bool hasSign : {true, false}) { // whichever keeps the numbers
+        const Coded coded = codedOf(raw, numberOf(valueBytes, hasSign), codec);
+        if (std::memcmp(coded.decoded.data(), raw.data(), raw.size()) != 0)
+            continue;
+        used = tryAs(hasSign ? kAsCoefficients : kAsCoefficientsWithoutSign,
+                     std::as_bytes(std::span(coded.coefficients)), sizeof(std::int16_t), 1 + kBoxBytes);
+        if (used == 0)
+            break;
         for (int axis = 0; axis < 3; ++axis)
             out[static_cast<std::size_t>(1 + axis)] = static_cast<std::byte>(coded.inside.size[axis]);
         std::copy(coded.inside.beyond.begin(), coded.inside.beyond.end(), out.begin() + 4);
@@ -121,18 +125,20 @@ void decodeByDct(std::span<const std::byte> coded, std::span<std::byte> out, con
         return;
     }
     Inside inside;
-    bool fits = kind == kAsCoefficients && coded.size() > 1 + kBoxBytes;
+    bool fits =
+        (kind == kAsCoefficients || kind == kAsCoefficientsWithoutSign) && coded.size() > 1 + kBoxBytes;
     for (int axis = 0; axis < 3 && fits; ++axis) {
         inside.size[axis] = std::to_integer<int>(coded[static_cast<std::size_t>(1 + axis)]);
         fits = inside.size[axis] >= 1 && inside.size[axis] <= kChunkExtent;
     }
     if (!fits)
-        throw badFile(where, "a chunk that begins with 0, 1 or 2, its box and its numbers", "another");
+        throw badFile(where, "a chunk that begins with 0 to 3, its box and its numbers", "another");
     std::copy_n(coded.begin() + 4, 2, inside.beyond.begin());
     std::vector<std::int16_t> coefficients(dctCoefficientCount());
     decodeBlosc(coded.subspan(1 + kBoxBytes), std::as_writable_bytes(std::span(coefficients)), where);
     const std::size_t valueBytes = out.size() / cellCount(glm::ivec3(kChunkExtent));
-    fromDctCoefficients(coefficients, valueBytes, dctStep(codec), inside.size, out);
+    fromDctCoefficients(coefficients, numberOf(valueBytes, kind == kAsCoefficients), dctStep(codec),
+                        inside.size, out);
     putBeyond(out, valueBytes, inside);
 }
 

@@ -274,6 +274,8 @@ RenderResult drawScene(const Scene& scene, Planner& p, const RendererInstance& m
     }
     reportVolume(p, scene, result);
     result.takenAsHu = takesAsHu(p, scene.volumes.front());
+    if (traits.exact)
+        result.hulls = {0, 0}; // it takes no steps
     result.levelsOnPurpose = options.levels != LevelChoice::perBrick || traits.exact;
     result.secondsPreparing = std::chrono::duration<double>(Clock::now() - start).count();
 

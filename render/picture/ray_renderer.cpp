@@ -85,10 +85,11 @@ void tellNoise(const AreaPicture& picture, Progress& progress) {
 struct RayRenderer::RaysDrawn {
     std::vector<std::uint8_t> levels;
     double stepVoxels;
+    Hulls hulls;
     Integrator integrator;
     explicit RaysDrawn(const FramePlan& p)
         : levels(p.layer().selection.levels), stepVoxels(p.view.quality.stepVoxels),
-          integrator(p.layer().optics.integrator) {
+          hulls(hullsOf(p.view.frame)), integrator(p.layer().optics.integrator) {
         for (const auto& volume : p.further) {
             const auto& more = volume->plan.layer().selection.levels;
             levels.insert(levels.end(), more.begin(), more.end());
@@ -99,11 +100,16 @@ struct RayRenderer::RaysDrawn {
     std::map<std::string, std::string> parts(const FramePlan& p, bool exact) const {
         const RayFrame<double>& frame = p.view.frame;
         const glm::dvec3 seen[] = {frame.centre, frame.right, frame.up, frame.toCentre};
-        return {{"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(levels)))},
-                {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
-                {"step in voxels", digitsOf(stepVoxels, 17)},
-                {"integrator", integratorNames()[static_cast<std::size_t>(integrator)]},
-                {"random numbers", exact ? "of the reference" : "of native and mirror"}};
+        std::map<std::string, std::string> parts = {
+            {"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(levels)))},
+            {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
+            {"step in voxels", digitsOf(stepVoxels, 17)},
+            {"integrator", integratorNames()[static_cast<std::size_t>(integrator)]},
+            {"random numbers", exact ? "of the reference" : "of native and mirror"}};
+        if (hulls.count > 0)
+            parts["hulls and their samples"] =
+                std::to_string(hulls.count) + " x " + std::to_string(hulls.samples);
+        return parts;
     }
 };
 

@@ -180,14 +180,13 @@ void FurtherVolumes::add(std::unique_ptr<FurtherVolume> volume) {
 Hulls ViewState::hulls() const {
     if (quality.sampling != Sampling::hulls)
         return {0, 0};
-    constexpr int kWithShadows = 4, kUntilChosen = 16;
+    constexpr int kWithShadows = 4;
     const bool shadows = std::any_of(lighting.lights.begin(), lighting.lights.end(),
                                      [](const Light& light) { return light.shadow; });
-    const Hulls& asked = quality.hulls;
-    return {asked.count != Hulls::kAutomatic ? asked.count
-            : shadows                        ? kWithShadows
-                                             : 1,
-            asked.samples != Hulls::kAutomatic ? asked.samples : kUntilChosen};
+    Hulls hulls = quality.hulls;
+    if (hulls.count == Hulls::kAutomatic)
+        hulls.count = shadows ? kWithShadows : 1;
+    return hulls;
 }
 
 Strides FramePlan::strides() const {

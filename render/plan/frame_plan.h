@@ -70,11 +70,16 @@ struct ViewState {
     ShadowQuality shadowQuality;
     Charge imageCharge; // pictures and ray states, in RAM
 
-    /// Of sampling by hulls, with numbers where the scene leaves them open; else none: count 0.
+    /// Of sampling by hulls, their number settled; else none: count 0.
     Hulls hulls() const;
     /// The pixels that are drawn together: the picture's, or a part's.
     glm::ivec2 drawnSize() const { return mostTogether.x > 0 ? mostTogether : imageSize; }
 };
+
+/// Of rays; count 0: they have none.
+inline Hulls hullsOf(const RayFrame<double>& frame) {
+    return frame.hulls.count > 0 ? Hulls{frame.hulls.count, frame.hulls.samples} : Hulls{0, 0};
+}
 
 /// The parts that can change between two pictures.
 enum Change : std::uint32_t {

@@ -159,8 +159,7 @@ Planner planVolumes(const Scene& scene, Stores stores, const FrameContext& conte
     FurtherVolumes further;
     for (std::size_t n = 1; n < stores.size(); ++n) {
         auto volume = std::make_unique<FurtherVolume>(context, ram[n], gpu[n]);
-        volume->plan =
-            planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, ofFurther);
+        volume->plan = planOne(sceneInFusion(scene, n), *stores[n], volume->ram, context.threads, ofFurther);
         volume->plan.view.meshesShade = false; // the first volume's maps hold them
         volume->plan.view.amongOthers = true;
         further.add(std::move(volume));

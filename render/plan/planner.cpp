@@ -63,8 +63,15 @@ Scene withoutUnusedLight(Scene scene) {
 RayFrame<double> Planner::frameOf(const glm::ivec2& size) const {
     RayFrame<double> frame = rayFrame(view.camera, rayVoxels(), size, view.quality.stepVoxels);
     (fused ? fused->part : view.part).clip(frame);
-    if (const Hulls hulls = view.hulls(); hulls.count > 0)
+    if (const Hulls hulls = view.hulls(); hulls.count > 0) {
         frame.hulls = rayHulls(view.camera, rayVoxels(), hulls.count, hulls.samples);
+        if (hulls.samples == Hulls::kAutomatic) { // until they are chosen: one for each of the steps
+            const double mm = (frame.hulls.farthest - frame.hulls.nearest) / hulls.count;
+            frame.hulls.samples = static_cast<int>(
+                std::clamp(std::ceil(mm / (view.quality.stepVoxels * typicalVoxelMm(rayVoxels()))), 1.0,
+                           double{Hulls::kMostSamples}));
+        }
+    }
     return frame;
 }
 
@@ -159,8 +166,8 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     layer.patientTable = found;
 }
 
-/// A picture of a coarse level needs no more than bounds of the volume's cells. Light by local histograms, and
-/// labels, follow from what cells hold.
+/// A picture of a coarse level needs no more than bounds of the volume's cells. Light by local histograms,
+/// and labels, follow from what cells hold.
 bool boundsSuffice(const Scene& scene, const VolumeInfo& info) {
     const auto& occlusion = scene.lighting.occlusion;
     return quickLevel(info.extentVoxels) > 0 && scene.volumes.at(0).labels.path.empty() &&

@@ -73,6 +73,13 @@ TEST_F(Previews, LeaveTheStoreAsItIs) {
     EXPECT_EQ(run("validate p.zarr").exitCode, 0);
     EXPECT_EQ(run("validate p.zarr/preview").exitCode, 0);
     EXPECT_EQ(run("render p.zarr/preview -o p.png --size 32x32 --engine native").exitCode, 0);
+    // A store that is there gets one; what is wrong with it is found.
+    ASSERT_EQ(run("import s.zarr s.zarr --preview 16").exitCode, 0);
+    EXPECT_EQ(readAll(folder_ / "s.zarr/preview/zarr.json"), readAll(folder_ / "p.zarr/preview/zarr.json"));
+    const fs::path shard = folder_ / "s.zarr/preview/0/c/0/0/0";
+    ASSERT_TRUE(fs::exists(shard));
+    fs::resize_file(shard, fs::file_size(shard) - 1);
+    EXPECT_EQ(run("validate s.zarr").exitCode, 1);
     expectRefused("import t.nrrd q.zarr --preview 7", {"--preview", "7"});
     expectRefused("import t.nrrd q.zarr --codec dct-8", {"--codec", "lz4, zstd or none"});
 }

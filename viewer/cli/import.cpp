@@ -2,6 +2,7 @@
 #include "bricking/export/preview.h"
 #include "bricking/import/importer.h"
 #include "bricking/import/source/format_endings.h"
+#include "bricking/store/store_reader.h"
 #include "bricking/store/work_folder.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
@@ -47,6 +48,16 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
         preview = parseName<Codec>("dct-" + arguments.preview, "--preview");
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const std::filesystem::path out(arguments.out);
+    const auto makePreview = [&](const VolumeInfo& info) {
+        common.note("preview: " +
+                    formatBytes(writePreview(out, *preview, ram, options.threads, common.progress.get())) +
+                    ", of level " + std::to_string(previewLevel(info)) + ", with loss");
+    };
+    std::error_code ignored;
+    if (preview && isStore(out) && std::filesystem::equivalent(arguments.in, out, ignored)) {
+        makePreview(StoreReader(out, ram).info());
+        return;
+    }
     if (arguments.share && arguments.force)
         throw badFile("--share", "a new name, without --force",
                       "--force: a process that starts late would replace what the others made");
@@ -77,9 +88,7 @@ void runImport(const ImportArguments& arguments, const CommonOptions& common) {
         const ImportReport report = importToStore(*source, out, ram, options);
         noteImport(report, *source, out, ram, common);
         if (preview && !report.byOthers)
-            common.note("preview: " +
-                        formatBytes(writePreview(out, *preview, ram, options.threads, options.progress)) +
-                        ", of level " + std::to_string(previewLevel(report.info)) + ", with loss");
+            makePreview(report.info);
     } catch (...) {
         common.progress->end();
         notePartsLeft(out, options.key, common);

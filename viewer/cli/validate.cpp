@@ -1,4 +1,5 @@
 // viewer/cli/validate.cpp: `tessera validate STORE`: what is wrong with a store, and its repair.
+#include "bricking/store/store_reader.h"
 #include "bricking/validate/validate_store.h"
 #include "core/base/address.h"
 #include "core/base/error.h"
@@ -6,6 +7,7 @@
 #include "viewer/cli/commands.h"
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -21,15 +23,15 @@ std::string counted(std::uint64_t count, const char* what) {
     return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-void runValidate(const ValidateArguments& arguments, const CommonOptions& common) {
-    if (isAddress(arguments.store))
-        throw badFile(withoutSecrets(arguments.store), "a store on a disk", "an address");
+/// Says what is wrong with it. Throws Error where something is and stays so.
+void validateOne(const std::filesystem::path& path, const ValidateArguments& arguments,
+                 const CommonOptions& common) {
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     ValidateOptions options;
     options.repair = arguments.repair;
     options.thorough = arguments.thorough;
     options.progress = common.progress.get();
-    const ValidateReport report = validateStore(arguments.store, ram, options);
+    const ValidateReport report = validateStore(path, ram, options);
     common.progress->end();
     for (const std::string& line : report.lines)
         std::printf("%s\n", printable(line).c_str());
@@ -37,7 +39,7 @@ void runValidate(const ValidateArguments& arguments, const CommonOptions& common
         std::printf("and %s\n", counted(report.faults - report.lines.size(), "more fault").c_str());
     for (const std::string& note : report.notes)
         common.note(note);
-    const std::string store = printable(arguments.store);
+    const std::string store = printable(path.string());
     if (report.faults == 0)
         return common.note(store + ": nothing is wrong (" + counted(report.chunks, "chunk") + " in " +
                            counted(report.shards, "shard") + ")");
@@ -48,6 +50,16 @@ void runValidate(const ValidateArguments& arguments, const CommonOptions& common
     if (report.mended == report.faults)
         return common.note(sum);
     throw Error(sum);
+}
+
+void runValidate(const ValidateArguments& arguments, const CommonOptions& common) {
+    if (isAddress(arguments.store))
+        throw badFile(withoutSecrets(arguments.store), "a store on a disk", "an address");
+    const std::filesystem::path store = arguments.store, preview = store / kPreviewFolder;
+    std::error_code ignored;
+    if (std::filesystem::is_directory(preview, ignored)) // a store of its own
+        validateOne(preview, arguments, common);
+    validateOne(store, arguments, common);
 }
 
 } // namespace

@@ -74,6 +74,7 @@ std::string splatDeclines(const Scene& scene, const RenderOptions& options) {
         {scene.lighting.surfaceOcclusion.has_value(), "it has no occlusion of isosurfaces"},
         {scene.shading.gradient != Gradient::central, "its gradients are of kind central"},
         {scene.quality.pixels.samples != 1, "its pixels have one sample, and a filter instead"},
+        {scene.quality.sampling == Sampling::hulls, "it has no rays that hulls could cut"},
         {scene.quality.maxError.has_value(), "its error is measured and has no bound"},
         {options.layers.paths || options.layers.errors, "it has no layers besides the colour"},
         {options.tiles != nullptr, "its pictures are drawn as a whole"},

@@ -12,6 +12,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -95,7 +98,7 @@ TEST(DctCodec, IsTheSameEverywhere) {
     std::vector<std::byte> chunk = chunkOf(2, 0, {32, 32, 30}, 1);
     withDctSteps(chunk, 2, true, Codec::dct32);
     EXPECT_EQ(crc32c(chunk), 458756838u);
-    const std::vector<std::int16_t> coefficients = dctCoefficients(chunk, 2, 32, {32, 32, 30});
+    const std::vector<std::int16_t> coefficients = dctCoefficients(chunk, DctNumber::i16, 32, {32, 32, 30});
     EXPECT_EQ(crc32c(std::as_bytes(std::span(coefficients))), 1052322335u);
 }
 
@@ -109,14 +112,16 @@ TEST(DctCodec, RefusesWhatIsNoChunk) {
                                      payload.size() / 2, payload.size() - 1})
         EXPECT_THROW(decodeByDct(payload.first(length), out, "test", Codec::dct16), InputError) << length;
     std::mt19937 random(3);
+    out.resize(chunk.size() + 64, std::byte{0x5a});
     for (int n = 0; n < 400; ++n) { // a damaged one is refused or decoded, within its bounds
         std::vector<std::byte> damaged(payload.begin(), payload.end());
         const std::size_t at = n < 64 ? static_cast<std::size_t>(n % 8) : random() % damaged.size();
         damaged[at] ^= static_cast<std::byte>(1u << (random() % 8));
         try {
-            decodeByDct(damaged, out, "test", Codec::dct16);
+            decodeByDct(damaged, std::span(out).first(chunk.size()), "test", Codec::dct16);
         } catch (const InputError&) {
         }
+        EXPECT_EQ(std::count(out.end() - 64, out.end(), std::byte{0x5a}), 64);
     }
 }
 
@@ -153,6 +158,75 @@ TEST(Preview, IsAStoreNearToWhatItShows) {
     EXPECT_GT(most, 0);
     EXPECT_LT(bytes, 12 * 2 * kCount / 8);
     writePreview(folder / "a.zarr", Codec::dct8, ram, 1); // in place of the first
+}
+
+// Numbers without a sign next to 0 and above 32767; few slices at a time.
+TEST(Preview, OfNumbersWithoutASignAreNearToThem) {
+    const ScratchFolder folder;
+    VolumeInfo info;
+    info.extentVoxels = {64, 40, 41};
+    info.type = ValueType::u16;
+    info.fillStored = 0;
+    class Ball : public SlabSource {
+      public:
+        explicit Ball(const VolumeInfo& info) : info_(info) {}
+        const VolumeInfo& info() const override { return info_; }
+        std::string describe() const override { return "a ball"; }
+        void readSlices(int count, std::span<std::byte> out) override {
+            std::size_t n = 0;
+            for (int z = next_; z < next_ + count; ++z)
+                for (int y = 0; y < info_.extentVoxels.y; ++y)
+                    for (int x = 0; x < info_.extentVoxels.x; ++x, ++n) {
+                        const glm::dvec3 p = glm::dvec3(x, y, z) - glm::dvec3(30, 20, 20);
+                        const std::uint16_t value = glm::dot(p, p) < 150 ? 40000 : 0;
+                        std::memcpy(out.data() + 2 * n, &value, 2);
+                    }
+            next_ += count;
+        }
+
+      private:
+        VolumeInfo info_;
+        int next_ = 0;
+    } ball(info);
+    MemoryBudget ram("RAM", "--ram", std::size_t{64} << 20);
+    importToStore(ball, folder / "a.zarr", ram, {.durable = false});
+    writePreview(folder / "a.zarr", Codec::dct64, ram, 2);
+    const StoreReader store(folder / "a.zarr", ram), preview(folder / "a.zarr" / kPreviewFolder, ram);
+    std::vector<std::byte> a(store.chunkBytes()), b(store.chunkBytes());
+    double most = 0;
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j < 2; ++j)
+            for (int i = 0; i < 2; ++i) {
+                store.readChunk({0, i, j, k}, a), preview.readChunk({0, i, j, k}, b);
+                for (std::size_t n = 0; n < kCount; ++n)
+                    most = std::max(most, std::abs(storedValue(ValueType::u16, a.data() + 2 * n) -
+                                                   storedValue(ValueType::u16, b.data() + 2 * n)));
+            }
+    EXPECT_GT(most, 0);
+    EXPECT_LT(most, 8000) << "a step of the highest frequency, in few coefficients";
+    EXPECT_FALSE(std::filesystem::exists(folder / ".a.zarr.preview"));
+}
+
+// The same bytes whatever memory there is, and how many slices are asked for at a time.
+TEST(Preview, IsMadeByBandsToo) {
+    const ScratchFolder folder;
+    VolumeInfo info;
+    info.extentVoxels = {300, 280, 70};
+    info.type = ValueType::i16;
+    const Formula formula = [](const glm::dvec3& p) {
+        return 400 * std::sin(0.1 * p.x) * std::cos(0.07 * p.y) + p.z;
+    };
+    std::vector<std::string> documents;
+    for (const std::size_t bytes : {std::size_t{256} << 20, std::size_t{14} << 20}) {
+        MemoryBudget ample("RAM", "--ram", std::size_t{256} << 20), ram("RAM", "--ram", bytes);
+        FormulaSource source(info, formula);
+        importToStore(source, folder / "a.zarr", ample, {.force = true, .durable = false});
+        writePreview(folder / "a.zarr", Codec::dct16, ram, 2);
+        std::ifstream file(folder / "a.zarr" / kPreviewFolder / "zarr.json");
+        documents.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    }
+    EXPECT_NE(documents[0], "");
+    EXPECT_EQ(documents[0], documents[1]);
 }
 
 TEST(Preview, ShowsTheFinestLevelThatIsSmallEnough) {

@@ -72,7 +72,7 @@ Scene sceneOfPreview(const Scene& scene) {
     quick.quality.maxError.reset();
     quick.quality.pixels.samples = 1;
     quick.quality.pixels.noise = 0, quick.quality.pixels.denoise = false;
-    return quick;
+    return withoutReflections(std::move(quick));
 }
 
 /// The scene by the preview of a store behind an address, whose own bytes come slowly. None: there is no such
@@ -83,7 +83,7 @@ std::optional<Image> pictureOfPreview(const RenderTask& task) {
         !isStore(place))
         return std::nullopt;
     try {
-        const StoreReader preview(place, task.ram);
+        const StoreReader preview(place, task.ram, task.scene.volumes.front().transform);
         RenderOptions options = task.options;
         options.verify = Verify::none;
         options.searching = options.checking = false;
