@@ -81,7 +81,7 @@ TEST_F(Previews, LeaveTheStoreAsItIs) {
     fs::resize_file(shard, fs::file_size(shard) - 1);
     EXPECT_EQ(run("validate s.zarr").exitCode, 1);
     expectRefused("import t.nrrd q.zarr --preview 7", {"--preview", "7"});
-    expectRefused("import t.nrrd q.zarr --codec dct-8", {"--codec", "lz4, zstd or none"});
+    expectRefused("import t.nrrd q.zarr --codec dct-8", {"--codec", "lz4, zstd, none"});
 }
 
 } // namespace

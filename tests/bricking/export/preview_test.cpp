@@ -211,13 +211,13 @@ TEST(Preview, OfNumbersWithoutASignAreNearToThem) {
 TEST(Preview, IsMadeByBandsToo) {
     const ScratchFolder folder;
     VolumeInfo info;
-    info.extentVoxels = {300, 280, 70};
+    info.extentVoxels = {200, 190, 40};
     info.type = ValueType::i16;
     const Formula formula = [](const glm::dvec3& p) {
         return 400 * std::sin(0.1 * p.x) * std::cos(0.07 * p.y) + p.z;
     };
     std::vector<std::string> documents;
-    for (const std::size_t bytes : {std::size_t{256} << 20, std::size_t{14} << 20}) {
+    for (const std::size_t bytes : {std::size_t{256} << 20, std::size_t{8} << 20}) {
         MemoryBudget ample("RAM", "--ram", std::size_t{256} << 20), ram("RAM", "--ram", bytes);
         FormulaSource source(info, formula);
         importToStore(source, folder / "a.zarr", ample, {.force = true, .durable = false});
