@@ -194,13 +194,95 @@ class CandidateOrder {
 
 using Values = std::array<float, static_cast<std::size_t>(kRaysPerPart* kSamplesPerRay)>;
 
-void sampleRay(const BrickFields& fields, const Candidate& ray, float* out) {
-    for (int level = 0; level < kLevelCount; ++level) {
-        const int samples = kRaySamples[static_cast<std::size_t>(level)];
-        for (int j = 0; j < samples; ++j) {
-            glm::dvec3 p = glm::dvec3(ray.start) + 0.5;
-            p[ray.axis] = raySampleAt(j, samples, fields.size[ray.axis]);
-            *out++ = fields.at(level, p);
+/// Two samples of a level on either side of a place, along an axis: how far they lie in memory from the
+/// level's first one, and the weight of the second.
+struct Between {
+    std::size_t low = 0, high = 0;
+    double part = 0;
+};
+
+/// BrickFields::at() of places along rays, from tables that bricks of the same shape share.
+class RaySampler {
+  public:
+    void setShape(const BrickFields& fields);
+    void sample(const BrickFields& fields, const Candidate& ray, float* out) const;
+
+  private:
+    using Table = std::array<std::array<Between, static_cast<std::size_t>(kEdge)>, 3>; // by axis
+    struct Shape {
+        glm::ivec3 size{0};
+        std::array<glm::ivec3, kLevelCount> first{}, extent{};
+        bool operator==(const Shape&) const = default;
+    };
+    Shape shape_;
+    std::array<Table, kLevelCount> ofVoxels_, ofSamples_; // at voxels' centres; at raySampleAt()
+};
+
+Between betweenAt(const BrickFields::Box& box, int level, int axis, double voxel) {
+    const double at = voxel / (1 << level) - 0.5 - box.first[axis];
+    const double below = std::floor(at);
+    const auto strides = glm::ivec3(1, box.extent.x, box.extent.x * box.extent.y);
+    const auto offset = [&](int sample) {
+        return static_cast<std::size_t>(std::clamp(sample, 0, box.extent[axis] - 1) * strides[axis]);
+    };
+    const int low = static_cast<int>(below);
+    return {offset(low), offset(low + 1), at - below};
+}
+
+float trilinear(const BrickFields::Box& box, const Between& x, const Between& y, const Between& z) {
+    const auto row = [&](std::size_t start) {
+        const double a = box.samples[start + x.low], b = box.samples[start + x.high];
+        return a + x.part * (b - a);
+    };
+    const auto plane = [&](std::size_t start) {
+        const double a = row(start + y.low), b = row(start + y.high);
+        return a + y.part * (b - a);
+    };
+    const double a = plane(z.low), b = plane(z.high);
+    return static_cast<float>(a + z.part * (b - a));
+}
+
+void RaySampler::setShape(const BrickFields& fields) {
+    Shape shape;
+    shape.size = fields.size;
+    for (std::size_t level = 1; level < kLevelCount; ++level) {
+        shape.first[level] = fields.levels[level].first;
+        shape.extent[level] = fields.levels[level].extent;
+    }
+    if (shape == shape_)
+        return;
+    shape_ = shape;
+    for (int level = 1; level < kLevelCount; ++level) {
+        const auto of = static_cast<std::size_t>(level);
+        const int samples = kRaySamples[of];
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto along = static_cast<std::size_t>(axis);
+            for (int voxel = 0; voxel < kEdge; ++voxel)
+                ofVoxels_[of][along][static_cast<std::size_t>(voxel)] =
+                    betweenAt(fields.levels[of], level, axis, voxel + 0.5);
+            for (int j = 0; j < samples; ++j)
+                ofSamples_[of][along][static_cast<std::size_t>(j)] =
+                    betweenAt(fields.levels[of], level, axis, raySampleAt(j, samples, fields.size[axis]));
+        }
+    }
+}
+
+void RaySampler::sample(const BrickFields& fields, const Candidate& ray, float* out) const {
+    glm::dvec3 p = glm::dvec3(ray.start) + 0.5;
+    for (int j = 0; j < kRaySamples[0]; ++j) {
+        p[ray.axis] = raySampleAt(j, kRaySamples[0], fields.size[ray.axis]);
+        *out++ = fields.at(0, p);
+    }
+    for (std::size_t level = 1; level < kLevelCount; ++level) {
+        std::array<Between, 3> at;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto along = static_cast<std::size_t>(axis);
+            at[along] = ofVoxels_[level][along][static_cast<std::size_t>(ray.start[axis])];
+        }
+        const auto along = static_cast<std::size_t>(ray.axis);
+        for (std::size_t j = 0; j < static_cast<std::size_t>(kRaySamples[level]); ++j) {
+            at[along] = ofSamples_[level][along][j];
+            *out++ = trilinear(fields.levels[level], at[0], at[1], at[2]);
         }
     }
 }
@@ -260,31 +342,15 @@ float BrickFields::at(int level, const glm::dvec3& p) const {
         return voxels[linearIndex(voxel, size)];
     }
     const Box& box = levels[static_cast<std::size_t>(level)];
-    glm::ivec3 low(0), high(0);
-    glm::dvec3 f(0);
-    for (int axis = 0; axis < 3; ++axis) {
-        const double at = p[axis] / (1 << level) - 0.5 - box.first[axis];
-        const double below = std::floor(at);
-        f[axis] = at - below;
-        low[axis] = std::clamp(static_cast<int>(below), 0, box.extent[axis] - 1);
-        high[axis] = std::clamp(static_cast<int>(below) + 1, 0, box.extent[axis] - 1);
-    }
-    const auto row = [&](int y, int z) {
-        const double a = box.samples[linearIndex({low.x, y, z}, box.extent)];
-        const double b = box.samples[linearIndex({high.x, y, z}, box.extent)];
-        return a + f.x * (b - a);
-    };
-    const auto plane = [&](int z) {
-        const double a = row(low.y, z), b = row(high.y, z);
-        return a + f.y * (b - a);
-    };
-    const double a = plane(low.z), b = plane(high.z);
-    return static_cast<float>(a + f.z * (b - a));
+    return trilinear(box, betweenAt(box, level, 0, p.x), betweenAt(box, level, 1, p.y),
+                     betweenAt(box, level, 2, p.z));
 }
 
 std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
     static thread_local std::vector<Candidate> candidates;
     static thread_local CandidateOrder byMean, byResidual;
+    static thread_local RaySampler sampler;
+    sampler.setShape(fields);
     candidates.clear();
     SliceRanges ranges;
     if (fields.isWhole)
@@ -319,7 +385,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
             const Candidate& ray = candidates[order[first + middle]];
             // Each part has near and far rays alternately, so that it is a fair sample by itself.
             const std::size_t part = (half + group) % kBrickRayParts;
-            sampleRay(fields, ray, values[part].data() + group * kSamplesPerRay);
+            sampler.sample(fields, ray, values[part].data() + group * kSamplesPerRay);
             axes[part] |= static_cast<std::uint32_t>(ray.axis) << (2 * group);
         }
     }
@@ -331,7 +397,7 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
         ray.start = {voxel % fields.size.x, voxel / fields.size.x % fields.size.y,
                      voxel / fields.size.x / fields.size.y};
         ray.start[ray.axis] = 0;
-        sampleRay(fields, ray, values[part].data() + kRayGroups * kSamplesPerRay);
+        sampler.sample(fields, ray, values[part].data() + kRayGroups * kSamplesPerRay);
         axes[part] |= static_cast<std::uint32_t>(ray.axis) << (2 * kRayGroups);
     }
     std::array<BrickRayPart, kBrickRayParts> parts;
