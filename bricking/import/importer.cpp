@@ -161,7 +161,7 @@ void finish(const PartImport& made, const Claim& claim, VolumeInfo info, WorkFol
 
 std::size_t importFloorBytes(const SlabSource& source, const VolumeInfo& info, int threads) {
     // Writing gives its memory back before the statistics are made.
-    return std::max(leastImportBytes(source, info, threads), statisticsFloorBytes(info, threads));
+    return std::max(leastImportBytes(source, info, threads), buildStatisticsFloorBytes(info, threads));
 }
 
 ImportReport importToStore(SlabSource& source, const fs::path& store, MemoryBudget& ram,

@@ -68,11 +68,14 @@ struct Statistics {
     void brickRange(const BrickId& brick, int layers, float& lo, float& hi) const;
 };
 
-/// Memory for computing the statistics of such a volume, including its reader.
+/// Memory for computing the statistics of such a volume, including its reader: held, for pictures.
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads);
+/// For buildStatistics(), which holds few of them where memory is scarce: independent of the slices.
+std::size_t buildStatisticsFloorBytes(const VolumeInfo& info, int threads);
 
 /// Computes everything from the chunks (one pass over the store), writing the arrays under STORE/stats.
-/// Rays go to disk only.
+/// Rays go to disk only. Ranges of cells do, by bands of bricks, where ram has no room for all: then in a
+/// file beside the arrays. The arrays do not depend on that.
 /// @param progress  gets the share that is done
 void buildStatistics(const StoreReader& store, const std::filesystem::path& folder, MemoryBudget& ram,
                      int threads, const ShareDone& progress = {});

@@ -89,35 +89,35 @@ void boxOf(const Value* chunk, const glm::ivec3& valid, Boxes<Value, Slots>& box
 
 /// Merges the ranges of a chunk's boxes into those of the volume's.
 template <typename Value, typename Slots>
-void merge(const Boxes<Value, Slots>& box, const glm::ivec3& firstSlot, const glm::ivec3& grid,
-           std::vector<float>& least, std::vector<float>& most) {
+void merge(const Boxes<Value, Slots>& box, const glm::ivec3& firstSlot, const RangeWindow& window) {
     for (int z = 0; z < Slots::kCount; ++z)
         for (int y = 0; y < Slots::kCount; ++y)
             for (int x = 0; x < Slots::kCount; ++x) {
-                const glm::ivec3 place = firstSlot + glm::ivec3(x, y, z);
+                const glm::ivec3 place = firstSlot + glm::ivec3(x, y, z) - window.first;
                 if (box.lo[z][y][x] > box.hi[z][y][x])
                     continue; // no voxel
                 if (glm::any(glm::lessThan(place, glm::ivec3(0))) ||
-                    glm::any(glm::greaterThanEqual(place, grid)))
+                    glm::any(glm::greaterThanEqual(place, window.extent)))
                     continue;
-                const std::size_t at = linearIndex(place, grid);
-                least[at] = std::min(least[at], static_cast<float>(box.lo[z][y][x]));
-                most[at] = std::max(most[at], static_cast<float>(box.hi[z][y][x]));
+                const std::size_t at = linearIndex(place, window.extent);
+                window.least[at] = std::min(window.least[at], static_cast<float>(box.lo[z][y][x]));
+                window.most[at] = std::max(window.most[at], static_cast<float>(box.hi[z][y][x]));
             }
 }
 
 /// @param range  of the whole volume
 template <typename Value>
 void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<const std::byte> bytes,
-                Statistics& statistics, FoundRange& range, std::mutex& mutex) {
+                const RangeWindow& ofCells, const RangeWindow& ofBricks, FoundRange& range,
+                std::mutex& mutex) {
     const auto* values = reinterpret_cast<const Value*>(bytes.data());
     Boxes<Value, CellSlots> cells;
     boxOf(values, valid, cells);
     Boxes<Value, WideSlots> wide;
     boxOf(values, valid, wide);
     const std::lock_guard lock(mutex);
-    merge(cells, chunk * kCellsPerBrick - 1, statistics.cells, statistics.cellMin, statistics.cellMax);
-    merge(wide, chunk - 1, statistics.bricks, statistics.wideMin, statistics.wideMax);
+    merge(cells, chunk * kCellsPerBrick - 1, ofCells);
+    merge(wide, chunk - 1, ofBricks);
     if (wide.lo[1][1][1] <= wide.hi[1][1][1]) { // the chunk itself
         range.lowest = std::min(range.lowest, static_cast<float>(wide.lo[1][1][1]));
         range.highest = std::max(range.highest, static_cast<float>(wide.hi[1][1][1]));
@@ -148,21 +148,13 @@ template <typename Value> class Binner {
 
 } // namespace
 
-namespace {
-/// Of cells and bricks.
-void clearRanges(Statistics& statistics) {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    for (std::vector<float>* least : {&statistics.cellMin, &statistics.wideMin})
-        std::fill(least->begin(), least->end(), kInfinity);
-    for (std::vector<float>* most : {&statistics.cellMax, &statistics.wideMax})
-        std::fill(most->begin(), most->end(), -kInfinity);
-}
-} // namespace
-
 void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
     const VolumeInfo& info = store.info();
     static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
-    clearRanges(statistics);
+    const RangeWindow cells{glm::ivec3(0), statistics.cells, statistics.cellMin, statistics.cellMax};
+    const RangeWindow wide{glm::ivec3(0), statistics.bricks, statistics.wideMin, statistics.wideMax};
+    clearRanges(cells);
+    clearRanges(wide);
     FoundRange range;
     const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
     std::mutex mutex;
@@ -172,7 +164,7 @@ void gatherCells(const StoreReader& store, Statistics& statistics, BufferPool& p
         store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
         const glm::ivec3 valid = glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent));
         withValueType(info.type, [&](auto value) {
-            mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), statistics, range, mutex);
+            mergeChunk<decltype(value)>(chunk, valid, buffer.bytes(), cells, wide, range, mutex);
         });
     });
     statistics.lowest = range.lowest;
@@ -354,9 +346,11 @@ std::size_t windowBytes(const VolumeInfo& info, int brickRows) {
     return bytes;
 }
 
-/// Rows of bricks whose rays are sampled at once: all, or as many as have room. Chunks of level 1 hold two
-/// rows, and those at a band's ends are read twice.
-int bandRowsOf(const VolumeInfo& info, std::size_t freeBytes) {
+} // namespace
+
+// All rows, or as many as have room. Chunks of level 1 hold two rows of bricks, and those at a band's ends
+// are read twice.
+int rayBandRows(const VolumeInfo& info, std::size_t freeBytes) {
     const int all = brickGrid(info.extentVoxels).y;
     int rows = all;
     while (rows > 1 && windowBytes(info, rows) > (rows == all ? freeBytes : freeBytes / 4 * 3))
@@ -364,39 +358,39 @@ int bandRowsOf(const VolumeInfo& info, std::size_t freeBytes) {
     return rows;
 }
 
-} // namespace
-
-void gatherHistogram(const StoreReader& store, Statistics& statistics, BufferPool& pool, int threads) {
+void gatherHistogram(const StoreReader& store, WholeRange& whole, BufferPool& pool, int threads) {
     const VolumeInfo& info = store.info();
     const glm::ivec3 grid = chunkGrid(info.extentVoxels, 0);
     std::mutex mutex;
     withValueType(info.type, [&](auto example) {
         using Value = decltype(example);
-        const Binner<Value> binOf(statistics.lowest, statistics.highest);
+        const Binner<Value> binOf(whole.lowest, whole.highest);
         parallelFor(cellCount(grid), threads, [&](std::size_t n) {
             const glm::ivec3 chunk = gridPosition(n, grid);
             const BufferPool::Lease buffer(pool);
             store.readChunk({0, chunk.x, chunk.y, chunk.z}, buffer.bytes());
             countChunk(binOf, glm::min(info.extentVoxels - chunk * kChunkExtent, glm::ivec3(kChunkExtent)),
-                       reinterpret_cast<const Value*>(buffer.bytes().data()), mutex, statistics.histogram);
+                       reinterpret_cast<const Value*>(buffer.bytes().data()), mutex, whole.histogram);
         });
     });
 }
 
-std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
-    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()) * kFieldFloats * sizeof(float) +
-           windowBytes(info, 1);
+std::size_t fieldBytes(int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()) * kFieldFloats * sizeof(float);
 }
 
-FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& pool, MemoryBudget& ram,
-                      int threads, const std::function<bool(std::size_t)>& wanted,
+std::size_t rayScratchBytes(const VolumeInfo& info, int threads) {
+    return fieldBytes(threads) + windowBytes(info, 1);
+}
+
+FoundRange gatherRays(const ChunkSource& volume, WholePass* whole, BufferPool& pool, MemoryBudget& ram,
+                      int bandRows, int threads, const std::function<bool(std::size_t)>& wanted,
                       const BrickRaysDone& brickDone, const std::function<void(int)>& groupDone) {
     static_assert(kBrickExtent == kChunkExtent, "a chunk of level 0 is a brick");
     const VolumeInfo& info = volume.info();
     const glm::ivec3 bricks = brickGrid(info.extentVoxels);
     BufferPool rooms(ram, static_cast<std::size_t>(threads > 0 ? threads : defaultThreads()),
                      kFieldFloats * sizeof(float), "sampling rays");
-    const int bandRows = bandRowsOf(info, ram.freeBytes());
     const Charge charge = ram.charge(windowBytes(info, bandRows), "sampling rays");
     std::array<Window, kLevelCount> windows;
     for (int level = 1; level < kLevelCount; ++level) {
@@ -405,12 +399,10 @@ FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& 
         window.values.resize(cellCount(windowExtent(info, level, bandRows)) * bytesPerValue(info.type));
     }
     FoundRange range;
-    if (whole)
-        clearRanges(*whole);
     std::mutex mutex;
     withValueType(info.type, [&](auto example) {
         using Value = decltype(example);
-        const Binner<Value> binOf(whole ? whole->lowest : 0, whole ? whole->highest : 0);
+        const Binner<Value> binOf(whole ? whole->range.lowest : 0, whole ? whole->range.highest : 0);
         const auto sampleBand = [&](const glm::ivec3& first, const glm::ivec3& end) {
             const glm::ivec3 grid = end - first;
             const auto placeOf = [&](std::size_t n) { // of a brick in the volume
@@ -431,6 +423,8 @@ FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& 
                     read.push_back({0, brick.x, brick.y, brick.z});
                 }
             volume.willRead(read);
+            if (whole)
+                whole->cells.begin(first, end), whole->wide.begin(first, end);
             parallelFor(cellCount(grid), threads, [&](std::size_t n) {
                 const bool want = wanted(placeOf(n));
                 if (!want && !whole)
@@ -442,8 +436,9 @@ FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& 
                 volume.readChunk({0, brick.x, brick.y, brick.z}, buffer.bytes());
                 const auto* values = reinterpret_cast<const Value*>(buffer.bytes().data());
                 if (whole) {
-                    mergeChunk<Value>(brick, valid, buffer.bytes(), *whole, range, mutex);
-                    countChunk(binOf, valid, values, mutex, whole->histogram);
+                    mergeChunk<Value>(brick, valid, buffer.bytes(), whole->cells.window(),
+                                      whole->wide.window(), range, mutex);
+                    countChunk(binOf, valid, values, mutex, whole->range.histogram);
                 }
                 if (!want)
                     return;
@@ -451,6 +446,8 @@ FoundRange gatherRays(const ChunkSource& volume, Statistics* whole, BufferPool& 
                 const std::span<float> floats(reinterpret_cast<float*>(room.bytes().data()), kFieldFloats);
                 brickDone(placeOf(n), sampleRays(fieldsOf(brick, valid, values, windows, floats)));
             });
+            if (whole)
+                whole->cells.end(), whole->wide.end();
         };
         for (int group = 0; group * kRayLayers < bricks.z; ++group) {
             const int firstZ = group * kRayLayers, endZ = std::min(firstZ + kRayLayers, bricks.z);

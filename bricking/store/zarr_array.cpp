@@ -78,14 +78,27 @@ void writeArrayMetadata(const fs::path& folder, const ArraySpec& spec) {
 
 void writeArrayLayer(const fs::path& folder, const ArraySpec& spec, int layer,
                      std::span<const std::byte> slices) {
+    writeArrayBand(folder, spec, layer, 0, slices);
+}
+
+void writeArrayBand(const fs::path& folder, const ArraySpec& spec, int layer, int firstRow,
+                    std::span<const std::byte> band) {
+    const int slices = std::min(spec.chunk.z, spec.grid.z - layer * spec.chunk.z);
+    const auto rows =
+        static_cast<int>(band.size() / cellCount({spec.grid.x, 1, slices}) / spec.elementBytes());
+    const glm::ivec3 extent(spec.grid.x, rows, slices), start(0, firstRow, 0);
+    TESSERA_CHECK(firstRow % spec.chunk.y == 0 &&
+                  (rows % spec.chunk.y == 0 || firstRow + rows == spec.grid.y));
     std::vector<std::byte> raw(spec.chunkBytes()), encoded(encodedBound(raw.size()));
     const std::size_t element = spec.elementBytes();
     eachChunk(spec, layer, [&](const glm::ivec3& at, const glm::ivec3& first, const glm::ivec3& size) {
+        if (first.y < firstRow || first.y >= firstRow + rows)
+            return;
         std::fill(raw.begin(), raw.end(), std::byte{0});
         for (int z = 0; z < size.z; ++z)
             for (int y = 0; y < size.y; ++y)
                 std::memcpy(raw.data() + linearIndex({0, y, z}, spec.chunk) * element,
-                            slices.data() + linearIndex(first + glm::ivec3(0, y, z), spec.grid) * element,
+                            band.data() + linearIndex(first - start + glm::ivec3(0, y, z), extent) * element,
                             static_cast<std::size_t>(size.x) * element);
         const EncodedChunk chunk = encodeChunk(raw, spec.valueBytes, encoded);
         const fs::path path = folder / chunkPath(spec, at);

@@ -36,6 +36,10 @@ void writeArrayMetadata(const std::filesystem::path& folder, const ArraySpec& sp
 /// Writes one layer of chunks from its slices, [slices][grid.y][grid.x] elements.
 void writeArrayLayer(const std::filesystem::path& folder, const ArraySpec& spec, int layer,
                      std::span<const std::byte> slices);
+/// Of a layer the chunks of a band of rows, [slices][rows][grid.x] elements.
+/// @param firstRow  of chunks; the band has whole chunks, or ends with the grid
+void writeArrayBand(const std::filesystem::path& folder, const ArraySpec& spec, int layer, int firstRow,
+                    std::span<const std::byte> band);
 
 /// Tells a store behind an address that the layers of an array will be read (RemoteFiles::willRead()).
 /// @param first, end  of the layers

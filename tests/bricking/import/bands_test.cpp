@@ -1,6 +1,8 @@
 // tests/bricking/import/bands_test.cpp: imports whose slabs have no room in memory: the store is byte for
 // byte the one of a large budget, whatever the source can do, and the budget is kept.
 #include "bricking/import/slab_feed.h"
+#include "bricking/statistics/gathered_ranges.h"
+#include "bricking/statistics/statistics.h"
 #include "bricking/store/slab_file.h"
 #include "bricking/store/store_writer.h"
 #include "tests/support/bricking_store_tools.h"
@@ -11,6 +13,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <memory>
+#include <random>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -135,6 +138,87 @@ TEST(ImportBands, GiveTheBytesOfWholeSlabs) {
         }
     }
     EXPECT_GE(bands, 20) << "few of these budgets are too small for slabs";
+}
+
+/// Ranges of boxes that bricks touch, in bands of any size, through a file and in memory.
+TEST(ImportBands, RangesInAFileAreThoseInMemory) {
+    const ScratchFolder scratch;
+    std::mt19937 random(9);
+    for (const int perBrick : {4, 1})
+        for (const glm::ivec3& bricks : {glm::ivec3(2, 7, 5), {3, 1, 9}, {1, 12, 1}, {1, 1, 1}})
+            for (const int rows : {1, 2, 5, 12}) {
+                const glm::ivec3 grid = bricks * perBrick, most(bricks.x, rows, 2);
+                MemoryBudget ram("RAM", "--ram", kPlenty);
+                GatheredRanges held(grid, perBrick, ram);
+                GatheredRanges filed(grid, perBrick, most, scratch.path(), ram);
+                std::vector<float> least(cellCount(grid), INFINITY), greatest(cellCount(grid), -INFINITY);
+                const auto add = [&](const RangeWindow& window, const glm::ivec3& box, float value) {
+                    const std::size_t at = linearIndex(box - window.first, window.extent);
+                    window.least[at] = std::min(window.least[at], value);
+                    window.most[at] = std::max(window.most[at], value);
+                };
+                for (int z = 0; z < bricks.z; z += 2)
+                    for (int y = 0; y < bricks.y; y += rows) {
+                        const glm::ivec3 first(0, y, z),
+                            end(bricks.x, std::min(y + rows, bricks.y), std::min(z + 2, bricks.z));
+                        held.begin(first, end), filed.begin(first, end);
+                        for (std::size_t n = 0; n < cellCount(end - first); ++n) {
+                            const glm::ivec3 own = (first + gridPosition(n, end - first)) * perBrick;
+                            const glm::ivec3 low = glm::max(own - 1, glm::ivec3(0));
+                            const glm::ivec3 size = glm::min(own + perBrick + 1, grid) - low;
+                            for (std::size_t i = 0; i < cellCount(size); ++i) {
+                                const glm::ivec3 box = low + gridPosition(i, size);
+                                const auto value = static_cast<float>(random() % 1000);
+                                add(held.window(), box, value), add(filed.window(), box, value);
+                                const std::size_t at = linearIndex(box, grid);
+                                least[at] = std::min(least[at], value);
+                                greatest[at] = std::max(greatest[at], value);
+                            }
+                        }
+                        held.end(), filed.end();
+                    }
+                for (const GatheredRanges* each : {&held, &filed})
+                    for (const auto side : {GatheredRanges::Side::least, GatheredRanges::Side::most}) {
+                        std::vector<float> found(cellCount(grid));
+                        const std::size_t slice = cellCount({grid.x, grid.y, 1});
+                        for (int z = 0; z < grid.z; ++z)
+                            each->read(side, z, 0,
+                                       std::span(found).subspan(static_cast<std::size_t>(z) * slice, slice));
+                        EXPECT_EQ(found, side == GatheredRanges::Side::least ? least : greatest)
+                            << perBrick << " " << rows << " " << (each == &filed);
+                    }
+            }
+}
+
+TEST(ImportBands, StatisticsOfBandsAreThoseOfAll) {
+    const ScratchFolder scratch;
+    HashSource source(plainInfo({20, 100, 2600}, ValueType::u8), [](int x, int y, int z) {
+        const auto h = mixed(static_cast<std::uint64_t>(x / 3 + 100 * (y / 5) + 10000 * (z / 4)));
+        return h % 31 == 0 ? static_cast<double>(h >> 57) : 40;
+    });
+    import(scratch / "v.zarr", source);
+    Files expected = filesIn(scratch / "v.zarr");
+    std::erase_if(expected, [](const auto& file) { return !file.first.starts_with("stats/"); });
+    const std::size_t floor = buildStatisticsFloorBytes(source.info(), 1);
+    EXPECT_LT(floor, statisticsFloorBytes(source.info(), 1));
+    MemoryBudget ram("RAM", "--ram", floor);
+    {
+        const StoreReader store(scratch / "v.zarr", ram);
+        buildStatistics(store, scratch / "again", ram, 1);
+    }
+    EXPECT_LE(ram.peakBytes(), floor);
+    EXPECT_EQ(ram.usedBytes(), 0u);
+    EXPECT_TRUE(filesIn(scratch / "again") == expected);
+}
+
+TEST(ImportBands, StatisticsOfManySlicesNeedNoMore) {
+    const auto least = [](int across, int slices) {
+        return buildStatisticsFloorBytes(plainInfo({across, across, slices}, ValueType::u16), 4);
+    };
+    const std::size_t grown = least(16384, 1 << 20) - least(16384, 1024);
+    EXPECT_LE(grown, std::size_t{1} << 20);
+    EXPECT_LT(least(16384, 1 << 20), std::size_t{2} << 30);
+    EXPECT_LT(least(2048, 1 << 20), std::size_t{64} << 20);
 }
 
 TEST(ImportBands, SourcesOfAnyRowsNeedTheLeast) {

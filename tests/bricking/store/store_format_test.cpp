@@ -1,8 +1,8 @@
 // tests/bricking/store/store_format_test.cpp: the bytes of a store, by the formats' definitions: Zarr v3, its
 // sharding and OME-Zarr 0.5, docs/formats.md for the rest. What is written and read by one code could
 // otherwise change unnoticed.
-#include "bricking/store/checked_json.h"
 #include "bricking/import/importer.h"
+#include "bricking/store/checked_json.h"
 #include "bricking/store/codec.h"
 #include "bricking/store/zarr_array.h"
 #include "bricking/store/zarr_metadata.h"
@@ -10,9 +10,9 @@
 
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace tessera {
@@ -135,7 +135,8 @@ TEST(StoreFormat, CodecsAreThoseThatAreChosen) {
 }
 
 TEST(StoreFormat, ChunksOfAnyCodecAreChecked) {
-    std::vector<std::byte> raw(4096), encoded(encodedBound(raw.size())), out(raw.size());
+    std::vector<std::byte> raw(4096), encoded(encodedBound(raw.size())), other(encoded.size()),
+        out(raw.size());
     for (std::size_t i = 0; i < raw.size(); ++i)
         raw[i] = static_cast<std::byte>(i * i >> 3);
     for (const Codec codec : {Codec::lz4, Codec::zstd, Codec::none}) {
@@ -143,6 +144,8 @@ TEST(StoreFormat, ChunksOfAnyCodecAreChecked) {
         const auto used = std::span(encoded).first(chunk.bytes);
         decodeChunk(used, out, "a chunk", codec);
         EXPECT_EQ(out, raw);
+        const EncodedChunk shorter = encodeChunk(std::span(raw).first(2048), 2, other, codec);
+        EXPECT_THROW(decodeChunk(std::span(other).first(shorter.bytes), out, "a chunk", codec), InputError);
         for (std::size_t cut = 0; cut < used.size(); cut += 7)
             EXPECT_THROW(decodeChunk(used.first(cut), out, "a chunk", codec), InputError) << cut;
         for (std::size_t at = 0; at < used.size(); at += 11) {
