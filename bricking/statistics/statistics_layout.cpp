@@ -3,6 +3,9 @@
 
 #include "bricking/statistics/statistics_pass.h" // kRayLayers
 #include "core/base/error.h"
+#include "core/base/threads.h"
+
+#include <algorithm>
 
 namespace tessera {
 
@@ -16,6 +19,20 @@ ArraySpec raySpec(const glm::ivec3& bricks) {
 
 std::string rayPath(int part) {
     return "stats/rays/" + std::to_string(part);
+}
+
+std::size_t rayLayerBytes(const VolumeInfo& info) {
+    const glm::ivec3 bricks = brickGrid(info.extentVoxels);
+    return cellCount({bricks.x, bricks.y, std::min(bricks.z, kRayLayers)}) * kBrickRayBytes;
+}
+
+std::size_t threadCount(int threads) {
+    return static_cast<std::size_t>(threads > 0 ? threads : defaultThreads());
+}
+
+std::size_t scratchBytes(const VolumeInfo& info) {
+    return std::max(floatSpec(cellGrid(info.extentVoxels)).scratchBytes(),
+                    raySpec(brickGrid(info.extentVoxels)).scratchBytes());
 }
 
 Json plainGroup() {

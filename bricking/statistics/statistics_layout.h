@@ -8,6 +8,7 @@
 #include "bricking/store/store_reader.h"
 #include "bricking/store/zarr_array.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <string>
@@ -25,6 +26,13 @@ ArraySpec floatSpec(const glm::ivec3& grid);
 ArraySpec raySpec(const glm::ivec3& bricks);
 /// Its path in the store.
 std::string rayPath(int part);
+
+/// Bytes of one part of the rays of one group of layers.
+std::size_t rayLayerBytes(const VolumeInfo& info);
+/// For reading or writing a layer of any of the arrays.
+std::size_t scratchBytes(const VolumeInfo& info);
+/// @param threads  0: all processors
+std::size_t threadCount(int threads);
 
 /// The document of a group without attributes.
 Json plainGroup();
