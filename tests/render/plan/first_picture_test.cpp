@@ -43,6 +43,7 @@ struct Ball {
         options.durable = false;
         importToStore(source, folder / "ball.zarr", ram, options);
         store = std::make_unique<StoreReader>(folder / "ball.zarr", ram);
+        scene.volumes.resize(1);
         scene.volumes[0].transferFunction = TransferFunction::fromExtinction({{60, 0}, {120, 0.5}}, {});
         scene.imageSize = {90, 70};
         scene.quality.pixels.samples = 1;
