@@ -1,5 +1,6 @@
 // bricking/statistics/coarse_statistics.h: statistics of few bytes, for a picture of a coarse level before
-// loadStatistics() (statistics.h) has read all. The arrays over bricks are a sixty-fourth of those over cells.
+// loadStatistics() (statistics.h) has read all. The arrays over bricks are a sixty-fourth of those over
+// cells.
 #pragma once
 
 #include "bricking/statistics/statistics.h"
@@ -17,8 +18,8 @@ namespace tessera {
 /// Throws InputError where ram cannot hold them, and OutOfReach.
 std::optional<Statistics> loadCoarseStatistics(const StoreReader& store, MemoryBudget& ram, int threads);
 
-/// Statistics of a coarser level as a volume of its own (LevelSource): bounds of its cells and bricks by those
-/// of the bricks below. Histogram and means are empty.
+/// Statistics of a coarser level as a volume of its own (LevelSource): bounds of its cells and bricks by
+/// those of the bricks below. Histogram and means are empty.
 /// @param all    of the volume
 /// @param level  in [0,kLevelCount)
 /// Throws InputError where ram cannot hold them.

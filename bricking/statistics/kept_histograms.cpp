@@ -177,12 +177,13 @@ std::string compareLocalHistograms(const StoreReader& store, MemoryBudget& ram, 
         std::uint32_t hidden = 0;
         const LocalHistograms kept = readAny(store, ram, hidden);
         if (hidden != 0)
-            return "local histograms were not compared: they are of the volume without a part that was hidden";
+            return "local histograms were not compared: they are of the volume without a part that was "
+                   "hidden";
         const Statistics statistics = loadStatistics(store, ram, threads);
         const LocalHistograms made = makeLocalHistograms(store, statistics, kept.settings, ram, threads);
         if (made.centres != kept.centres || made.numbers != kept.numbers || made.shares != kept.shares)
-            found(kFolder, badFile((store.path() / kFolder).string(), "what the voxels give",
-                                   "something else"));
+            found(kFolder,
+                  badFile((store.path() / kFolder).string(), "what the voxels give", "something else"));
         return "";
     } catch (const InputError& problem) { // of the budget: files have been read before
         return std::string("local histograms were not compared: ") + problem.what();

@@ -107,8 +107,9 @@ void Statistics::brickRange(const BrickId& brick, int layers, float& lo, float& 
 
 std::size_t statisticsFloorBytes(const VolumeInfo& info, int threads) {
     const std::size_t chunk = cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(info.type);
-    const std::size_t own = heldStatisticsBytes(info) + threadCount(threads) * chunk + rayScratchBytes(info, threads) +
-                            kBrickRayParts * rayLayerBytes(info) + scratchBytes(info);
+    const std::size_t own = heldStatisticsBytes(info) + threadCount(threads) * chunk +
+                            rayScratchBytes(info, threads) + kBrickRayParts * rayLayerBytes(info) +
+                            scratchBytes(info);
     // A reader takes up to a quarter of what is free (store_reader.h).
     return (own + readerFloorBytes(info)) / 3 * 4 + 4;
 }

@@ -87,7 +87,8 @@ void StatisticsReader::pair(const char* low, std::vector<float>& lows, const cha
     });
     parallelFor(2, threads, [&](std::size_t which) {
         const Array& array = arrays[which];
-        const auto expected = integerAt(group_, kStatisticsRoot + "arrays/" + array.name, 0, UINT32_MAX, where_);
+        const auto expected =
+            integerAt(group_, kStatisticsRoot + "arrays/" + array.name, 0, UINT32_MAX, where_);
         if (crc32c(std::as_bytes(std::span(*array.values))) != expected)
             throw badFile((store_.path() / "stats" / array.name).string(),
                           "the array that stats/zarr.json describes", "another");

@@ -1,5 +1,5 @@
-// bricking/statistics/statistics_reader.h: StatisticsReader: the arrays of a store's statistics, without rays.
-// Internal to this room.
+// bricking/statistics/statistics_reader.h: StatisticsReader: the arrays of a store's statistics, without
+// rays. Internal to this room.
 #pragma once
 
 #include "bricking/statistics/statistics.h"

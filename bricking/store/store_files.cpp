@@ -52,16 +52,16 @@ std::optional<FileHandle> openBelow(const StoreFolder& folder, std::string_view 
         const std::string name(rest.substr(0, slash));
         const bool last = slash == std::string_view::npos;
         TESSERA_CHECK(!name.empty() && name != "." && name != "..");
-        FileHandle next(::openat(parent, name.c_str(),
-                                 O_RDONLY | O_CLOEXEC | O_NOFOLLOW | (last ? flags : O_DIRECTORY)));
+        FileHandle next(
+            ::openat(parent, name.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | (last ? flags : O_DIRECTORY)));
         if (next.descriptor() < 0) {
             if (errno == ENOENT)
                 return std::nullopt;
             struct stat facts {};
             const int why = errno; // of a link to a folder it is ENOTDIR
             const bool isLink =
-                why == ELOOP || (::fstatat(parent, name.c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
-                                 S_ISLNK(facts.st_mode));
+                why == ELOOP ||
+                (::fstatat(parent, name.c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && S_ISLNK(facts.st_mode));
             throw badFile((shown / relative).string(), expected,
                           isLink ? "a symbolic link" : std::strerror(why));
         }

@@ -82,8 +82,7 @@ template <typename Is> bool hasEntry(const fs::path& folder, const Is& is) {
 }
 
 bool hasPart(const fs::path& work) {
-    return hasStore(work) &&
-           hasEntry(work, [](const std::string& name) { return name.starts_with(kPart); });
+    return hasStore(work) && hasEntry(work, [](const std::string& name) { return name.starts_with(kPart); });
 }
 
 } // namespace

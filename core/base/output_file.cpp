@@ -42,8 +42,8 @@ fs::path folderOf(const fs::path& target) {
     return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
 
-/// Removes what dead processes left in a folder. One of very many files, such as that of a picture's tiles, is
-/// read through at most once in a while: else writing them all would take their square.
+/// Removes what dead processes left in a folder. One of very many files, such as that of a picture's tiles,
+/// is read through at most once in a while: else writing them all would take their square.
 void sweepNowAndThen(const fs::path& folder) {
     using Clock = std::chrono::steady_clock;
     constexpr std::size_t kVeryMany = 64;

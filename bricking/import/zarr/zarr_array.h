@@ -27,7 +27,7 @@ struct ZarrArray {
 
     std::filesystem::path path;
     std::shared_ptr<const StoreFolder> folder; // that path, open
-    std::string where; // its metadata, for messages
+    std::string where;                         // its metadata, for messages
     /// Elements, slowest axis first; the three have one length, 1 to kMostAxes.
     std::vector<std::int64_t> shape,
         chunk;                       // chunk: that is compressed as one, which a shard holds several of

@@ -57,9 +57,9 @@ std::shared_ptr<const json> documentIn(ZarrNode& node, const char* name, bool ma
     if (!document->is_object())
         throw badFile(where, "an object", "another JSON value");
     if (passedOver > 0)
-        node.notes.push_back(std::string(name) + ": " + std::to_string(passedOver) +
-                             (passedOver == 1 ? " value NaN or Infinity is ignored"
-                                              : " values NaN or Infinity are ignored"));
+        node.notes.push_back(
+            std::string(name) + ": " + std::to_string(passedOver) +
+            (passedOver == 1 ? " value NaN or Infinity is ignored" : " values NaN or Infinity are ignored"));
     return document;
 }
 

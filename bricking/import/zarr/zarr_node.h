@@ -14,9 +14,9 @@
 namespace tessera {
 
 struct ZarrNode {
-    std::filesystem::path path; // its folder
+    std::filesystem::path path;                // its folder
     std::shared_ptr<const StoreFolder> folder; // the same, open: what is below is read from it
-    int version = 0;            // 2 or 3
+    int version = 0;                           // 2 or 3
     bool isArray = false;
     /// .zarray, .zgroup or zarr.json; an empty object for a group of version 2.
     std::shared_ptr<const nlohmann::json> metadata;
