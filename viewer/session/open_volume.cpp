@@ -48,6 +48,12 @@ std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
            renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);
 }
 
+/// Statistics are far away, or so many that they take a good part of a second.
+bool isSlowToOpen(const StoreReader& store) {
+    constexpr std::uint64_t kVoxels = std::uint64_t{1} << 30;
+    return isAddress(store.path()) || store.info().voxelCount() >= kVoxels;
+}
+
 } // namespace
 
 OpenVolume::OpenVolume(const ViewSessionOptions& sessionOptions, const std::filesystem::path& named,
@@ -144,7 +150,7 @@ OpenVolume::Labelled OpenVolume::labelled(const std::filesystem::path& file,
     return with;
 }
 
-void OpenVolume::makeRenderer(const Scene& wanted) {
+void OpenVolume::makeRenderer(const Scene& wanted, PlanDetail detail) {
     renderer.reset();
     engine.reset();
     pictures = {};
@@ -167,6 +173,7 @@ void OpenVolume::makeRenderer(const Scene& wanted) {
     render.threads = options.threads;
     InteractiveOptions interactive;
     interactive.threads = options.threads;
+    interactive.coarse = detail == PlanDetail::coarse && isSlowToOpen(*store);
     const std::vector<const StoreReader*> stores = storesOf(*store, further);
     firstAlone.clear();
     try {

@@ -39,7 +39,8 @@ struct OpenVolume {
     /// Makes a renderer of a scene, after destroying the one before. Resolves its camera. Where no
     /// interactive picture has all its volumes, the renderer is of the first alone. Throws InputError naming
     /// a budget that is too small: then there is none.
-    void makeRenderer(const Scene& scene);
+    /// @param detail  coarse: soon, for a first picture (InteractiveOptions::coarse), where that pays
+    void makeRenderer(const Scene& scene, PlanDetail detail = PlanDetail::whole);
     /// Public data of the volume; needs a renderer. Resolves the scene's functions.
     std::shared_ptr<VolumeSeen> describe();
     struct Labelled {

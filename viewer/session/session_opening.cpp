@@ -74,7 +74,7 @@ void SessionThread::show(std::unique_ptr<OpenVolume> next) {
     dropSlices(); // of the previous volume, which is closed
     open_ = std::move(next);
     saving_.reset();
-    makeRenderer(Scene(open_->scene));
+    makeRenderer(Scene(open_->scene), PlanDetail::coarse);
     std::shared_ptr<VolumeSeen> seen = open_->describe();
     std::unique_ptr<SliceThread> slices;
     if (open_->sliceRam.freeBytes() > 2 * SliceThread::floorBytes(seen->info, options_.threads))
@@ -218,8 +218,8 @@ bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::st
 }
 
 /// Makes a renderer of the open volume.
-void SessionThread::makeRenderer(const Scene& scene) {
-    open_->makeRenderer(scene);
+void SessionThread::makeRenderer(const Scene& scene, PlanDetail detail) {
+    open_->makeRenderer(scene, detail);
     damaged_ = 0; // each is reported once per renderer
     pace_.forget();
     resting_ = false;

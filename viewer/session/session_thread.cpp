@@ -205,6 +205,12 @@ void SessionThread::proceed() {
     if (progress.newPicture) {
         publishPicture(progress);
         quickFirst_ = false;
+        if (o.renderer->isCoarse()) { // the first picture is there: now all that the next ones need
+            const Cancellation asks(&openingCalledOff_);
+            options_.news();
+            makeRenderer(Scene(o.scene));
+            return;
+        }
     }
     resting_ = progress.converged && hasty == moving_;
     if (resting_ && !moving_)
@@ -219,9 +225,10 @@ void SessionThread::publishPicture(const InteractiveRenderer::Progress& progress
     auto picture = std::make_shared<ShownPicture>();
     const InteractiveRenderer& r = *open_->renderer;
     picture->image = r.picture();
-    picture->stage = picture->image.size != open_->scene.imageSize || moving_                ? Stage::moving
-                     : progress.movesLeft > 0 || progress.choosing || progress.lightIsCoarse ? Stage::loading
-                                                                                             : Stage::whole;
+    picture->stage = picture->image.size != open_->scene.imageSize || moving_ ? Stage::moving
+                     : progress.movesLeft > 0 || progress.choosing || progress.lightIsCoarse || r.isCoarse()
+                         ? Stage::loading
+                         : Stage::whole;
     picture->camera = r.camera();
     picture->asked = asked_;
     picture->drawingMs = r.pictureMs();

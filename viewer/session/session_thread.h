@@ -53,7 +53,7 @@ class SessionThread {
     bool offerChoice(const SessionWishes::ToOpen& what, const std::string& why);
     bool openLabels(const SessionWishes::ToOpen& what, const std::shared_ptr<Progress>& progress,
                     bool isEither, std::string& why);
-    void makeRenderer(const Scene& scene);
+    void makeRenderer(const Scene& scene, PlanDetail detail = PlanDetail::whole);
     void dropSlices();
     // session_beside.cpp: work on other threads while pictures rest
     void drawStill(const Scene& scene);
