@@ -16,7 +16,7 @@ quick_suites=(
     Cameras/MeshCamera MeshCosts MeshEngines MeshErrors MeshInFog MeshLight MeshShadows
     Parts Scenes/PartsOf
     MirrorAgainstReference NativeLevels NativeSurfaceHits NativeVisibility Occupancy Phases PictureErrors PixelPlaces
-    SplatFilters SplatFootprints SplatPictures TorsoSplats PackedVertices ValueLists
+    SplatFilters SplatFootprints SplatPictures TorsoSplats ValueLists
     NearestBorders RayArray ReferenceThroughStore RenderBudget Scatter SeveralInteractives ShownRanges SliceLabels SlicePoses SphereDirections SurfaceTracer Texels
     ValueWindow
 )

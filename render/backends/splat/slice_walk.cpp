@@ -13,11 +13,6 @@
 namespace tessera {
 namespace {
 
-/// A share of a budget's free bytes.
-std::size_t shareOf(const MemoryBudget& budget, std::size_t parts) {
-    return budget.freeBytes() / parts;
-}
-
 /// Bytes of the lists of a brick's slices, all of their samples shown.
 std::size_t listBytesOf(int level, int voxels) {
     const std::size_t edge = static_cast<std::size_t>(kBrickExtent >> level);
@@ -46,8 +41,8 @@ SliceWalk::SliceWalk(const FramePlan& plan, const SplatView& view, const SplatSe
                                           static_cast<float>(settings.cutOff), settings.composition, budget),
       scratch_(
           budget.charge(scratchBytes<ShownBrick>(plan, order_, threads), "bricks whose samples are listed")),
-      listBytes_(shareOf(budget, 2)),
-      batch_(view, settings, order_, lister_.brightest(), tiles_, shareOf(budget, 4), budget),
+      listBytes_(budget.freeBytes() / 2),
+      batch_(view, settings, order_, lister_.brightest(), tiles_, budget.freeBytes() / 4, budget),
       step_(1 << std::min(plan.layer().selection.finest(), kLevelCount - 1)) {}
 
 std::vector<SliceWalk::ShownBrick> SliceWalk::bricksOf(int layer) const {

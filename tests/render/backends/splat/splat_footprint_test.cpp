@@ -1,5 +1,5 @@
 // tests/render/backends/splat/splat_footprint_test.cpp: footprints of kernels, by numerical integration of
-// the Gaussian along rays and by sums over pixels; the choice of filters; bits of packed vertices.
+// the Gaussian along rays and by sums over pixels; the choice of filters.
 #include "render/backends/splat/sheet_tiles.h"
 #include "render/backends/splat/splat_filter.h"
 #include "render/backends/splat/splat_projection.h"

@@ -48,19 +48,5 @@ TEST(ValueLists, EndsOfTheRangeAreIntervals) {
     EXPECT_EQ(ValueLists::intervalOf(9e9f, -1000, 1500), 255);
 }
 
-TEST(PackedVertices, ComeBack) {
-    for (const int x : {0, 1, 255, 256, 12345, 32767})
-        for (const int y : {0, 7, 255, 256, 30000, 32767})
-            for (const bool right : {false, true})
-                for (const bool top : {false, true}) {
-                    const PackedVertex v{x, y, right, top};
-                    EXPECT_EQ(PackedVertex::of(v.packed()), v);
-                }
-    EXPECT_NE((PackedVertex{1, 0, false, false}.packed()), (PackedVertex{0, 1, false, false}.packed()));
-    // 256^3 samples: vertices of one slice for each axis, against 32 bytes for each of the volume's.
-    EXPECT_EQ(3u * 256 * 256 * 4 * sizeof(std::uint32_t), 3u << 20);
-    EXPECT_EQ(std::size_t{256} * 256 * 256 * 4 * 32, std::size_t{2048} << 20);
-}
-
 } // namespace
 } // namespace tessera::test
