@@ -170,7 +170,7 @@ PictureResult contestOf(const SuitePicture& picture, const Scene& scene, const F
 std::string contendingEngines() {
     std::string out;
     for (const EngineTraits& traits : engineTraits())
-        if (traits.kind != EngineKind::mirror && traits.kind != EngineKind::reference)
+        if (traits.quick)
             out += (out.empty() ? "" : ",") + traits.name;
     return out;
 }

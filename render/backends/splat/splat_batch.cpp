@@ -50,17 +50,19 @@ glm::dvec3 SplatBatch::middleOf(const BrickList& list, int slice, int place) con
 TileBox SplatBatch::tilesOf(const glm::dvec3& low, const glm::dvec3& high, int level) const {
     const double deviation = settings_.sigma * (1 << level);
     glm::dvec2 least(std::numeric_limits<double>::max()), most(-least), tangent(0);
-    double nearest = least.x;
+    double nearest = least.x, farthest = -least.x;
     for (int n = 0; n < 8; ++n) {
         const glm::dvec3 u = view_.place(glm::mix(low, high, glm::dvec3(n & 1, (n >> 1) & 1, n >> 2)));
         nearest = std::min(nearest, u.z);
+        farthest = std::max(farthest, u.z);
         const glm::dvec2 at = view_.perspective ? glm::dvec2(u) / u.z : glm::dvec2(u);
         least = glm::min(least, at);
         most = glm::max(most, at);
     }
     if (view_.perspective) {
-        if (nearest < kNearest * deviation * view_.deviations.z)
-            return {glm::ivec2(0), tiles_.grid()};
+        const double first = kNearest * deviation * view_.deviations.z;
+        if (nearest < first)
+            return {glm::ivec2(0), farthest < first ? glm::ivec2(0) : tiles_.grid()};
         tangent = glm::max(glm::abs(least), glm::abs(most));
     }
     glm::dvec2 reach;
