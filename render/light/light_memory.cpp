@@ -59,7 +59,7 @@ std::size_t lightOfMeshesBytes(const Lighting& lighting, const VolumeInfo& info,
     const auto& occlusion = lighting.occlusion;
     if (meshes.empty() || !occlusion || occlusion->method == OcclusionMethod::histogram)
         return 0;
-    return MeshBits::bytesAtMost(meshes, meshLattice(info, *occlusion).grid, false);
+    return MeshBits::bytesAtMost(meshes, meshLattice(info, *occlusion, meshes).grid, false);
 }
 
 } // namespace tessera

@@ -107,7 +107,9 @@ struct MeshLattice {
     VoxelGrid grid;
     int level = 0;
 };
-MeshLattice meshLattice(const VolumeInfo& info, const Occlusion& occlusion);
+/// The finest of occlusion's levels and above where bits and alphas take at most 64 MiB, or the coarsest.
+MeshLattice meshLattice(const VolumeInfo& info, const Occlusion& occlusion,
+                        std::span<const SceneMesh> meshes);
 
 class Occluder {
   public:

@@ -47,13 +47,20 @@ void forEachBrick(const glm::ivec3& from, const glm::ivec3& to, const Visit& vis
 
 } // namespace
 
-MeshLattice meshLattice(const VolumeInfo& info, const Occlusion& occlusion) {
+MeshLattice meshLattice(const VolumeInfo& info, const Occlusion& occlusion,
+                        std::span<const SceneMesh> meshes) {
     constexpr int kMostSamples = 1024; // along an axis
+    constexpr std::size_t kMostBytes = std::size_t{64} << 20;
     MeshLattice lattice{{}, occlusionLevel(occlusion, info)};
     const glm::ivec3 n = info.extentVoxels;
     while (lattice.level + 1 < kLevelCount && std::max({n.x, n.y, n.z}) >> lattice.level > kMostSamples)
         ++lattice.level;
-    lattice.grid = gridOnLattice(info.patientFromVoxel, levelExtent(n, lattice.level), 1 << lattice.level);
+    const auto gridOf = [&](int level) {
+        return gridOnLattice(info.patientFromVoxel, levelExtent(n, level), 1 << level);
+    };
+    lattice.grid = gridOf(lattice.level);
+    while (lattice.level + 1 < kLevelCount && MeshBits::bytesAtMost(meshes, lattice.grid, false) > kMostBytes)
+        lattice.grid = gridOf(++lattice.level);
     return lattice;
 }
 

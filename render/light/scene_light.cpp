@@ -165,7 +165,7 @@ void SceneLight::takeMeshes() {
     meshBits_.reset(); // never two at once
     if (scene_.view.meshes.empty() || !occlusion || occlusion->method == OcclusionMethod::histogram)
         return;
-    const MeshLattice lattice = meshLattice(scene_.info(), *occlusion);
+    const MeshLattice lattice = meshLattice(scene_.info(), *occlusion, scene_.view.meshes);
     meshBits_ = std::make_unique<MeshBits>(scene_.view.meshes, lattice.grid, nullptr, threads_, false);
     light_->setMeshes(meshBits_.get(), lattice.level);
 }

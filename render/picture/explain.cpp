@@ -195,7 +195,9 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
         std::snprintf(means, sizeof means, "%g in pixels that are the mean of eight rays or more, ",
                       *r.stepOfMeans);
     const std::string& integrator = integratorNames()[static_cast<std::size_t>(r.integrator)];
-    if (r.hulls.count > 0)
+    if (traitsOf(r.engine).renderer)
+        line("segments: none; the renderer takes no rays");
+    else if (r.hulls.count > 0)
         line("segments: %d in each of %d hulls, %s", r.hulls.samples, r.hulls.count, integrator.c_str());
     else
         line("segments: %g voxels, %s%s", r.stepVoxels, means, integrator.c_str());

@@ -120,7 +120,7 @@ RenderResult FrameRenderer::draw(const Scene& given) {
         s.made.emplace(s.options, s.engineRam, s.gpu);
         s.gpuBefore = s.gpu.usedBytes();
     }
-    if (followsWays(scene) && !traitsOf(s.made->kind).followsPaths) { // another engine, or none
+    if (!whyNotDrawn(scene, s.made->kind, s.options).empty()) { // another engine, or none
         forget();
         s.p = Planner(); // its memory is that of the other engine
         s.known.reset();

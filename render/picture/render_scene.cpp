@@ -29,10 +29,7 @@ bool followsWays(const Scene& scene) {
     return scene.lighting.transport || reflects(scene);
 }
 
-namespace {
-
-/// Why an engine cannot draw a scene; empty: it can.
-std::string refusalOf(const Scene& scene, EngineKind kind, const RenderOptions& options) {
+std::string whyNotDrawn(const Scene& scene, EngineKind kind, const RenderOptions& options) {
     const EngineTraits& traits = traitsOf(kind);
     if (traits.declines)
         return traits.declines(scene, options);
@@ -52,12 +49,14 @@ std::string refusalOf(const Scene& scene, EngineKind kind, const RenderOptions& 
     return traits.refuses ? traits.refuses(scene) : std::string();
 }
 
+namespace {
+
 /// True if a scene needs another engine than the one that was made.
 /// @param asked   whose engine becomes the other one
 /// @param reason  is set then
 /// Throws InputError if the engine was requested.
 bool needsAnother(const Scene& scene, EngineKind made, RenderOptions& asked, std::string& reason) {
-    const std::string why = refusalOf(scene, made, asked);
+    const std::string why = whyNotDrawn(scene, made, asked);
     if (why.empty())
         return false;
     std::vector<std::string> names;

@@ -27,6 +27,9 @@ std::shared_ptr<Engine> makeEngine(const Scene& scene, Stores stores, const Rend
 /// Throws as makeEngine() does.
 RenderOptions optionsFor(const Scene& scene, Stores stores, const RenderOptions& options);
 
+/// Why an engine cannot draw a scene as it is drawn (asDrawn()); empty: it can.
+std::string whyNotDrawn(const Scene& scene, EngineKind kind, const RenderOptions& options);
+
 /// RAM that an engine and its caller take for a pixel; the caller charges it for as long as
 /// it keeps pictures.
 std::size_t pictureBytesPerPixel(EngineKind engine);

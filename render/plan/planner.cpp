@@ -285,9 +285,16 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
     Planner p = planVolume(scene, store, context.ram, context.threads, pixels, known,
                            choice == LevelChoice::quick ? PlanDetail::coarse : PlanDetail::whole);
     takeCamera(scene, p);
-    if (const auto& occlusion = p.view.lighting.surfaceOcclusion; occlusion && !p.view.meshes.empty())
-        p.view.meshBits = std::make_shared<const MeshBits>(
-            p.view.meshes, gridAround(p.view.meshes, occlusion->resolution), p.ram, p.threads, true);
+    if (const auto& occlusion = p.view.lighting.surfaceOcclusion; occlusion && !p.view.meshes.empty()) {
+        const VoxelGrid grid = gridAround(p.view.meshes, occlusion->resolution);
+        if (grid.edgeMm >= occlusion->radiusMm) // rays would begin behind their end
+            throw InputError(
+                "lighting.surfaceOcclusion.resolution: expected voxels of the meshes' box smaller than the "
+                "radius of " +
+                formatNumber(occlusion->radiusMm) + " mm, found " + formatNumber(grid.edgeMm) +
+                " mm: meshes lie far apart, or the resolution is low");
+        p.view.meshBits = std::make_shared<const MeshBits>(p.view.meshes, grid, p.ram, p.threads, true);
+    }
     p.chooseAgain(scene, limits, context, choice);
     return p;
 }

@@ -5,12 +5,16 @@
 #include "core/scene/scene.h"
 #include "render/plan/frame_plan.h"
 
+#include <algorithm>
+
 namespace tessera {
 
 /// True if occlusion of surfaces takes the place of that of voxels: not where meshes alone have it.
 inline bool replacesLightOfVoxels(const Scene& scene) {
+    const bool surfaces = std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                                      [](const Isosurface& s) { return s.drawnOpacity() > 0; });
     return scene.lighting.surfaceOcclusion &&
-           (!scene.surfaces.empty() || scene.mode == Mode::isosurface || !drawsMeshes(scene));
+           (surfaces || scene.mode == Mode::isosurface || !drawsMeshes(scene));
 }
 /// Lights, occlusion and scattered light, by the scene alone.
 void checkLight(const Scene& scene);

@@ -58,7 +58,8 @@ int bodyLevelOf(const VolumeInfo& info, std::size_t mostSamples) {
 
 std::size_t bodyBytes(const glm::ivec3& levelExtent, ValueType type) {
     constexpr std::size_t kSets = 20;
-    return kSets * Marks::bytes(levelExtent) + std::max(partsBytes(levelExtent), growthBytes(levelExtent)) +
+    return kSets * Marks::bytes(levelExtent) +
+           std::max({partsBytes(levelExtent), growthBytes(levelExtent), depthBytes(levelExtent)}) +
            cellCount(glm::ivec3(kChunkExtent)) * bytesPerValue(type);
 }
 

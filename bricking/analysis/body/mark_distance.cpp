@@ -216,48 +216,81 @@ struct Block {
 
 } // namespace
 
-float largestDepth(const Marks& marks, const glm::dvec3& spacingMm) {
-    constexpr int kLargestBlock = 16;
-    constexpr double kRounding = 1 + 1e-5; // of sums in float
-    const glm::ivec3& extent = marks.extent();
-    const Depths depths(marks, spacingMm);
-    std::vector<Block> blocks, finer;
-    const auto addCubes = [&](const glm::ivec3& first, const glm::ivec3& end, int edge,
-                              const glm::ivec3& nearest) {
+namespace {
+
+constexpr int kLargestBlock = 16, kListedBlock = 4; // smaller ones are looked at as they come
+
+/// Finds the deepest voxel, block by block.
+class DeepestVoxel {
+  public:
+    DeepestVoxel(const Marks& marks, const glm::dvec3& spacingMm)
+        : extent_(marks.extent()), spacingMm_(spacingMm), depths_(marks, spacingMm) {}
+
+    float find() {
+        std::vector<Block> blocks, finer;
+        forEachCube(glm::ivec3(0), extent_, kLargestBlock, glm::ivec3(-1),
+                    [&](const Block& b) { finer.push_back(b); });
+        for (int edge = kLargestBlock; edge > kListedBlock; edge /= 2) {
+            blocks.swap(finer);
+            finer.clear();
+            for (const Block& block : blocks)
+                visit(block, edge, [&](const Block& b) { finer.push_back(b); });
+        }
+        for (const Block& block : finer)
+            descend(block, kListedBlock);
+        return isFarAway_ ? kFarAway : largest_;
+    }
+
+  private:
+    template <typename Add>
+    static void forEachCube(const glm::ivec3& first, const glm::ivec3& end, int edge,
+                            const glm::ivec3& nearest, const Add& add) {
         for (int z = first.z; z < end.z; z += edge)
             for (int y = first.y; y < end.y; y += edge)
                 for (int x = first.x; x < end.x; x += edge)
-                    finer.push_back({{x, y, z}, nearest});
-    };
-    float largest = 0;
-    if (!marks.any())
-        return largest;
-    addCubes(glm::ivec3(0), extent, kLargestBlock, glm::ivec3(-1));
-    for (int edge = kLargestBlock; edge >= 1; edge /= 2) {
-        blocks.swap(finer);
-        finer.clear();
-        for (const Block& block : blocks) {
-            const glm::ivec3 end = glm::min(block.low + edge, extent), middle = (block.low + end - 1) / 2;
-            // No voxel of the block is deeper than its middle by more than this.
-            const double more = glm::length(glm::dvec3(end - 1 - middle) * spacingMm) * kRounding;
-            const double least = std::sqrt(static_cast<double>(largest)) - more;
-            const float enough = edge == 1   ? largest
-                                 : least > 0 ? static_cast<float>(least * least / kRounding)
-                                             : -1;
-            Depth known;
-            if (block.nearest.x >= 0)
-                known = {depths.between(middle, block.nearest), block.nearest};
-            const Depth depth = depths.at(middle, enough, known);
-            if (depth.nearest.x < 0)
-                return kFarAway;
-            if (depth.squareMm2 <= enough)
-                continue;
-            largest = std::max(largest, depth.squareMm2);
-            if (edge > 1)
-                addCubes(block.low, end, edge / 2, depth.nearest);
-        }
+                    add(Block{{x, y, z}, nearest});
     }
-    return largest;
+    /// Adds the halves of a block that may hold the deepest voxel.
+    template <typename Add> void visit(const Block& block, int edge, const Add& add) {
+        constexpr double kRounding = 1 + 1e-5; // of sums in float
+        const glm::ivec3 end = glm::min(block.low + edge, extent_), middle = (block.low + end - 1) / 2;
+        // No voxel of the block is deeper than its middle by more than this.
+        const double more = glm::length(glm::dvec3(end - 1 - middle) * spacingMm_) * kRounding;
+        const double least = std::sqrt(static_cast<double>(largest_)) - more;
+        const float enough = edge == 1   ? largest_
+                             : least > 0 ? static_cast<float>(least * least / kRounding)
+                                         : -1;
+        Depth known;
+        if (block.nearest.x >= 0)
+            known = {depths_.between(middle, block.nearest), block.nearest};
+        const Depth depth = depths_.at(middle, enough, known);
+        isFarAway_ = isFarAway_ || depth.nearest.x < 0;
+        if (isFarAway_ || depth.squareMm2 <= enough)
+            return;
+        largest_ = std::max(largest_, depth.squareMm2);
+        if (edge > 1)
+            forEachCube(block.low, end, edge / 2, depth.nearest, add);
+    }
+    void descend(const Block& block, int edge) {
+        visit(block, edge, [&](const Block& b) { descend(b, edge / 2); });
+    }
+
+    glm::ivec3 extent_;
+    glm::dvec3 spacingMm_;
+    Depths depths_;
+    float largest_ = 0;
+    bool isFarAway_ = false;
+};
+
+} // namespace
+
+std::size_t depthBytes(const glm::ivec3& extent) {
+    const auto blocks = [&](int edge) { return cellCount(ceilDiv(extent, edge)) * sizeof(Block); };
+    return 2 * (blocks(kListedBlock) + blocks(2 * kListedBlock)); // lists grow by doubling
+}
+
+float largestDepth(const Marks& marks, const glm::dvec3& spacingMm) {
+    return marks.any() ? DeepestVoxel(marks, spacingMm).find() : 0;
 }
 
 } // namespace tessera

@@ -20,5 +20,7 @@ Marks within(const Marks& marks, const glm::dvec3& spacingMm, double mostMm2, in
 /// are. Branch and bound: a block is split only if its middle is so deep that some voxel of the block could
 /// be the deepest.
 float largestDepth(const Marks& marks, const glm::dvec3& spacingMm);
+/// Memory that it takes.
+std::size_t depthBytes(const glm::ivec3& extent);
 
 } // namespace tessera

@@ -143,6 +143,8 @@ bool SampleLister::classify(const Values& v, const glm::ivec3& at, ShownSample& 
     if (!(sample.mass > 0))
         return false;
     glm::vec3 colour(entry);
+    if (view_.perspective && place == view_.eye)
+        return false; // it would be too near
     if (optics.shading) {
         const glm::vec3 direction =
             view_.perspective ? glm::vec3(glm::normalize(place - view_.eye)) : parallel_;

@@ -47,6 +47,10 @@ InputOptions withFileLevel(const std::filesystem::path& given, const InputOption
     if (isAuto && options.fileBox)
         throw badFile("--file-level", "a number beside --file-box, which counts that level's voxels", "auto");
     const std::filesystem::path path = reached(given);
+    if (isAuto && options.spacingMm)
+        throw badFile("--file-level", "a number beside --spacing, which is of that level's voxels", "auto");
+    if (!isAuto && options.spacingMm) // of the finest level
+        return options;
     if (!isAuto &&
         (options.fileLevel || options.fileBox || unsaid == UnsaidLevel::finest || !mayHaveLevels(path)))
         return options;
@@ -71,18 +75,23 @@ std::optional<int> levelToBeginWith(const std::filesystem::path& given, const In
                                     std::uint64_t bytes) {
     const std::filesystem::path path = reached(given);
     std::error_code ignored;
-    if ((options.fileLevel && options.fileLevel != SourceChoice::kAutoLevel) || options.fileBox ||
-        (!isAddress(path) && !std::filesystem::exists(path, ignored)) || !mayHaveLevels(path))
+    if (options.spacingMm || (options.fileLevel && options.fileLevel != SourceChoice::kAutoLevel) ||
+        options.fileBox || (!isAddress(path) && !std::filesystem::exists(path, ignored)) ||
+        !mayHaveLevels(path))
         return std::nullopt;
-    CommonOptions quiet;
-    quiet.quiet = true;
-    const InputOptions meant = withFileLevel(path, options, quiet, UnsaidLevel::fits);
-    const std::vector<VolumeInfo> levels = levelsFor(path, options, bytes);
-    const int level = levels.empty() ? 0 : levelWithin(levels, bytes);
-    if (level <= meant.fileLevel.value_or(0) ||
-        decodedBytes(levels[static_cast<std::size_t>(level)]) > bytes || isCached(path, meant.key()))
+    try {
+        CommonOptions quiet;
+        quiet.quiet = true;
+        const InputOptions meant = withFileLevel(path, options, quiet, UnsaidLevel::fits);
+        const std::vector<VolumeInfo> levels = levelsFor(path, options, bytes);
+        const int level = levels.empty() ? 0 : levelWithin(levels, bytes);
+        if (level <= meant.fileLevel.value_or(0) ||
+            decodedBytes(levels[static_cast<std::size_t>(level)]) > bytes || isCached(path, meant.key()))
+            return std::nullopt;
+        return level;
+    } catch (const InputError&) { // such as a level that is not there: opening the finest says what matters
         return std::nullopt;
-    return level;
+    }
 }
 #else
 InputOptions withFileLevel(const std::filesystem::path&, const InputOptions& options, const CommonOptions&,

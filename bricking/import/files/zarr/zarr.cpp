@@ -44,8 +44,7 @@ class ZarrSource final : public SlabSource {
         : image_(image), place_(std::move(place)), info_(std::move(info)), path_(std::move(path)),
           options_(options), slices_(std::in_place, image_.array, place_, options_.scratchFolder),
           converter_(image_.array.type, image_.array.bigEndian,
-                     [this](const auto& visit) { visitAll(visit); }),
-          slice_(sliceFileBytes()) {}
+                     [this](const auto& visit) { visitAll(visit); }) {}
 
     const VolumeInfo& info() const override { return info_; }
     std::vector<VolumeInfo> fileLevels() const override {
@@ -56,7 +55,7 @@ class ZarrSource final : public SlabSource {
         place_.first = {box.low.z, box.low.y, box.low.x};
         place_.extents = {info_.extentVoxels.z, info_.extentVoxels.y, info_.extentVoxels.x};
         slices_.emplace(image_.array, place_, options_.scratchFolder);
-        slice_.resize(sliceFileBytes());
+        slice_ = {};
         isCropped_ = true;
         return true;
     }
@@ -64,6 +63,7 @@ class ZarrSource final : public SlabSource {
     void readSlices(int count, std::span<std::byte> out) override {
         const std::size_t bytes = sliceBytesOf(info_);
         TESSERA_CHECK(out.size() == bytes * static_cast<std::size_t>(count));
+        slice_.resize(sliceFileBytes()); // not before: a file may be opened for what it says alone
         for (int i = 0; i < count; ++i) {
             checkInterrupted();
             slices_->readSlice(slice_);
@@ -73,7 +73,7 @@ class ZarrSource final : public SlabSource {
     }
 
     std::size_t roomBytes() const override {
-        return slice_.size() + ZarrSlices::bytesNeeded(image_.array, place_);
+        return sliceFileBytes() + ZarrSlices::bytesNeeded(image_.array, place_);
     }
 
     std::string describe() const override {
