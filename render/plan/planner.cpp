@@ -291,7 +291,7 @@ Planner planScene(const Scene& scene, const StoreReader& store, const TextureLim
             throw InputError(
                 "lighting.surfaceOcclusion.resolution: expected voxels of the meshes' box smaller than the "
                 "radius of " +
-                formatNumber(occlusion->radiusMm) + " mm, found " + formatNumber(grid.edgeMm) +
+                std::to_string(occlusion->radiusMm) + " mm, found " + std::to_string(grid.edgeMm) +
                 " mm: meshes lie far apart, or the resolution is low");
         p.view.meshBits = std::make_shared<const MeshBits>(p.view.meshes, grid, p.ram, p.threads, true);
     }

@@ -1,6 +1,7 @@
 // bricking/analysis/body/mark_distance.cpp: see mark_distance.h.
 #include "bricking/analysis/body/mark_distance.h"
 
+#include "core/base/brick.h"
 #include "core/base/threads.h"
 
 #include <algorithm>

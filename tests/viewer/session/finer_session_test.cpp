@@ -89,9 +89,10 @@ TEST_F(FinerSession, ACoarseLevelIsShownFirstAndWhatIsSetStays) {
     const Scene fine = looker.viewing->volume()->scene;
     EXPECT_LT(glm::distance(looker.viewing->picture()->camera.position, camera.position), 1e-9);
     EXPECT_FALSE(fine.volumes.front().source.fileLevel);
-    if (!fine.cuts.boxes.empty()) // it was set before the finest was there
+    if (!fine.cuts.boxes.empty()) { // it was set before the finest was there
         EXPECT_LT(glm::distance(fine.cuts.boxes.front().high, glm::dvec3(kSide >> 1)), 1e-9)
             << "in its voxels";
+    }
     EXPECT_EQ(looker.viewing->state().problem, "");
     EXPECT_EQ(looker.viewing->volume()->info.filePart, std::nullopt);
     // In the cache: the next time it is the finest at once.
