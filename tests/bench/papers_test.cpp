@@ -22,6 +22,7 @@ TEST(PaperSystems, AreAllThereAndWhereTheTableSays) {
         EXPECT_TRUE(std::filesystem::exists(test::sourceFolder() / system.where))
             << system.id << ": " << system.where;
         EXPECT_FALSE(std::string(system.status).empty()) << system.id;
+        EXPECT_EQ(std::string(system.status).find("not yet"), std::string::npos) << system.id;
         const std::string page = system.measured;
         EXPECT_TRUE(page.empty() ||
                     std::filesystem::exists(test::sourceFolder() / "docs/measurements" / page))

@@ -76,8 +76,8 @@ TEST_F(FilePart, PicturesSayWhichPartTheyAreOf) {
 
 TEST_F(FilePart, ScenesNameItByTheSameWords) {
     write("s.json", R"({"tesseraScene":1,"volumes":[{"path":"a.zarr","fileLevel":1,"fileBox":[1,5,0,8,2,7],
-                        "transferFunction":"bone"}]})");
-    EXPECT_EQ(drawn("s.json"), drawn("a.zarr --preset bone --file-level 1 --file-box 1,5,0,8,2,7"));
+                        "transferFunction":"auto"}]})");
+    EXPECT_EQ(drawn("s.json"), drawn("a.zarr --preset auto --file-level 1 --file-box 1,5,0,8,2,7"));
     EXPECT_EQ(drawn("s.json --set volumes[0].fileBox=0,4,0,4,0,4")["extentVoxels"], json({4, 4, 4}));
     expectRefused("render s.json -o a.png --set volumes[0].fileBox=[3,3,0,1,0,1]", {"fileBox"});
     expectRefused("render s.json -o a.png --set volumes[0].fileLevel=-1", {"fileLevel"});
@@ -85,7 +85,7 @@ TEST_F(FilePart, ScenesNameItByTheSameWords) {
 
 TEST_F(FilePart, InfoListsTheLevels) {
     EXPECT_THAT(run("info a.zarr").out,
-                AllOf(HasSubstr("level 0:       16 x 16 x 16 voxels of 1 x 1 x 1 mm, 4.0 KiB decoded"),
+                AllOf(HasSubstr("level 0:       16 x 16 x 16 voxels of 1 x 1 x 1 mm, 4 KiB decoded"),
                       HasSubstr("level 2:       4 x 4 x 4 voxels of 4 x 4 x 4 mm, 64 B decoded")));
     const json levels = json::parse(run("info a.zarr --json").out)["volumes"][0]["levels"];
     ASSERT_EQ(levels.size(), 3u);

@@ -63,8 +63,14 @@ class FilePartInput : public ::testing::Test {
     }
     VolumeInfo imported(const InputOptions& options) {
         CommonOptions common;
+        common.progress = std::make_shared<Progress>(Verbosity::normal, false);
         ::testing::internal::CaptureStderr();
-        store = storeFor(path, options, ram, common);
+        try {
+            store = storeFor(path, options, ram, common);
+        } catch (...) {
+            ::testing::internal::GetCapturedStderr();
+            throw;
+        }
         said = ::testing::internal::GetCapturedStderr();
         return StoreReader(store, ram).info();
     }

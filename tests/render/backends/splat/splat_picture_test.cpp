@@ -3,6 +3,7 @@
 #include "tests/support/splat_scene.h"
 
 #include "core/base/names.h"
+#include "render/picture/frame_renderer.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/mixed_fixture.h"
 #include "tests/support/refusals.h"
@@ -285,6 +286,8 @@ TEST_F(TorsoSplats, RefuseWhatTheyDoNotDraw) {
         EXPECT_THAT(refusalOf([&] { renderScene(other, store, budgets.ram, budgets.gpu, splat); }),
                     testing::AllOf(testing::HasSubstr("--engine"),
                                    testing::HasSubstr(std::string("splat: ") + words)));
+        FrameRenderer film(store, budgets.ram, budgets.gpu, splat); // of frames likewise
+        EXPECT_THAT(refusalOf([&] { film.draw(other); }), testing::HasSubstr(std::string("splat: ") + words));
     }
     RenderOptions options;
     options.layers.errors = true;
