@@ -93,7 +93,7 @@ inline const std::array<std::vector<std::string>, kFactorCount>& levelNames() {
         {"2", "1", "1/2", "1/4", "1/16"},
         {"12x10", "1x1", "7x5", "2x13", "15x1"},
         edgeFunctionNames(),
-        samplingNames(),
+        {"full", "limited", "naive"}, // hulls have lattices of their own, and not all integrators
         {"0", "1", "2", "3", "4", "5"},
     }};
     return names;
