@@ -264,7 +264,8 @@ const Fields<Quality>& qualityFields() {
                                     "else the same picture");
         Field<Quality>& samples =
             f.add(
-                 "samples", [](auto& q) -> auto& { return q.pixels.samples; }, samplesKind(),
+                 "samples", [](auto& q) -> auto& { return q.pixels.samples; },
+                 numberOrAuto(PixelSampling::kMost),
                  "Rays per pixel, whose mean the pixel shows. 1: one through its centre; auto: more where "
                  "the pixel needs them, up to 64 (default: 1).")
                 .setBy("--samples",

@@ -37,9 +37,7 @@ Kind<glm::dvec3> colourKind();
 Kind<std::string> unitKind();
 /// These take what a user types, too: a name, or [centre, width]; typed "CENTRE,WIDTH".
 Kind<WindowChoice> windowKind();
-/// A number, or auto; both may be typed as text.
-Kind<int> samplesKind();
-/// From 1 to most; "auto" is 0.
+/// A whole number from 1 to most, or auto, which is 0; both may be typed as text.
 Kind<int> numberOrAuto(int most);
 /// A level of a file: a number, or auto; both may be typed as text.
 Kind<int> fileLevelKind();

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 namespace tessera {
 namespace {
@@ -30,21 +29,29 @@ std::string quoted(const std::string& text) {
     return "\"" + text.substr(0, 40) + "\"";
 }
 
-/// Samples of a pixel: a whole number, or auto.
-int parseSamples(const std::string& text, const std::string& where) {
+/// Numbers from least to most, and auto, which is another one.
+struct NumberOrAuto {
+    int least = 0, most = 0, automatic = 0;
+    std::string expected; // of a number, for errors
+};
+int parseOrAuto(const std::string& text, const std::string& where, const NumberOrAuto& of) {
+    constexpr std::size_t kMostDigits = 9;
     if (text == "auto")
-        return PixelSampling::kAutomatic;
-    char* end = nullptr;
-    const long samples = std::strtol(text.c_str(), &end, 10);
-    if (text.find_first_not_of("0123456789") != std::string::npos || *end != '\0' || samples < 1 ||
-        samples > PixelSampling::kMost)
-        throw badFile(where, "auto or a whole number from 1 to " + std::to_string(PixelSampling::kMost),
-                      quoted(text));
-    return static_cast<int>(samples);
+        return of.automatic;
+    if (text.empty() || text.size() > kMostDigits ||
+        text.find_first_not_of("0123456789") != std::string::npos || std::stoi(text) < of.least ||
+        std::stoi(text) > of.most)
+        throw badFile(where, "auto or " + of.expected, quoted(text));
+    return std::stoi(text);
 }
 
 constexpr int kMostFileLevel = 63, kMostVoxel = 1 << 30;
 constexpr const char* kBoxExpected = "X0,X1,Y0,Y1,Z0,Z1: voxels from 0, each second one above the first";
+
+NumberOrAuto fileLevelNumbers() {
+    return {0, kMostFileLevel, SourceChoice::kAutoLevel,
+            "a level of the file from 0 (finest) to " + std::to_string(kMostFileLevel)};
+}
 
 FileBox checkedBox(const std::vector<int>& n, const std::string& where, const std::string& found) {
     const FileBox box{{n[0], n[2], n[4]}, {n[1], n[3], n[5]}};
@@ -55,18 +62,6 @@ FileBox checkedBox(const std::vector<int>& n, const std::string& where, const st
 }
 
 } // namespace
-
-int parseFileLevel(const std::string& text, const std::string& where) {
-    if (text == "auto")
-        return SourceChoice::kAutoLevel;
-    constexpr std::size_t kMostDigits = 2;
-    if (text.empty() || text.size() > kMostDigits ||
-        text.find_first_not_of("0123456789") != std::string::npos || std::stoi(text) > kMostFileLevel)
-        throw badFile(where,
-                      "auto or a level of the file from 0 (finest) to " + std::to_string(kMostFileLevel),
-                      quoted(text));
-    return std::stoi(text);
-}
 
 FileBox parseFileBox(const std::string& text, const std::string& where) {
     constexpr std::size_t kNumbers = 6, kMostDigits = 10;
@@ -85,20 +80,33 @@ FileBox parseFileBox(const std::string& text, const std::string& where) {
     return checkedBox(numbers, where, quoted(text));
 }
 
-Kind<int> fileLevelKind() {
-    const Kind<int> number = wholeIn(0, kMostFileLevel);
+int parseFileLevel(const std::string& text, const std::string& where) {
+    return parseOrAuto(text, where, fileLevelNumbers());
+}
+
+namespace {
+
+Kind<int> numberOrAuto(const NumberOrAuto& of) {
+    const Kind<int> number = wholeIn(of.least, of.most);
     return {[=](const JsonValue& value) {
                 if (isTypedText(value))
-                    return parseFileLevel(value.text(), value.place());
-                return value.isText() ? (value.oneOf({"auto"}), SourceChoice::kAutoLevel)
-                                      : number.read(value);
+                    return parseOrAuto(value.text(), value.place(), of);
+                return value.isText() ? (value.oneOf({"auto"}), of.automatic) : number.read(value);
             },
-            [](int level) {
-                return level == SourceChoice::kAutoLevel ? nlohmann::json("auto") : nlohmann::json(level);
-            },
+            [=](int n) { return n == of.automatic ? nlohmann::json("auto") : nlohmann::json(n); },
             [=](Schema& parts) {
                 return Schema{{"oneOf", {{{"enum", {"auto"}}}, number.schema(parts)}}};
             }};
+}
+
+} // namespace
+
+Kind<int> numberOrAuto(int most) {
+    return numberOrAuto({1, most, 0, "a whole number from 1 to " + std::to_string(most)});
+}
+
+Kind<int> fileLevelKind() {
+    return numberOrAuto(fileLevelNumbers());
 }
 
 Kind<FileBox> fileBoxKind() {
@@ -163,34 +171,6 @@ Kind<WindowChoice> windowKind() {
             },
             [=](Schema& parts) {
                 return Schema{{"oneOf", {{{"enum", windowNames()}}, numbers.schema(parts)}}};
-            }};
-}
-
-Kind<int> samplesKind() {
-    const Kind<int> number = wholeIn(1, PixelSampling::kMost);
-    return {
-        [=](const JsonValue& value) {
-            if (isTypedText(value))
-                return parseSamples(value.text(), value.place());
-            return value.isText() ? (value.oneOf({"auto"}), PixelSampling::kAutomatic) : number.read(value);
-        },
-        [](int samples) {
-            return samples == PixelSampling::kAutomatic ? nlohmann::json("auto") : nlohmann::json(samples);
-        },
-        [=](Schema& parts) {
-            return Schema{{"oneOf", {{{"enum", {"auto"}}}, number.schema(parts)}}};
-        }};
-}
-
-Kind<int> numberOrAuto(int most) {
-    const Kind<int> number = wholeIn(1, most);
-    return {[=](const JsonValue& value) {
-                const bool isAuto = isTypedText(value) ? value.text() == "auto" : value.isText();
-                return isAuto ? (value.oneOf({"auto"}), 0) : number.read(value);
-            },
-            [](int n) { return n == 0 ? nlohmann::json("auto") : nlohmann::json(n); },
-            [=](Schema& parts) {
-                return Schema{{"oneOf", {{{"enum", {"auto"}}}, number.schema(parts)}}};
             }};
 }
 

@@ -23,12 +23,7 @@
 #include <variant>
 
 namespace tessera {
-namespace {
 
-using Clock = std::chrono::steady_clock;
-
-/// A first picture is drawn with: a sample of the coarse level a step, not two, nothing tried or estimated,
-/// and no reflections.
 Scene firstScene(const Scene& scene) {
     Scene first = scene;
     first.quality.stepVoxels = std::min(2 * scene.quality.stepVoxels, 16.0);
@@ -37,6 +32,10 @@ Scene firstScene(const Scene& scene) {
     first.quality.pixels.samples = 1;
     return withoutReflections(std::move(first));
 }
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
 
 /// Seconds for the picture itself, estimated from the time of the first one: it takes as many more samples as
 /// its level and step are finer. Trials and estimates besides take about a third of it again.

@@ -49,6 +49,10 @@ RenderResult renderScene(const Scene& scene, Stores stores, MemoryBudget& ram, M
 RenderResult renderScene(const Scene& scene, const StoreReader& store, MemoryBudget& ram, MemoryBudget& gpu,
                          const RenderOptions& options);
 
+/// As a first picture is drawn: a sample of the coarse level a step, not two, nothing tried or estimated, one
+/// ray a pixel and no reflections.
+Scene firstScene(const Scene& scene);
+
 /// The contents of the picture and the parts left out, a line each: features, level, culled bricks, empty
 /// space.
 std::vector<std::string> explain(const RenderResult& result, const Scene& scene);

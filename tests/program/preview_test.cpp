@@ -68,6 +68,24 @@ TEST_F(Previews, AreDrawnFirstWhereTheStoreIsFarAway) {
     EXPECT_EQ(compare(here, readImage(folder_ / "third.exr")).maxAbs, 0);
 }
 
+// Where the volume is moved to, the preview is too.
+TEST_F(Previews, LieWhereTheirVolumeDoes) {
+    const HttpServer server(folder_.path());
+    const std::string camera =
+        R"({"position":[0,-900,0],"focalPoint":[0,0,0],"viewUp":[0,0,1],"viewAngle":40})";
+    const std::string moved = "volumes[0].transform=[1,0,0,120,0,1,0,0,0,0,1,0]";
+    ASSERT_EQ(run("render " + server.address("p.zarr") +
+                  " -o far.exr --first first.exr --size 64x64 --engine native " +
+                  "--preset bone --set camera=" + camera + " --set " + moved)
+                  .exitCode,
+              0);
+    const Image far = readImage(folder_ / "far.exr"), first = readImage(folder_ / "first.exr");
+    EXPECT_GT(
+        std::count_if(far.pixels.begin(), far.pixels.end(), [](const glm::vec4& p) { return p.r > 0.1f; }),
+        50);
+    EXPECT_LT(compare(far, first).rms, 0.1);
+}
+
 TEST_F(Previews, LeaveTheStoreAsItIs) {
     EXPECT_EQ(readAll(folder_ / "p.zarr/zarr.json"), readAll(folder_ / "s.zarr/zarr.json"));
     EXPECT_EQ(run("validate p.zarr").exitCode, 0);

@@ -6,6 +6,7 @@
 #include "render/backends/mirror/mirror.h"
 #include "render/picture/render_scene.h"
 #include "tests/bench/papers/papers.h"
+#include "tests/bench/papers/studied_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,11 +25,8 @@ constexpr glm::dvec3 kBallCentre(64, 50, 70);
 constexpr double kBallRadius = 22;
 
 Scene mediumScene(const VolumeInfo& info, const TransferFunction& function) {
-    Scene scene;
-    scene.volumes = {{}};
-    scene.volumes.front().transferFunction = function;
+    Scene scene = studiedScene(function, kPixels.x);
     scene.shading.on = false;
-    scene.imageSize = kPixels;
     Camera camera = fitCamera(info, View::anterior, Projection::perspective, kPixels);
     const double away = glm::length(camera.position - camera.focalPoint);
     camera.position = camera.focalPoint + 0.9 * away * glm::normalize(glm::dvec3(0.5, -1, 0.35));
@@ -292,11 +290,7 @@ DrawnScan drawnBy(const Workbench& bench, const BenchVolume& volume, const std::
         MemoryBudget ram("RAM", "--ram", bench.ramBytes),
             gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
         const StoreReader store(volume.store, ram);
-        Scene scene;
-        scene.volumes = {{}};
-        scene.volumes.front().path = volume.store;
-        scene.volumes.front().transferFunction = preset;
-        scene.imageSize = glm::ivec2(bench.fewerPixels());
+        Scene scene = studiedScene(preset, bench.fewerPixels());
         scene.quality = quality;
         RenderOptions options;
         options.engine = EngineKind::native;

@@ -3,6 +3,7 @@
 #include "core/scene/camera.h"
 #include "render/picture/picture.h"
 #include "tests/bench/papers/papers.h"
+#include "tests/bench/papers/studied_scene.h"
 
 #include <algorithm>
 #include <chrono>
@@ -116,10 +117,7 @@ Report objectOrderReport(const Workbench& bench) {
                 MemoryBudget ram("RAM", "--ram", bench.ramBytes),
                     gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
                 const StoreReader store(volume.store, ram);
-                Scene scene;
-                scene.volumes = {{}};
-                scene.volumes.front().transferFunction = preset;
-                scene.imageSize = glm::ivec2(bench.pixels());
+                Scene scene = studiedScene(preset, bench.pixels());
                 scene.camera = cameraNamed(camera, store.info(), scene.imageSize);
                 const EngineMaker maker(EngineKind::native, {"auto"});
                 const std::unique_ptr<Engine> engine = maker.make(ram, gpu);

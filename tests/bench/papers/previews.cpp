@@ -1,11 +1,11 @@
 // tests/bench/papers/previews.cpp: lossy codes of whole volumes, and what they are worth as previews beside
 // the coarser levels that every store has (course notes on advanced volume ray casting, 2.9.1).
 #include "bricking/import/importer.h"
-#include "bricking/store/codec.h"
+#include "bricking/store/dct_codec.h"
 #include "core/base/program_folders.h"
 #include "core/base/threads.h"
-#include "tests/bench/papers/dct_blocks.h"
 #include "tests/bench/papers/papers.h"
+#include "tests/bench/papers/studied_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -59,9 +59,26 @@ Code zfpCode(double tolerance) {
             }};
 }
 #endif
-Code dctCode(double step) {
-    return {"DCT, step " + formatCell(step), [=](const Cube& cube) { return encodeDct(cube, step); },
-            [=](const std::vector<std::byte>& coded, Cube& cube) { decodeDct(coded, step, cube); }};
+/// That of previews. It rounds values first, and keeps what it made.
+Code dctCode(Codec codec) {
+    const auto bytesOf = [](const Cube& cube) {
+        std::vector<std::int16_t> values(cube.begin(), cube.end());
+        std::vector<std::byte> raw(values.size() * sizeof(std::int16_t));
+        std::memcpy(raw.data(), values.data(), raw.size());
+        return raw;
+    };
+    return {"DCT, step " + std::to_string(dctStep(codec)),
+            [=](const Cube& cube) {
+                std::vector<std::byte> raw = bytesOf(cube), out(encodedBound(raw.size()));
+                withDctSteps(raw, sizeof(std::int16_t), true, codec);
+                out.resize(encodeByDct(raw, sizeof(std::int16_t), out, codec));
+                return out;
+            },
+            [=](const std::vector<std::byte>& coded, Cube& cube) {
+                std::vector<std::int16_t> values(cube.size());
+                decodeByDct(coded, std::as_writable_bytes(std::span(values)), "a cube", codec);
+                std::copy(values.begin(), values.end(), cube.begin());
+            }};
 }
 
 double cpuSeconds() {
@@ -150,10 +167,7 @@ Image pictureOf(const Workbench& bench, const std::filesystem::path& path, const
                 int level) {
     MemoryBudget ram("RAM", "--ram", bench.ramBytes), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
     const StoreReader store(path, ram);
-    Scene scene;
-    scene.volumes = {{}};
-    scene.volumes.front().transferFunction = preset;
-    scene.imageSize = glm::ivec2(bench.fewerPixels());
+    Scene scene = studiedScene(preset, bench.fewerPixels());
     scene.camera = cameraNamed("anterior", store.info(), scene.imageSize);
     scene.quality.stepVoxels = 0.25;
     const EngineMaker maker(EngineKind::native, {"auto"});
@@ -190,7 +204,8 @@ Report previewsReport(const Workbench& bench) {
     report.title = "Lossy codes, and coarser levels, as previews (course notes, 2.9.1)";
     report.text = {"Chunks of 32^3 values are coded one by one. *DCT* has blocks of 8^3 with coefficients in "
                    "steps that grow with frequency, and "
-                   "Zstandard behind it; *zfp* is libzfp at a fixed tolerance. Ratios are to 16 bits a "
+                   "Zstandard behind it, as previews of `import --preview` have them; *zfp* is libzfp at a "
+                   "fixed tolerance. Ratios are to 16 bits a "
                    "voxel; the lossless one is the store's own. "
                    "The second table asks what a first picture errs by for the bytes that it fetches: from a "
                    "coarser level of the store, "
@@ -240,8 +255,8 @@ Report previewsReport(const Workbench& bench) {
         for (const double tolerance : {8.0, 64.0, 256.0, 1024.0})
             all.push_back(zfpCode(tolerance));
 #endif
-        for (const double step : {8.0, 32.0, 128.0, 512.0})
-            all.push_back(dctCode(step));
+        for (const Codec codec : {Codec::dct8, Codec::dct32, Codec::dct64, Codec::dct128})
+            all.push_back(dctCode(codec));
         for (const Code& code : all) {
             const Coded coded = codedBy(code, chunks);
             const double mse = coded.squares / values;

@@ -5,6 +5,7 @@
 #include "render/contract/lattice.h"
 #include "render/picture/render_scene.h"
 #include "tests/bench/papers/papers.h"
+#include "tests/bench/papers/studied_scene.h"
 
 #include <functional>
 #include <glm/geometric.hpp>
@@ -40,9 +41,7 @@ class SplatBench {
     SplatBench(const Workbench& bench, const BenchVolume& volume, const std::string& preset, double zoom)
         : ram_("RAM", "--ram", bench.ramBytes), gpu_("GPU memory", "--gpu-memory", std::size_t{2} << 30),
           store_(volume.store, ram_), rounds_(bench.quick ? 1 : 3) {
-        scene_.volumes = {{}};
-        scene_.volumes.front().transferFunction = preset;
-        scene_.imageSize = glm::ivec2(bench.quick ? 64 : 192);
+        scene_ = studiedScene(preset, bench.quick ? 64 : 192);
         scene_.quality.fetch = Fetch::exact;
         Camera camera = fitCamera(store_.info(), View::anterior, Projection::perspective, scene_.imageSize);
         camera.position = camera.focalPoint + zoom * glm::length(camera.position - camera.focalPoint) *

@@ -264,11 +264,32 @@ TEST(MeshOcclusion, Refusals) {
     coarse.lighting.surfaceOcclusion->scale = 2;
     coarse.lighting.surfaceOcclusion->filter = false;
     EXPECT_THAT(refused(coarse), HasSubstr("expected scale 1 without filter"));
+    // Another mesh far away makes the voxels of all too large for any ray.
+    Scene apart = scene;
+    apart.meshes.push_back(sceneMesh(quadMesh({0, 20000, 0}, {1, 0, 0}, {0, 0, 1}), shapeRam()));
+    EXPECT_THAT(refused(apart), HasSubstr("surfaceOcclusion.resolution: expected voxels"));
     Scene hidden = scene;
     for (SceneMesh& mesh : hidden.meshes)
         mesh.show = false;
     EXPECT_THAT(refused(hidden),
                 HasSubstr("expected an isosurface that is not wholly transparent, or a mesh"));
+}
+
+// Alphas of a large volume take a coarser lattice, and no more than their share of memory.
+TEST(MeshOcclusion, ALatticeOfManyBytesIsCoarser) {
+    VolumeInfo info;
+    info.extentVoxels = glm::ivec3(1024);
+    SceneMesh mesh = sceneMesh(quadMesh({0, 0, 0}, {1000, 0, 0}, {0, 1000, 1000}), shapeRam());
+    const auto levelOf = [&] {
+        const MeshLattice lattice = meshLattice(info, Occlusion{}, std::span(&mesh, 1));
+        EXPECT_LE(MeshBits::bytesAtMost(std::span(&mesh, 1), lattice.grid, false), std::size_t{64} << 20);
+        return lattice.level;
+    };
+    EXPECT_EQ(levelOf(), 1); // bits of the whole box
+    mesh.opacity = 0.5;
+    EXPECT_EQ(levelOf(), 2);
+    info.extentVoxels = glm::ivec3(256);
+    EXPECT_EQ(levelOf(), 0);
 }
 
 /// Without the key a scene with meshes has the bits and the memory of before; without meshes likewise.

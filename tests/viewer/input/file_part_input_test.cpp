@@ -123,6 +123,29 @@ TEST_F(FilePartInput, WhatTheCacheHasNoRoomForIsTakenCoarser) {
     EXPECT_FALSE(imported({}).filePart) << "there is room";
 }
 
+// Spacing is said of a level that is named: of none is another taken by itself.
+TEST_F(FilePartInput, SpacingIsOfTheLevelThatIsNamed) {
+    ::setenv("TESSERA_CACHE_SIZE", "1KiB", 1);
+    InputOptions options;
+    options.spacingMm = glm::dvec3(0.5);
+    CommonOptions common;
+    EXPECT_FALSE(withFileLevel(path, options, common, UnsaidLevel::fits).fileLevel);
+    EXPECT_EQ(levelToBeginWith(path, options, 512), std::nullopt);
+    options.fileLevel = SourceChoice::kAutoLevel;
+    EXPECT_THROW(withFileLevel(path, options, common, UnsaidLevel::fits), InputError);
+    options.fileLevel = 1;
+    EXPECT_EQ(withFileLevel(path, options, common, UnsaidLevel::fits).fileLevel, 1);
+}
+
+// The finest level opens though a coarse one is not there.
+TEST_F(FilePartInput, ALevelThatIsMissingClosesNoFile) {
+    EXPECT_EQ(levelToBeginWith(path, {}, 100), 2);
+    fs::remove_all(path / "2");
+    ASSERT_FALSE(fs::exists(path / "2"));
+    EXPECT_EQ(levelToBeginWith(path, {}, 100), std::nullopt);
+    EXPECT_EQ(imported({}).extentVoxels, glm::ivec3(16));
+}
+
 TEST_F(FilePartInput, ACoarseLevelComesFirstWhereTheMeantOneIsNotThere) {
     EXPECT_EQ(levelToBeginWith(path, {}, 512), 1);
     EXPECT_EQ(levelToBeginWith(path, {}, 100), 2);

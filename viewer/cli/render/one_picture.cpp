@@ -64,17 +64,6 @@ double secondsSinceProcessStart() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
 }
 
-/// What a picture by the store's preview lacks: nothing is tried or measured, and nothing is kept.
-Scene sceneOfPreview(const Scene& scene) {
-    Scene quick = scene;
-    quick.quality.automaticStep = false;
-    quick.quality.stepVoxels = 1;
-    quick.quality.maxError.reset();
-    quick.quality.pixels.samples = 1;
-    quick.quality.pixels.noise = 0, quick.quality.pixels.denoise = false;
-    return withoutReflections(std::move(quick));
-}
-
 /// The scene by the preview of a store behind an address, whose own bytes come slowly. None: there is no such
 /// store, or no preview that can be drawn.
 std::optional<Image> pictureOfPreview(const RenderTask& task) {
@@ -88,7 +77,7 @@ std::optional<Image> pictureOfPreview(const RenderTask& task) {
         options.verify = Verify::none;
         options.searching = options.checking = false;
         const StoreReader* const stores[] = {&preview};
-        return renderScene(sceneOfPreview(task.scene), stores, task.ram, task.gpu, options).image;
+        return renderScene(firstScene(task.scene), stores, task.ram, task.gpu, options).image;
     } catch (const InputError& e) {
         task.common.detail("the store's preview was not drawn: " + std::string(e.what()));
         return std::nullopt;

@@ -277,6 +277,7 @@ TEST_F(TorsoSplats, RefuseWhatTheyDoNotDraw) {
         {[](Scene& o) { o.quality.pixels.samples = 4; }, "its pixels have one sample"},
         {[](Scene& o) { o.quality.pixels.samples = PixelSampling::kAutomatic; }, "its pixels have"},
         {[](Scene& o) { o.quality.maxError = 1; }, "its error is measured"},
+        {[](Scene& o) { o.quality.sampling = Sampling::hulls; }, "it has no rays"},
     };
     for (const auto& [set, words] : rows) {
         Scene other = scene;
