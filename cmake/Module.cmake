@@ -1,7 +1,7 @@
 # tessera_module(TARGET FOLDER name SOURCES ... ROOMS ... PRIVATE ...): rooms as a library of their own, TARGET.so, which
 # the program loads when it first needs them (viewer/cli/modules/load_module.h) and with them the libraries that they stand on.
 #   SOURCES  relative to FOLDER: the table of functions that the module shows, `tesseraModule`
-#   ROOMS    compiled into it; their objects have to be position independent
+#   ROOMS    compiled into it
 #   PRIVATE  libraries of others
 # No room that the program holds is linked into a module as well: what the module needs of them it finds in the program,
 # which shows it (program.symbols). So there is one budget, one Ctrl-C and one line of progress, not two.
@@ -10,7 +10,6 @@ function(tessera_module target)
   list(TRANSFORM ARG_SOURCES PREPEND ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/)
   add_library(${target} MODULE ${ARG_SOURCES})
   foreach(room IN LISTS ARG_ROOMS)
-    set_target_properties(${room} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${room}>)
     target_include_directories(${target} PRIVATE $<TARGET_PROPERTY:${room},INTERFACE_INCLUDE_DIRECTORIES>)
   endforeach()
