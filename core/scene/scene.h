@@ -4,6 +4,7 @@
 
 #include "core/base/names.h"
 #include "core/base/volume.h"
+#include "core/scene/annotations.h"
 #include "core/scene/camera.h"
 #include "core/scene/cuts.h"
 #include "core/scene/labels.h"
@@ -217,7 +218,8 @@ struct Scene {
     ValueColour valueColour = ValueColour::window;
     SlicePlane slice; // of mode slice
     Cuts cuts;
-    std::vector<Measurement> measurements; // drawn by windows, in no picture
+    std::vector<Measurement> measurements;
+    Annotations annotations; // over the picture
     Quality quality;
     glm::ivec2 imageSize{512, 512};
     std::optional<glm::vec3> background = glm::vec3(0); // linear rgb in [0,1]; none: transparent

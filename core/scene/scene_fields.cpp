@@ -411,8 +411,10 @@ const Fields<Scene>& sceneFields() {
         f.add("measurements", &Scene::measurements,
               listOf(objectOf(measurementFields()), 0, kMaxMeasurements,
                      "a list of at most 1000 measurements"),
-              "Lengths, angles and circles between points; windows draw them, pictures do not.")
+              "Lengths, angles and circles between points; windows draw them, and pictures with "
+              "annotations.measurements.")
             .unlessDefault();
+        f.add("annotations", &Scene::annotations, objectOf(annotationFields())).unlessDefault();
         f.add("quality", &Scene::quality, objectOf(qualityFields()));
         f.part("image", imageFields());
         return f;

@@ -23,6 +23,7 @@ const Fields<Cuts>& cutsFields();
 const Fields<Labels>& labelsFields();
 const Fields<Measurement>& measurementFields();
 const Fields<SceneMesh>& meshFields();
+const Fields<Annotations>& annotationFields();
 /// A camera by position, focal point and so on.
 const Fields<Camera>& freeCameraFields();
 /// By side, or by position.

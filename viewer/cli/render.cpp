@@ -114,9 +114,7 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                 "edge of a pixel of a parallel picture, for one scale of several pictures (default: fitted)")
         .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
     a->keys.add(command, {"image.background"});
-    command.flag(
-        "--scale-bar", a->scaleBar,
-        "draw a bar of a round length; it holds everywhere in a parallel picture, else at the centre");
+    a->keys.add(command, {"annotations"});
     command
         .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")
         .showsDefault();

@@ -32,7 +32,7 @@ void checkTurnOptions(const RenderArguments& a) {
                                        {a.unfold, "--unfold"},
                                        {a.mayLeak, "--may-leak"},
                                        {!a.first.empty(), "--first"},
-                                       {a.scaleBar, "--scale-bar"},
+                                       {a.keys.says("annotations.scaleBar"), "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
             throw badFile(option, std::string("no ") + option + " beside --turn", option);
@@ -86,7 +86,7 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {!a.projection.empty(), "--projection"},
                                        {a.mmPerPixel > 0, "--mm-per-pixel"},
                                        {!a.first.empty(), "--first"},
-                                       {a.scaleBar, "--scale-bar"},
+                                       {a.keys.says("annotations.scaleBar"), "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
             throw badFile(option, std::string("no ") + option + " with --path, which has the cameras",

@@ -174,7 +174,7 @@ void renderOnePicture(const RenderTask& task) {
     if (options.group)
         report["ranks"] = ranks;
     const bool blank = isBlank(result.image); // judged before the scale bar is drawn
-    if (arguments.scaleBar) {
+    if (task.scene.annotations.scaleBar) {
         const ScaleBar bar = scaleBarOf(result.camera, result.image.size);
         drawScaleBar(result.image, bar);
         report["scaleBar"] = scaleBarJson(bar);

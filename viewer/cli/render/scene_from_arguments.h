@@ -41,7 +41,7 @@ struct RenderArguments {
     int tiles = 0;      // pixels along a side; 0: the picture is drawn as a whole
     bool ranks = false; // the picture is drawn by the processes of mpirun
     bool unfold = false, mayLeak = false;
-    bool noCheck = false, explain = false, json = false, scaleBar = false;
+    bool noCheck = false, explain = false, json = false;
     bool allowDamaged = false; // a coarser level stands in for what is damaged
     ModeOptions mode;
     InputOptions input;

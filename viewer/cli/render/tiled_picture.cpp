@@ -93,7 +93,7 @@ void checkTiles(const RenderArguments& arguments, const Scene& scene) {
     for (const auto& [said, option] : {std::pair{!arguments.first.empty(), "--first"},
                                        {!arguments.layers.empty(), "--layers"},
                                        {!arguments.keepState.empty(), "--keep-state"},
-                                       {arguments.scaleBar, "--scale-bar"},
+                                       {scene.annotations.any(), "--scale-bar"},
                                        {arguments.allowDamaged, "--allow-damaged"}})
         if (said)
             throw badFile(kTilesOption, std::string("no ") + option + " with it", option);
