@@ -114,6 +114,17 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                 "edge of a pixel of a parallel picture, for one scale of several pictures (default: fitted)")
         .check(numberWithin(kLeastMmPerPixel, kMostMmPerPixel, "mm from 0.00001 to 10000"));
     a->keys.add(command, {"image.background"});
+    command
+        .option(
+            "--panel", a->panels,
+            "a figure of several pictures: sides between commas, TURN,RISE, a scene (.json), a volume, or "
+            "KEY=VALUE with more behind semicolons; may be repeated")
+        .oneValueEach();
+    command.option("--columns", a->columns, "panels in a row (default: up to three, or about square)")
+        .check(wholeNumberFrom(1));
+    command.option("--gap", a->gap, "pixels between panels").showsDefault().check(wholeNumberFrom(0));
+    command.flag("--own-scales", a->ownScales,
+                 "fit every panel for itself, in place of one scale for all panels");
     a->keys.add(command, {"annotations"});
     command
         .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")

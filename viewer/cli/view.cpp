@@ -1,4 +1,5 @@
 // viewer/cli/view.cpp: `tessera view [X]`: a window on a scene, a store or source files.
+#include "core/base/address.h"
 #include "core/base/budget.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
@@ -20,7 +21,7 @@ namespace tessera {
 namespace {
 
 struct ViewArguments {
-    std::string in, engine = "auto", ram, gpuMemory, size, script;
+    std::string in, beside, engine = "auto", ram, gpuMemory, size, script;
     double frameMs = 60;
     bool noStills = false, noPanels = false;
     InputOptions input;
@@ -64,6 +65,13 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
     session.engine = engineNamed(arguments.engine, "--engine", true);
     session.ramBytes = budgetBytes(arguments.ram, "--ram", common);
     session.gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
+    if (!arguments.beside.empty()) {
+        std::error_code ignored;
+        if (!isAddress(arguments.beside) && !std::filesystem::exists(arguments.beside, ignored))
+            throw badFile("--beside " + arguments.beside, "a volume", "nothing there");
+        session.ramBytes /= 2;
+        session.gpuBytes /= 2;
+    }
     session.frameMs = arguments.frameMs;
     session.stills = !arguments.noStills;
     session.input = arguments.input;
@@ -74,6 +82,7 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
     session.common = common;
     WindowOptions window;
     window.path = arguments.in;
+    window.beside = arguments.beside;
     window.panels = !arguments.noPanels;
     if (!arguments.size.empty())
         window.size = parseImageSize(arguments.size, "--size", Scene::kMaxImageExtent);
@@ -102,6 +111,12 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
     command.option(
         "X", a->in,
         "scene (.json), store (.zarr), DICOM folder, .nii, ... (default: none, drop one on the window)");
+    command
+        .option(
+            "--beside", a->beside,
+            "another scan at its right, with the same camera and look: two dates of a patient; each has half "
+            "of both budgets")
+        .needs("X");
     command.option("--size", a->size,
                    "size of the window, WIDTHxHEIGHT (default: the last one, at first 1280x720)");
     command

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/cut_handles.h"
 #include "viewer/window/endoscopy.h"
 #include "viewer/window/opener.h"
@@ -240,7 +241,7 @@ struct Screen {
     Screen(const glm::ivec2& size, Events& events) : window(size, events), gui(window) {}
     Window window;
     Gui gui;
-    PictureTexture texture;
+    PictureTexture texture, beside;
     SlicePanel slices;
     Opener opener;
 };
@@ -255,6 +256,8 @@ class Loop {
         desk_.showPanels = options.panels && settings.panels;
         if (!options.path.empty())
             toOpen_ = options.path;
+        if (!options.beside.empty())
+            beside_.emplace(options.makeViewing([] { glfwPostEmptyEvent(); }), options.beside);
     }
 
     void run() {
@@ -296,14 +299,27 @@ class Loop {
         area.size = glm::dvec2(size) - area.from;
         if (desk_.showSlices && (desk_.volume() || opens))
             area.size.x = std::max(1.0, std::floor(area.size.x * (1 - desk_.planesShare())));
+        if (beside_)
+            area.size.x = std::max(1.0, std::floor(area.size.x / 2));
         area.pixelsPerUnit = size.x > 0 ? static_cast<double>(pixels.x) / size.x : 1;
         return area;
     }
 
-    /// Draws the parts right of the picture.
+    /// Of the other scan, as large as the picture.
+    static Area besideOf(const Area& picture) {
+        Area area = picture;
+        area.from.x += picture.size.x;
+        return area;
+    }
+    /// Of which a hand at the pointer moves the camera.
+    Area areaUnderPointer(const Area& picture) const {
+        return beside_ && ImGui::GetIO().MousePos.x >= besideOf(picture).from.x ? besideOf(picture) : picture;
+    }
+
+    /// Draws the parts right of the pictures.
     Area slicesBeside(const Area& picture) const {
         Area area = picture;
-        area.from.x = picture.from.x + picture.size.x + 2;
+        area.from.x = picture.from.x + picture.size.x * (beside_ ? 2 : 1) + 2;
         area.size.x = screen_->window.size().x - area.from.x;
         return area;
     }
@@ -323,7 +339,7 @@ class Loop {
         const bool planes = desk_.showSlices && desk_.volume();
         moves_ = (planes && screen_->slices.divide(desk_, area, slicesBeside(area))) ||
                  tools_.handle(desk_, area) || endoscopy_.handle(desk_, area) || cuts_.handle(desk_, area) ||
-                 hand_.handle(desk_, area) || flies;
+                 hand_.handle(desk_, areaUnderPointer(area)) || flies;
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
@@ -337,8 +353,14 @@ class Loop {
                                          events_.pressed.push_back({key, shift ? GLFW_MOD_SHIFT : 0});
                                      }});
         waits_ = desk_.settle();
+        if (beside_)
+            beside_->update(desk_, area.pixels());
         nameWindow();
-        drawPicture(area);
+        drawPicture(screen_->texture, *viewing_, area);
+        if (beside_) {
+            drawPicture(screen_->beside, beside_->viewing(), besideOf(area));
+            drawBeside(*beside_, desk_, besideOf(area));
+        }
         drawOverlays(desk_, area, hand_);
         tools_.draw(desk_, area);
         cuts_.draw(desk_, area);
@@ -403,17 +425,18 @@ class Loop {
         return true;
     }
 
-    void drawPicture(const Area& area) {
-        screen_->texture.show(viewing_->picture());
-        if (!desk_.picture() || screen_->texture.size().x == 0)
+    static void drawPicture(PictureTexture& texture, const Viewing& viewing, const Area& area) {
+        const std::shared_ptr<const ShownPicture> picture = viewing.picture();
+        texture.show(picture);
+        if (!picture || texture.size().x == 0)
             return;
         // A picture of another size is centred with its own aspect ratio until one of this size exists.
-        const glm::dvec2 size = glm::dvec2(screen_->texture.size()) / area.pixelsPerUnit;
+        const glm::dvec2 size = glm::dvec2(texture.size()) / area.pixelsPerUnit;
         const double fits = std::min(area.size.x / size.x, area.size.y / size.y);
-        const glm::dvec2 shown = screen_->texture.size() == area.pixels() ? area.size : size * fits;
+        const glm::dvec2 shown = texture.size() == area.pixels() ? area.size : size * fits;
         const glm::dvec2 from = area.from + 0.5 * (area.size - shown);
         ImGui::GetBackgroundDrawList()->AddImage(
-            reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(screen_->texture.name())),
+            reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture.name())),
             {static_cast<float>(from.x), static_cast<float>(from.y)},
             {static_cast<float>(from.x + shown.x), static_cast<float>(from.y + shown.y)});
     }
@@ -428,7 +451,7 @@ class Loop {
             title += " (opening)";
         else if (desk_.offers())
             title += " (choosing)";
-        else if (s.atRest && desk_.hasAsked() && desk_.volume())
+        else if (s.atRest && desk_.hasAsked() && desk_.volume() && (!beside_ || beside_->atRest()))
             title += " (at rest)";
         if (title != title_)
             glfwSetWindowTitle(screen_->window.get(), title.c_str());
@@ -451,6 +474,7 @@ class Loop {
     Events events_;
     std::optional<Screen> screen_;
     std::unique_ptr<Viewing> viewing_;
+    std::optional<Beside> beside_;
     WindowState desk_;
     PictureHand hand_;
     Tools tools_;

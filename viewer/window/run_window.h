@@ -34,12 +34,15 @@ struct PresetShelf {
 struct WindowOptions {
     static constexpr int kFirstSize[2] = {1280, 720};
     std::filesystem::path path; // opened at once; empty: none
+    /// Another scan, shown at its right with the same camera and look; empty: none.
+    std::filesystem::path beside = {};
     /// Size of the window, in the screen's units; none: the last size, else kFirstSize.
     std::optional<glm::ivec2> size;
     std::optional<std::filesystem::path> script; // script of input (script.h)
     bool panels = true;
     PresetShelf presets;
-    /// Makes the Viewing. The function passed to it may be called from any thread when there is news.
+    /// Makes a Viewing, and with `beside` another. The function passed to it may be called from any thread
+    /// when there is news.
     std::function<std::unique_ptr<Viewing>(std::function<void()>)> makeViewing;
 };
 

@@ -34,6 +34,8 @@ class KeyOptions {
     void add(Command& command, const std::vector<std::string>& keys);
     /// Adds those of all keys that were not added before.
     void addOthers(Command& command) { addOf(command, {}); }
+    /// As a further `--set`.
+    void alsoSet(const std::string& set) { sets_.push_back(set); }
     /// Adds `--set`.
     Option set(Command& command) {
         return addSetOption(command, sets_, "the scene", "; overrides other options");

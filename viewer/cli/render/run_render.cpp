@@ -20,12 +20,14 @@
 #include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/one_picture.h"
+#include "viewer/cli/render/panels.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/ranked_picture.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 #include "viewer/cli/render/tiled_picture.h"
 
+#include <functional>
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
@@ -103,7 +105,9 @@ void refuseLeaks(const RenderArguments& arguments, const Path& path) {
 }
 
 /// @param group  of --ranks; else null
-void renderBy(ProcessGroup* group, const RenderArguments& arguments, const CommonOptions& common) {
+/// @param draw  in place of the arguments' picture or film; empty: that
+void renderBy(ProcessGroup* group, const RenderArguments& arguments, const CommonOptions& common,
+              const std::function<void(const RenderTask&)>& draw = {}) {
     // Everything that can be refused is refused before the long work.
     checkFilmOptions(arguments);
     std::optional<Path> path;
@@ -191,7 +195,9 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     options.checking = options.verify != Verify::none;
     options.layers = {layers.ofPaths(), layers.error};
     const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options, layers};
-    if (arguments.unfold)
+    if (draw)
+        draw(task);
+    else if (arguments.unfold)
         renderWall(task);
     else if (arguments.isFilm())
         renderFilm(task);
@@ -207,6 +213,10 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
 } // namespace
 
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
+    if (!arguments.panels.empty())
+        return renderPanels(arguments, common, [](const auto& one, const auto& mine, const auto& draw) {
+            renderBy(nullptr, one, mine, draw);
+        });
     if (!arguments.ranks)
         return renderBy(nullptr, arguments, common);
     renderInGroup(common,
