@@ -103,6 +103,8 @@ TEST_F(Panels, WhatCannotBeIsRefused) {
     expectRefused(render + "--panel image.size=20x20 --panel left", {"--panel", "one size"});
     expectRefused(render + "--panel nothing.here=2", {"nothing"});
     expectRefused(render + "--panel left --view left", {"--panel", "--view"});
+    for (const char* option : {"--columns 2", "--gap 3", "--own-scales"})
+        expectRefused(render + option, {"--panel"});
     expectRefused(render + "--panel left --tiles 64", {"--panel", "--tiles"});
     expectRefused(render + "--panel left --layers depth", {"--panel", "--layers"});
     expectRefused("render s.zarr -o frames --panel left --turn 90", {"--panel", "film"});

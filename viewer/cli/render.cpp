@@ -121,10 +121,16 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
             "KEY=VALUE with more behind semicolons; may be repeated")
         .oneValueEach();
     command.option("--columns", a->columns, "panels in a row (default: up to three, or about square)")
-        .check(wholeNumberFrom(1));
-    command.option("--gap", a->gap, "pixels between panels").showsDefault().check(wholeNumberFrom(0));
-    command.flag("--own-scales", a->ownScales,
-                 "fit every panel for itself, in place of one scale for all panels");
+        .check(wholeNumberFrom(1))
+        .needs("--panel");
+    command.option("--gap", a->gap, "pixels between panels")
+        .showsDefault()
+        .check(wholeNumberFrom(0))
+        .needs("--panel");
+    command
+        .flag("--own-scales", a->ownScales,
+              "fit every panel for itself, in place of one scale for all panels")
+        .needs("--panel");
     a->keys.add(command, {"annotations"});
     command
         .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")
