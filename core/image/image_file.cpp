@@ -29,8 +29,8 @@ bool isOpaque(const Image& image) {
 /// Linear premultiplied to encoded, unassociated integers 0..max. NaN becomes 0.
 template <typename Integer> class EncodedRows {
   public:
-    EncodedRows(const ImageRows& picture, const std::string& manifest)
-        : rows{picture.size, picture.opaque ? 3 : 4, manifest,
+    EncodedRows(const ImageRows& picture, const std::string& manifest, double dpi)
+        : rows{picture.size, picture.opaque ? 3 : 4, manifest, dpi,
                [this](int first, int count) { return encode(first, count); }},
           picture_(picture) {}
     EncodedRows(const EncodedRows&) = delete;
@@ -81,27 +81,30 @@ std::string oneLine(std::string text) {
 }
 
 void write(CheckedOutput& out, Format format, const ImageRows& picture, const std::string& manifest,
-           std::span<const LayerChannel> layers) {
+           std::span<const LayerChannel> layers, double dpi) {
     if (picture.size.x < 1 || picture.size.y < 1)
         throw PictureProblem("there are no pixels");
     switch (format) {
     case Format::png:
-        return writePng(out, EncodedRows<std::uint8_t>(picture, manifest).rows);
+        return writePng(out, EncodedRows<std::uint8_t>(picture, manifest, dpi).rows);
     case Format::tiff:
-        return writeTiff(out, EncodedRows<std::uint16_t>(picture, manifest).rows);
+        return writeTiff(out, EncodedRows<std::uint16_t>(picture, manifest, dpi).rows);
     case Format::exr:
         return writeExr(out, picture, layers, manifest);
+    case Format::pdf:
+    case Format::svg:
+        break; // formatOf() has none
     }
 }
 
 void writeFile(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest,
-               std::span<const LayerChannel> layers) {
+               std::span<const LayerChannel> layers, double dpi) {
     const Format format = pictureFormat(path);
     TESSERA_CHECK(layers.empty() || format == Format::exr);
     OutputFile file(path);
     CheckedOutput out(file);
     try {
-        write(out, format, picture, manifest, layers);
+        write(out, format, picture, manifest, layers, dpi);
     } catch (const PictureProblem& problem) {
         out.check(); // names the system's reason
         throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
@@ -154,13 +157,13 @@ void checkImagePath(const std::filesystem::path& path) {
 }
 
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
-                std::span<const LayerChannel> layers) {
-    writeFile(path, rowsOf(image), manifest, layers);
+                std::span<const LayerChannel> layers, double dpi) {
+    writeFile(path, rowsOf(image), manifest, layers, dpi);
 }
 
 void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
                     const std::string& manifest) {
-    writeFile(path, picture, manifest, {});
+    writeFile(path, picture, manifest, {}, 0);
 }
 
 Image readImage(const std::filesystem::path& path) {
@@ -179,7 +182,15 @@ Image readImage(const std::filesystem::path& path) {
 }
 
 std::string readManifest(const std::filesystem::path& path) {
-    return read(path, PictureParts::header).description;
+    const Format format = figureFormat(path);
+    if (!isPage(format))
+        return read(path, PictureParts::header).description;
+    refusePipeOrDevice(path);
+    try {
+        return format == Format::pdf ? pdfManifest(path.string()) : svgManifest(path.string());
+    } catch (const PictureProblem& problem) {
+        throw badFile(path.string(), "a readable figure", oneLine(problem.what()));
+    }
 }
 
 } // namespace tessera

@@ -19,8 +19,9 @@ void checkImagePath(const std::filesystem::path& path);
 /// Alpha: EXR stores premultiplied linear values; PNG and TIFF store unassociated alpha (3 channels if
 /// opaque). Throws Error naming path when it cannot be written.
 /// @param layers  EXR alone has them
+/// @param dpi     pixels per inch, in PNG and TIFF; 0: not told
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
-                std::span<const LayerChannel> layers = {});
+                std::span<const LayerChannel> layers = {}, double dpi = 0);
 
 /// The same file from rows, of which kAtOnce are in memory.
 void writeImageRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest);
@@ -28,7 +29,8 @@ void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
 /// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming
 /// path.
 Image readImage(const std::filesystem::path& path);
-/// The ImageDescription of a picture, "" if none.
+/// The ImageDescription of a picture, or the manifest of a PDF or SVG (viewer/annotations/figure_file.h); ""
+/// if none.
 std::string readManifest(const std::filesystem::path& path);
 
 } // namespace tessera

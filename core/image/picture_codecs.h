@@ -48,6 +48,7 @@ template <typename Sample> struct SampleRows {
     glm::ivec2 size{0};
     int channels = 0;
     std::string description;
+    double dpi = 0; // 0: not told
     /// As ImageRows::rows.
     std::function<std::span<const Sample>(int first, int count)> rows;
 
@@ -88,6 +89,9 @@ void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture);
 void writeTiff(CheckedOutput& out, const SampleRows<std::uint16_t>& picture);
 void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const LayerChannel> layers,
               const std::string& description);
+/// The manifest that a page keeps; "" if none.
+std::string pdfManifest(const std::string& path);
+std::string svgManifest(const std::string& path);
 /// Integers become shares of the largest.
 PictureFile<float> readPng(const std::string& path, PictureParts parts);
 PictureFile<float> readTiff(const std::string& path, PictureParts parts);

@@ -88,6 +88,10 @@ void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture) {
                      PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
         png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_ABSOLUTE);
         png_set_text(png, info, both, 2);
+        if (picture.dpi > 0) {
+            const auto perMetre = static_cast<png_uint_32>(picture.dpi / 0.0254 + 0.5);
+            png_set_pHYs(png, info, perMetre, perMetre, PNG_RESOLUTION_METER);
+        }
         png_set_filter(png, 0, PNG_FILTER_NONE); // the other filters cost more time than they save
         png_write_info(png, info);
     });

@@ -72,6 +72,11 @@ void setTags(TIFF* tiff, const SampleRows<std::uint16_t>& picture) {
     TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, kRowsPerStrip);
     TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, picture.description.c_str());
     TIFFSetField(tiff, TIFFTAG_SOFTWARE, "Tessera");
+    if (picture.dpi > 0) {
+        TIFFSetField(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_INCH);
+        TIFFSetField(tiff, TIFFTAG_XRESOLUTION, picture.dpi);
+        TIFFSetField(tiff, TIFFTAG_YRESOLUTION, picture.dpi);
+    }
     const std::uint16_t straight = EXTRASAMPLE_UNASSALPHA;
     if (picture.channels == 4)
         TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &straight);

@@ -70,9 +70,9 @@ const Fields<Annotations>& annotationFields() {
             .setBy("--measurements", "draw the scene's measurements");
         f.add("error", &Annotations::error, trueOrFalse(), "The measured error, in the caption.")
             .setBy("--error-caption", "write the measured error into the caption");
-        f.add("title", &Annotations::title, words(), "Words above the picture.")
+        f.add("title", &Annotations::title, words(), "Words at the picture's top.")
             .setBy("--title", "words at the top");
-        f.add("caption", &Annotations::caption, words(), "Words below the picture.")
+        f.add("caption", &Annotations::caption, words(), "Words at its bottom.")
             .setBy("--caption", "words at the bottom");
         f.add("arrows", &Annotations::arrows, listOf(objectOf(arrowFields()), Arrow::kMost, "arrows"),
               "Arrows to places in the patient.");

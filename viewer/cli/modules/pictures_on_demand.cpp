@@ -17,8 +17,8 @@ void checkImagePath(const std::filesystem::path& path) {
     pictureFormat(path); // long before there is a picture
 }
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
-                std::span<const LayerChannel> layers) {
-    pictureModule().write(path, image, manifest, layers);
+                std::span<const LayerChannel> layers, double dpi) {
+    pictureModule().write(path, image, manifest, layers, dpi);
 }
 void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
                     const std::string& manifest) {

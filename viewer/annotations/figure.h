@@ -1,0 +1,47 @@
+// viewer/annotations/figure.h: a figure: a picture, or several in one, each with what its scene says about it
+// (core/scene/annotations.h). Plain data: where all of it goes is in figure_layout.h, the drawing in
+// figure_drawing.h, the files in figure_file.h.
+#pragma once
+
+#include "core/scene/annotations.h"
+#include "core/scene/camera.h"
+#include "core/scene/colour_legend.h"
+#include "core/scene/measurement.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// A label that shows.
+struct LegendLabel {
+    std::string name;
+    glm::vec3 colour{1}; // linear light
+};
+
+/// One picture of a figure. What its annotations ask for is drawn within its box.
+struct FigurePart {
+    glm::ivec2 from{0}, size{0}; // its box in the figure, pixels from the upper left; not empty
+    Camera camera;               // as used, of a picture as large as the box
+    /// Their dpi counts only as the figure's.
+    Annotations annotations;
+    bool orientationKnown = true; // else there are no letters
+    bool onLight = false;         // the picture's background is light: words are dark with a light edge
+    std::vector<LegendBar> legend;
+    std::vector<LegendLabel> labels;
+    std::vector<Measurement> measurements;
+    std::string error; // for the caption: what was measured
+};
+
+struct Figure {
+    glm::ivec2 size{0};
+    double dpi = 96; // pixels per inch
+    std::vector<FigurePart> parts;
+
+    /// True if anything is drawn over the picture.
+    bool any() const;
+};
+
+} // namespace tessera

@@ -1,0 +1,40 @@
+// viewer/annotations/figure_drawing.h: draws the annotations of a figure with Cairo and Pango: over a
+// picture, as a picture of their own, as PDF and as SVG. It is a module of its own (viewer/cli/modules/),
+// which programs load with the first annotation, PDF or SVG.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/image/image.h"
+#include "viewer/annotations/figure.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+/// What draws, and what had no room.
+struct DrawingReport {
+    std::string cairo, pango; // versions
+    struct Font {
+        std::string family, file; // without its folder
+        bool operator==(const Font&) const = default;
+    };
+    std::vector<Font> fonts; // of the words
+    std::vector<std::string> leftOut;
+};
+/// Lays out the figure and draws nothing. Throws Error where there is no font.
+DrawingReport describeDrawing(const Figure& figure);
+
+/// Draws over a picture of the figure's size.
+void drawAnnotations(const Figure& figure, Image& picture);
+
+/// Writes an OutputFile: .pdf or .svg, by the extension.
+/// @param manifest  ASCII
+/// Throws Error naming path when it cannot be written, InputError for a picture that is larger than
+/// kMostPagePixels along an axis.
+void writePage(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+               const std::string& manifest, MemoryBudget& ram);
+constexpr int kMostPagePixels = 32767; // of Cairo's images
+
+} // namespace tessera

@@ -1,0 +1,35 @@
+// viewer/annotations/figure_file.h: figures as files: PNG, TIFF and EXR as image_file.h writes them; PDF and
+// SVG, the picture in them without loss, lines and words over it. The first annotation and the first PDF or
+// SVG load what draws them.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/image/image.h"
+#include "viewer/annotations/figure.h"
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+/// Throws InputError naming path when its extension is not one that writeFigure() knows.
+void checkFigurePath(const std::filesystem::path& path);
+
+/// The manifest's "annotations": fonts, libraries, and what had no room ("leftOut"). Null where there are
+/// none.
+nlohmann::json annotationsJson(const Figure& figure);
+
+/// Writes an OutputFile. PNG and TIFF have the annotations in the picture, and its dpi. EXR has the picture
+/// as it is and the annotations as a layer of their own (annotations.R, G, B, A). A page of a PDF has the
+/// figure's size: pixels / dpi inches.
+/// @param picture  of the figure's size, on its background
+/// @param manifest  JSON text in ASCII, which readManifest() gives back
+/// @param layers  EXR alone has them
+/// Throws Error naming path when it cannot be written, InputError for a picture that is too large for PDF
+/// and SVG.
+void writeFigure(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+                 const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram);
+
+} // namespace tessera

@@ -1,0 +1,26 @@
+// viewer/cli/modules/annotations_on_demand.cpp: viewer/annotations/figure_drawing.h for programs: the first
+// annotation, PDF or SVG loads Cairo and Pango.
+#include "viewer/cli/modules/annotation_module.h"
+
+namespace tessera {
+namespace {
+
+const AnnotationModule& annotationModule() {
+    static const auto* const table = static_cast<const AnnotationModule*>(loadModule("tessera_annotations"));
+    return *table;
+}
+
+} // namespace
+
+DrawingReport describeDrawing(const Figure& figure) {
+    return annotationModule().describe(figure);
+}
+void drawAnnotations(const Figure& figure, Image& picture) {
+    annotationModule().draw(figure, picture);
+}
+void writePage(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+               const std::string& manifest, MemoryBudget& ram) {
+    annotationModule().page(path, picture, figure, manifest, ram);
+}
+
+} // namespace tessera
