@@ -2,6 +2,9 @@
 #include "core/scene/annotations.h"
 #include "core/scene/scene_fields.h"
 
+#include <string>
+#include <utility>
+
 namespace tessera {
 namespace {
 
@@ -44,9 +47,19 @@ template <> const NameTable<Directions>& namesOf<Directions>() {
     return names;
 }
 
-bool Annotations::any() const {
-    return scaleBar || directions != Directions::none || legend || labelLegend || measurements || error ||
-           !title.empty() || !caption.empty() || !arrows.empty();
+std::string Annotations::first() const {
+    for (const auto& [asked, option] : {std::pair{scaleBar, "--scale-bar"},
+                                        {directions != Directions::none, "--directions"},
+                                        {legend, "--legend"},
+                                        {labelLegend, "--label-legend"},
+                                        {measurements, "--measurements"},
+                                        {error, "--error-caption"},
+                                        {!title.empty(), "--title"},
+                                        {!caption.empty(), "--caption"},
+                                        {!arrows.empty(), "annotations.arrows"}})
+        if (asked)
+            return option;
+    return {};
 }
 
 const Fields<Annotations>& annotationFields() {

@@ -39,7 +39,9 @@ struct Annotations {
 
     bool operator==(const Annotations&) const = default;
     /// True if a picture has any.
-    bool any() const;
+    bool any() const { return !first().empty(); }
+    /// The option, or the key where there is none, that asks for the first of them; "" none.
+    std::string first() const;
 };
 
 } // namespace tessera

@@ -2,18 +2,164 @@
 #include "viewer/annotations/figure_drawing.h"
 
 #include "core/base/error.h"
+#include "core/base/output_file.h"
+#include "core/base/shown_text.h"
+#include "core/image/colour.h"
+#include "viewer/annotations/figure_layout.h"
+#include "viewer/annotations/layout_drawing.h"
+#include "viewer/annotations/pages.h"
+#include "viewer/annotations/pango_words.h"
+
+#include <algorithm>
+#include <array>
+#include <cairo.h>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <glm/common.hpp>
+#include <glm/vec4.hpp>
+#include <memory>
+#include <new>
+#include <pango/pango.h>
 
 namespace tessera {
+namespace {
 
-DrawingReport describeDrawing(const Figure&) {
-    return {};
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+
+FigureLayout laidOut(const Figure& figure, PangoWords& words) {
+    return layOut(figure,
+                  [&](const std::string& text, double pixels) { return words.measure(text, pixels); });
 }
 
-void drawAnnotations(const Figure&, Image&) {}
+/// The linear value of every 8-bit code of sRGB.
+const std::array<float, 256>& linearOfCode() {
+    static const std::array<float, 256> values = [] {
+        std::array<float, 256> all{};
+        for (std::size_t code = 0; code < all.size(); ++code)
+            all[code] = static_cast<float>(linearFromSrgb(static_cast<double>(code) / 255));
+        return all;
+    }();
+    return values;
+}
 
-void writePage(const std::filesystem::path& path, const Image&, const Figure&, const std::string&,
-               MemoryBudget&) {
-    throw Error(path.string() + ": cannot be written: not yet");
+/// A pixel of Cairo's (sRGB, premultiplied) in linear light, premultiplied.
+glm::vec4 linearOf(std::uint32_t pixel) {
+    const std::uint32_t alpha = pixel >> 24;
+    const float share = static_cast<float>(alpha) / 255;
+    glm::vec4 colour(0, 0, 0, share);
+    for (int c = 0; c < 3; ++c) {
+        const std::uint32_t code =
+            std::min<std::uint32_t>(255, ((pixel >> (16 - 8 * c) & 255) * 255 + alpha / 2) / alpha);
+        colour[c] = share * linearOfCode()[code];
+    }
+    return colour;
+}
+
+/// One of Cairo's images, transparent.
+Surface imageOf(cairo_format_t format, const glm::ivec2& size) {
+    Surface surface(cairo_image_surface_create(format, size.x, size.y), cairo_surface_destroy);
+    if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS)
+        throw std::bad_alloc();
+    return surface;
+}
+
+/// Calls visit(x, y, pixel) for every pixel of an image of Cairo's.
+template <typename Visit>
+void eachPixel(cairo_surface_t* surface, const glm::ivec2& size, const Visit& visit) {
+    cairo_surface_flush(surface);
+    unsigned char* const bytes = cairo_image_surface_get_data(surface);
+    const int stride = cairo_image_surface_get_stride(surface);
+    for (int y = 0; y < size.y; ++y) {
+        auto* const row = reinterpret_cast<std::uint32_t*>(bytes + static_cast<std::ptrdiff_t>(y) * stride);
+        for (int x = 0; x < size.x; ++x)
+            visit(x, y, row[x]);
+    }
+    cairo_surface_mark_dirty(surface);
+}
+
+/// The picture in sRGB of 8 bits.
+Surface surfaceOf(const Image& picture) {
+    const bool opaque = std::all_of(picture.pixels.begin(), picture.pixels.end(),
+                                    [](const glm::vec4& p) { return p.a >= 1; });
+    Surface surface = imageOf(opaque ? CAIRO_FORMAT_RGB24 : CAIRO_FORMAT_ARGB32, picture.size);
+    eachPixel(surface.get(), picture.size, [&](int x, int y, std::uint32_t& pixel) {
+        const glm::dvec4 p(picture.at(x, y));
+        const double alpha = p.a > 0 ? std::min(p.a, 1.0) : 0; // NaN is 0
+        const glm::dvec3 code = codeOfColour(alpha > 0 ? glm::vec3(glm::dvec3(p) / alpha) : glm::vec3(0));
+        const auto part = [&](double value) { return static_cast<std::uint32_t>(std::lround(255 * value)); };
+        const double a = part(alpha) / 255.0;
+        pixel = part(alpha) << 24 | part(a * code.r) << 16 | part(a * code.g) << 8 | part(a * code.b);
+    });
+    return surface;
+}
+
+} // namespace
+
+DrawingReport describeDrawing(const Figure& figure) {
+    PangoWords words;
+    FigureLayout layout = laidOut(figure, words);
+    DrawingReport report;
+    report.cairo = cairo_version_string();
+    report.pango = pango_version_string();
+    report.fonts = words.fontsOf(layout.words);
+    report.leftOut = std::move(layout.leftOut);
+    return report;
+}
+
+void drawAnnotations(const Figure& figure, Image& picture) {
+    constexpr int kTile = 512; // pixels, so that what is held does not grow with the picture
+    TESSERA_CHECK(picture.size == figure.size);
+    PangoWords words;
+    const FigureLayout layout = laidOut(figure, words);
+    for (int y = 0; y < picture.size.y; y += kTile)
+        for (int x = 0; x < picture.size.x; x += kTile) {
+            const glm::ivec2 from(x, y), size = glm::min(glm::ivec2(kTile), picture.size - from);
+            if (!drawsWithin(layout, glm::dvec2(from), glm::dvec2(from + size)))
+                continue;
+            const Surface tile = imageOf(CAIRO_FORMAT_ARGB32, size);
+            const Context cairo(cairo_create(tile.get()), cairo_destroy);
+            cairo_translate(cairo.get(), -x, -y);
+            drawLayout(cairo.get(), layout, words, glm::dvec2(from), glm::dvec2(from + size));
+            eachPixel(tile.get(), size, [&](int i, int j, std::uint32_t pixel) {
+                if (pixel >> 24 == 0)
+                    return;
+                const glm::vec4 over = linearOf(pixel);
+                glm::vec4& under = picture.at(x + i, y + j);
+                under = over + (1 - over.a) * under;
+            });
+        }
+}
+
+void writePage(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+               const std::string& manifest, MemoryBudget& ram) {
+    constexpr std::size_t kBytesPerPixel = 12; // Cairo's image, and what it compresses
+    if (picture.size.x > kMostPagePixels || picture.size.y > kMostPagePixels)
+        throw badFile(path.string(), "a picture of at most 32767 pixels an axis for PDF and SVG",
+                      std::to_string(std::max(picture.size.x, picture.size.y)));
+    TESSERA_CHECK(picture.size == figure.size);
+    const Charge charge = ram.charge(kBytesPerPixel * picture.pixels.size(), "the figure's page");
+    const bool svg = figureFormat(path) == PictureFormat::svg;
+    OutputFile file(path);
+    PageOutput out(file);
+    PangoWords words;
+    const FigureLayout layout = laidOut(figure, words);
+    const Surface surface = surfaceOf(picture);
+    const std::string title =
+        figure.parts.size() == 1 ? printable(figure.parts.front().annotations.title) : std::string();
+    const Page page{picture.size, figure.dpi, surface.get(), layout, title, manifest};
+    try {
+        if (svg)
+            writeSvg(out, page);
+        else
+            writePdf(out, page, words);
+    } catch (const Error& problem) {
+        out.check(); // names the system's reason
+        throw Error(printable(path.string()) + ": cannot be written: " + problem.what());
+    }
+    file.finish();
 }
 
 } // namespace tessera

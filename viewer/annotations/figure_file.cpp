@@ -2,34 +2,60 @@
 #include "viewer/annotations/figure_file.h"
 
 #include "core/base/error.h"
-#include "core/image/image_file.h"
+#include "viewer/cli/manifest/manifest.h" // scaleBarJson, legendJson
 #if TESSERA_WITH_ANNOTATIONS
 #include "viewer/annotations/figure_drawing.h"
 #endif
+#if TESSERA_WITH_IMAGE_FILES
+#include "core/image/image_file.h"
+#endif
 
+#include <algorithm>
+#include <glm/vec4.hpp>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
 namespace tessera {
-
-#if TESSERA_WITH_ANNOTATIONS
-
 namespace {
 
-constexpr double kUsualDpi = Annotations().dpi;
+#if !TESSERA_WITH_ANNOTATIONS
+void refuse(const Figure& figure) {
+    for (const FigurePart& part : figure.parts)
+        if (part.annotations.any())
+            throw InputError(part.annotations.first() + ": this program was built without annotations");
+}
+DrawingReport describeDrawing(const Figure& figure) {
+    refuse(figure);
+    return {};
+}
+void drawAnnotations(const Figure& figure, Image&) {
+    refuse(figure);
+}
+void writePage(const std::filesystem::path& path, const Image&, const Figure&, const std::string&,
+               MemoryBudget&) {
+    throw InputError(path.string() + ": this program was built without PDF and SVG");
+}
+#endif
+#if !TESSERA_WITH_IMAGE_FILES
+void writeImage(const std::filesystem::path& path, const Image&, const std::string&,
+                std::span<const LayerChannel> = {}, double = 0) {
+    throw InputError(path.string() + ": this program was built without picture files");
+}
+#endif
 
 double dpiOf(const Figure& figure) {
-    return figure.any() || figure.dpi != kUsualDpi ? figure.dpi : 0;
+    return figure.any() || figure.dpi != Annotations().dpi ? figure.dpi : 0;
 }
 
-void writeExr(const std::filesystem::path& path, const Image& picture, const Figure& figure,
-              const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram) {
+void writeLayered(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram) {
     const Charge charge = ram.charge(sizeof(glm::vec4) * picture.pixels.size(), "the layer of annotations");
     Image over(picture.size);
     drawAnnotations(figure, over);
     std::vector<LayerChannel> all(layers.begin(), layers.end());
     for (const auto& [name, channel] :
-         {std::pair("annotations.R", 0), {"annotations.G", 1}, {"annotations.B", 2}, {"annotations.A", 3}})
+         {std::pair{"annotations.R", 0}, {"annotations.G", 1}, {"annotations.B", 2}, {"annotations.A", 3}})
         all.push_back({name, &over.pixels[0][channel], 4});
     writeImage(path, picture, manifest, all);
 }
@@ -37,64 +63,73 @@ void writeExr(const std::filesystem::path& path, const Image& picture, const Fig
 } // namespace
 
 void checkFigurePath(const std::filesystem::path& path) {
+#if TESSERA_WITH_ANNOTATIONS
     figureFormat(path);
+#else
+    pictureFormat(path);
+#endif
 }
 
-nlohmann::json annotationsJson(const Figure& figure) {
+void checkAnnotations(const Scene& scene) {
+    const Annotations& asked = scene.annotations;
+#if !TESSERA_WITH_ANNOTATIONS
+    if (asked.any())
+        throw InputError(asked.first() + ": this program was built without annotations");
+#endif
+    if (asked.labelLegend && std::all_of(scene.volumes.begin(), scene.volumes.end(),
+                                         [](const auto& volume) { return volume.labels.path.empty(); }))
+        throw badFile("--label-legend", "a scene with labels (--labels)", "one without");
+    if (asked.measurements && scene.measurements.empty())
+        throw badFile("--measurements", "a scene with measurements", "one without");
+    if (asked.legend && (scene.mode == Mode::isosurface || reductionOf(scene) == Reduction::sum))
+        throw badFile("--legend", "a mode that shows colours or greys of values",
+                      scene.mode == Mode::isosurface ? "isosurface" : "sums along rays");
+}
+
+void tellAnnotations(nlohmann::json& manifest, const Figure& figure) {
     if (!figure.any())
-        return {};
+        return;
     const DrawingReport report = describeDrawing(figure);
     nlohmann::json fonts = nlohmann::json::array();
     for (const DrawingReport::Font& font : report.fonts)
         fonts.push_back({{"family", font.family}, {"file", font.file}});
-    nlohmann::json json = {
-        {"cairo", report.cairo}, {"pango", report.pango}, {"dpi", figure.dpi}, {"fonts", fonts}};
+    nlohmann::json& told = manifest["annotations"];
+    told = {{"cairo", report.cairo}, {"pango", report.pango}, {"dpi", figure.dpi}, {"fonts", fonts}};
     if (!report.leftOut.empty())
-        json["leftOut"] = report.leftOut;
-    return json;
+        told["leftOut"] = report.leftOut;
+    if (figure.parts.size() != 1)
+        return;
+    const FigurePart& part = figure.parts.front();
+    if (part.annotations.scaleBar)
+        manifest["scaleBar"] = scaleBarJson(scaleBarOf(part.camera, part.size));
+    if (part.annotations.legend)
+        manifest["legend"] = legendJson(part.legend);
 }
 
-void writeFigure(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+std::string leftOutText(const nlohmann::json& manifest) {
+    const auto told = manifest.find("annotations");
+    if (told == manifest.end() || !told->contains("leftOut"))
+        return {};
+    std::string text;
+    for (const nlohmann::json& what : told->at("leftOut"))
+        text += (text.empty() ? "not in the picture: " : "; ") + what.get<std::string>();
+    return text;
+}
+
+void annotate(Image& picture, const Figure& figure) {
+    if (figure.any())
+        drawAnnotations(figure, picture);
+}
+
+void writeFigure(const std::filesystem::path& path, Image picture, const Figure& figure,
                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram) {
     const PictureFormat format = figureFormat(path);
     if (isPage(format))
         return writePage(path, picture, figure, manifest, ram);
-    if (!figure.any())
-        return writeImage(path, picture, manifest, layers, dpiOf(figure));
-    if (format == PictureFormat::exr)
-        return writeExr(path, picture, figure, manifest, layers, ram);
-    const Charge charge = ram.charge(sizeof(glm::vec4) * picture.pixels.size(), "the figure");
-    Image annotated = picture;
-    drawAnnotations(figure, annotated);
-    writeImage(path, annotated, manifest, layers, dpiOf(figure));
+    if (format == PictureFormat::exr && figure.any())
+        return writeLayered(path, picture, figure, manifest, layers, ram);
+    annotate(picture, figure);
+    writeImage(path, picture, manifest, layers, dpiOf(figure));
 }
-
-#else
-
-namespace {
-
-void refuseAnnotations(const Figure& figure) {
-    if (figure.any())
-        throw InputError("annotations: this program was built without them");
-}
-
-} // namespace
-
-void checkFigurePath(const std::filesystem::path& path) {
-    checkImagePath(path);
-}
-
-nlohmann::json annotationsJson(const Figure& figure) {
-    refuseAnnotations(figure);
-    return {};
-}
-
-void writeFigure(const std::filesystem::path& path, const Image& picture, const Figure& figure,
-                 const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget&) {
-    refuseAnnotations(figure);
-    writeImage(path, picture, manifest, layers);
-}
-
-#endif
 
 } // namespace tessera

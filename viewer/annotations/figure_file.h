@@ -5,6 +5,7 @@
 
 #include "core/base/budget.h"
 #include "core/image/image.h"
+#include "core/scene/scene.h"
 #include "viewer/annotations/figure.h"
 
 #include <filesystem>
@@ -16,20 +17,28 @@ namespace tessera {
 
 /// Throws InputError naming path when its extension is not one that writeFigure() knows.
 void checkFigurePath(const std::filesystem::path& path);
+/// Throws InputError naming the option for annotations that ask for what the scene does not have, or where
+/// the program has none.
+void checkAnnotations(const Scene& scene);
 
-/// The manifest's "annotations": fonts, libraries, and what had no room ("leftOut"). Null where there are
-/// none.
-nlohmann::json annotationsJson(const Figure& figure);
+/// Adds to a manifest what the parts of a figure say: "annotations" (fonts, libraries, and what had no room:
+/// "leftOut"), and of a figure of one part "scaleBar" and "legend".
+void tellAnnotations(nlohmann::json& manifest, const Figure& figure);
+/// "not in the picture: the title; ..."; "" where all is.
+std::string leftOutText(const nlohmann::json& manifest);
+
+/// Draws the annotations over a picture of the figure's size, on its background.
+void annotate(Image& picture, const Figure& figure);
 
 /// Writes an OutputFile. PNG and TIFF have the annotations in the picture, and its dpi. EXR has the picture
 /// as it is and the annotations as a layer of their own (annotations.R, G, B, A). A page of a PDF has the
 /// figure's size: pixels / dpi inches.
-/// @param picture  of the figure's size, on its background
+/// @param picture  of the figure's size, on its background; PNG and TIFF are drawn in it
 /// @param manifest  JSON text in ASCII, which readManifest() gives back
 /// @param layers  EXR alone has them
 /// Throws Error naming path when it cannot be written, InputError for a picture that is too large for PDF
 /// and SVG.
-void writeFigure(const std::filesystem::path& path, const Image& picture, const Figure& figure,
+void writeFigure(const std::filesystem::path& path, Image picture, const Figure& figure,
                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram);
 
 } // namespace tessera

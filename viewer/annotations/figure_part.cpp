@@ -23,37 +23,25 @@ constexpr glm::vec3 kLuminance{0.2126f, 0.7152f, 0.0722f}; // of linear Rec. 709
 constexpr float kLight = 0.18f; // of a background; lighter ones look nearer to white than to black
 
 /// With the functions that the names of presets mean for the volumes' values.
-std::vector<LegendBar> legendOf(Scene scene, Stores stores, MemoryBudget& ram, int threads) {
-    std::vector<LegendVolume> volumes;
-    for (std::size_t n = 0; n < scene.volumes.size(); ++n) {
-        SceneVolume& volume = scene.volumes[n];
-        const VolumeInfo& info = stores[n]->info();
-        const ValueSummary values = summarise(loadStatistics(*stores[n], ram, threads), info, volume.unit);
-        if (const auto* const name = std::get_if<std::string>(&volume.transferFunction))
-            volume.transferFunction = presetFunction(std::string(*name), values);
-        volumes.push_back({values, volume.unit.empty() ? info.unit : volume.unit});
-    }
+std::vector<LegendBar> legendOf(Scene scene, const std::vector<LegendVolume>& volumes) {
+    for (std::size_t n = 0; n < scene.volumes.size(); ++n)
+        if (const auto* const name = std::get_if<std::string>(&scene.volumes[n].transferFunction))
+            scene.volumes[n].transferFunction = presetFunction(std::string(*name), volumes[n].values);
     std::vector<LegendBar> bars = colourLegend(scene, volumes);
     for (std::size_t n = 0; n < bars.size(); ++n) // names of files may be those of patients
         bars[n].name = bars.size() > 1 ? "volume " + std::to_string(n + 1) : "";
     return bars;
 }
 
-/// Labels with voxels that the scene's rules show.
-std::vector<LegendLabel> labelsOf(const Scene& scene, MemoryBudget& ram) {
-    std::vector<LegendLabel> shown;
-    for (const SceneVolume& volume : scene.volumes) {
-        if (volume.labels.path.empty() || !(volume.opacity > 0))
-            continue;
-        const LabelList list = VolumeLabels(volume.labels, ram).list();
-        const std::vector<LabelState> states = labelStates(list, volume.labels);
-        for (std::size_t n = 0; n < list.size(); ++n)
-            if (states[n].shows && list[n].hasVoxels)
-                shown.push_back(
-                    {list[n].name.empty() ? "label " + std::to_string(list[n].value) : list[n].name,
-                     glm::vec3(states[n].colour)});
-    }
-    return shown;
+/// Those with voxels that the volume's rules show.
+void addLabels(std::vector<LegendLabel>& shown, const SceneVolume& volume, const LabelList& list) {
+    if (!(volume.opacity > 0))
+        return;
+    const std::vector<LabelState> states = labelStates(list, volume.labels);
+    for (std::size_t n = 0; n < list.size(); ++n)
+        if (states[n].shows && list[n].hasVoxels)
+            shown.push_back({list[n].name.empty() ? "label " + std::to_string(list[n].value) : list[n].name,
+                             glm::vec3(states[n].colour)});
 }
 
 std::string between(const Estimate& e) {
@@ -62,25 +50,41 @@ std::string between(const Estimate& e) {
 
 } // namespace
 
-FigurePart figurePart(const Scene& scene, Stores stores, const RenderResult& result, MemoryBudget& ram,
-                      int threads) {
+FigureMaker::FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, int threads) {
+    orientationKnown_ = std::all_of(stores.begin(), stores.end(),
+                                    [](const StoreReader* store) { return store->info().orientationKnown; });
+    for (std::size_t n = 0; n < scene.volumes.size() && scene.annotations.legend; ++n) {
+        const VolumeInfo& info = stores[n]->info();
+        const std::string& unit = scene.volumes[n].unit;
+        volumes_.push_back({summarise(loadStatistics(*stores[n], ram, threads), info, unit),
+                            unit.empty() ? info.unit : unit});
+    }
+    if (scene.annotations.labelLegend)
+        for (const SceneVolume& volume : scene.volumes)
+            labels_.push_back(volume.labels.path.empty() ? LabelList()
+                                                         : VolumeLabels(volume.labels, ram).list());
+}
+
+FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) const {
     FigurePart part;
     part.size = result.image.size;
     part.camera = result.camera;
     part.annotations = scene.annotations;
-    part.orientationKnown = std::all_of(stores.begin(), stores.end(), [](const StoreReader* store) {
-        return store->info().orientationKnown;
-    });
+    part.orientationKnown = orientationKnown_;
     part.onLight = scene.background && glm::dot(*scene.background, kLuminance) > kLight;
-    if (scene.annotations.legend)
-        part.legend = legendOf(scene, stores, ram, threads);
-    if (scene.annotations.labelLegend)
-        part.labels = labelsOf(scene, ram);
+    if (!volumes_.empty())
+        part.legend = legendOf(scene, volumes_);
+    for (std::size_t n = 0; n < labels_.size(); ++n)
+        addLabels(part.labels, scene.volumes[n], labels_[n]);
     if (scene.annotations.measurements)
         part.measurements = scene.measurements;
     if (scene.annotations.error)
         part.error = errorCaption(result);
     return part;
+}
+
+Figure FigureMaker::figure(const Scene& scene, const RenderResult& result) const {
+    return {result.image.size, scene.annotations.dpi, {part(scene, result)}};
 }
 
 std::string errorCaption(const RenderResult& result) {

@@ -4,17 +4,37 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
+#include "core/scene/colour_legend.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
 #include "viewer/annotations/figure.h"
+#include "viewer/session/label_list.h"
+
+#include <string>
+#include <vector>
 
 namespace tessera {
 
-/// Its box is the picture's, from (0,0) on. Reads statistics and labels only where the annotations ask for
-/// legends. Volumes have no names in it, for those of files may be patients'.
-/// @param stores  of the scene's volumes, in order
-FigurePart figurePart(const Scene& scene, Stores stores, const RenderResult& result, MemoryBudget& ram,
-                      int threads);
+/// What the parts of one scene's pictures share: read once, where legends ask for it.
+class FigureMaker {
+  public:
+    /// Reads statistics and labels. Throws InputError as loadStatistics() does, and for labels that cannot be
+    /// read.
+    /// @param stores  of the scene's volumes, in order; outlive this
+    FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, int threads);
+
+    /// Its box is the picture's, from (0,0) on. Volumes have no names in it, for those of files may be
+    /// patients'.
+    /// @param scene  with the same volumes
+    FigurePart part(const Scene& scene, const RenderResult& result) const;
+    /// The part alone.
+    Figure figure(const Scene& scene, const RenderResult& result) const;
+
+  private:
+    std::vector<LegendVolume> volumes_; // none where no legend is asked for
+    std::vector<LabelList> labels_;     // likewise, of every volume
+    bool orientationKnown_ = true;
+};
 
 /// "measured error: ...", or why there is none.
 std::string errorCaption(const RenderResult& result);

@@ -125,8 +125,9 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
         manifest["film"] = {{"frame", frame}, {"seconds", job.film->timeOf(frame)}};
         if (job.film->curve())
             manifest["film"]["placeMm"] = job.film->placeAt(job.film->timeOf(frame));
-        const Image picture =
-            scene.background ? overBackground(result.image, *scene.background) : result.image;
+        Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
+        if (job.annotate)
+            job.annotate(scene, result, picture, manifest);
         write(folder.pathOf(frame), picture, manifest.dump(-1, ' ', true, json::error_handler_t::replace));
         report.preparing += result.secondsPreparing;
         report.loading += result.secondsLoading;

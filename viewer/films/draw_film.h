@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct FilmJob {
     RenderOptions options;
     Stores stores; // of the scene's volumes
     MemoryBudget *ram = nullptr, *gpu = nullptr;
+    /// Draws over a frame on its background, and tells its manifest; may be empty.
+    std::function<void(const Scene&, const RenderResult&, Image&, nlohmann::json&)> annotate;
 };
 
 struct FilmReport {

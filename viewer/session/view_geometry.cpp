@@ -40,6 +40,23 @@ double focalDistanceMm(const Camera& camera) {
     return glm::length(camera.position - camera.focalPoint);
 }
 
+bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
+                        glm::dvec2& pixel) {
+    const glm::dmat3 axes = patientFromCamera(camera);
+    const glm::dvec3 c = glm::transpose(axes) * (mm - camera.position);
+    const double half = glm::tan(glm::radians(camera.viewAngle) / 2);
+    double perHeight = 0; // of half the picture's height, of a mm at that depth
+    if (camera.projection == Projection::parallel)
+        perHeight = 1 / camera.parallelScale;
+    else if (c.z < -1e-9)
+        perHeight = 1 / (-c.z * half);
+    else
+        return false;
+    const double pixels = perHeight * imageSize.y / 2;
+    pixel = {imageSize.x / 2.0 + c.x * pixels, imageSize.y / 2.0 - c.y * pixels};
+    return true;
+}
+
 double halfHeightMm(const Camera& camera) {
     return camera.projection == Projection::parallel
                ? camera.parallelScale

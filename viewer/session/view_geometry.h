@@ -51,6 +51,10 @@ double halfHeightMm(const Camera& camera);
 /// The distance from the eye to the focal point, mm.
 double focalDistanceMm(const Camera& camera);
 
+/// The position of a point on the picture, pixels; false behind the eye.
+bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
+                        glm::dvec2& pixel);
+
 /// Position of a plane on a picture.
 struct SliceFrame {
     SlicePose pose;     // its point is at the picture's centre

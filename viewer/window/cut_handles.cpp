@@ -2,7 +2,6 @@
 #include "viewer/window/cut_handles.h"
 
 #include "viewer/session/view_geometry.h"
-#include "viewer/window/overlays.h" // pictureFromPatient
 
 #include <algorithm>
 #include <glm/geometric.hpp>

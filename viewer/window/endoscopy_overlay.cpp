@@ -1,8 +1,8 @@
 // viewer/window/endoscopy_overlay.cpp: the overlay of endoscopy.h on the picture and the planes: lines, the
 // lumen's width around them, what was found, and a map of the position.
 #include "viewer/window/boxes.h" // drawLabel
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/endoscopy.h"
-#include "viewer/window/overlays.h" // pictureFromPatient
 
 #include "core/animation/path.h"
 

@@ -6,7 +6,6 @@
 #include "viewer/window/picture_view.h"
 #include "viewer/window/window_state.h"
 
-#include <glm/vec3.hpp>
 #include <string>
 
 struct ImDrawList;
@@ -18,10 +17,6 @@ void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand);
 
 /// The samples and the noise of a picture of paths of light; empty for others.
 std::string samplesText(const ShownPicture& picture);
-
-/// The position of a point on the picture, pixels; false behind the eye.
-bool pictureFromPatient(const Camera& camera, const glm::ivec2& imageSize, const glm::dvec3& mm,
-                        glm::dvec2& pixel);
 
 /// At the lower edge of a picture.
 /// @param right  its right end, units of the window

@@ -2,8 +2,8 @@
 #include "viewer/window/tools.h"
 
 #include "core/scene/measurement.h"
+#include "viewer/session/view_geometry.h"
 #include "viewer/window/boxes.h"
-#include "viewer/window/overlays.h" // pictureFromPatient
 
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,8 @@
 #include "core/scene/preset.h"
 #include "render/picture/unfolded.h"
 #include "render/plan/fusion.h"
+#include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
@@ -32,7 +34,6 @@ void checkTurnOptions(const RenderArguments& a) {
                                        {a.unfold, "--unfold"},
                                        {a.mayLeak, "--may-leak"},
                                        {!a.first.empty(), "--first"},
-                                       {a.keys.says("annotations.scaleBar"), "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
             throw badFile(option, std::string("no ") + option + " beside --turn", option);
@@ -86,7 +87,6 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {!a.projection.empty(), "--projection"},
                                        {a.mmPerPixel > 0, "--mm-per-pixel"},
                                        {!a.first.empty(), "--first"},
-                                       {a.keys.says("annotations.scaleBar"), "--scale-bar"},
                                        {a.explain, "--explain"}})
         if (said)
             throw badFile(option, std::string("no ") + option + " with --path, which has the cameras",
@@ -151,6 +151,19 @@ void renderFilm(const RenderTask& task) {
     job.stores = task.stores;
     job.ram = &task.ram;
     job.gpu = &task.gpu;
+    // Read before the frames' own memory is taken.
+    const FigureMaker maker(scene, task.stores, task.ram, task.options.threads);
+    bool told = false; // of what had no room
+    if (scene.annotations.any())
+        job.annotate = [&](const Scene& ofFrame, const RenderResult& result, Image& picture,
+                           nlohmann::json& manifest) {
+            const Figure figure = maker.figure(ofFrame, result);
+            tellAnnotations(manifest, figure);
+            annotate(picture, figure);
+            if (const std::string words = leftOutText(manifest); !words.empty() && !std::exchange(told, true))
+                task.common.note("frame " + std::to_string(manifest["film"]["frame"].get<std::size_t>()) +
+                                 ": " + words);
+        };
     const FilmReport report =
         drawFilm(job, task.common,
                  [](const std::filesystem::path& path, const Image& image, const std::string& manifest) {

@@ -59,7 +59,7 @@ LayerChoice layersOf(const RenderArguments& arguments, Scene& scene) {
         return layers;
     if (arguments.isFilm() || arguments.unfold)
         throw badFile(kLayersOption, "one picture", arguments.unfold ? "--unfold" : "a film");
-    if (pictureFormat(arguments.out) != PictureFormat::exr)
+    if (figureFormat(arguments.out) != PictureFormat::exr)
         throw badFile(kLayersOption, "a picture .exr, which holds layers (-o)", arguments.out);
     for (const std::string& list : arguments.layers) {
         std::istringstream words(list);

@@ -7,6 +7,8 @@
 #include "core/base/names.h"
 #include "core/base/output_file.h"
 #include "render/plan/frame_plan.h"
+#include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_part.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/kept_state.h"
@@ -111,7 +113,8 @@ FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arg
         !isLarge(task.store.info(), task.scene))
         return;
     const fs::path out = task.arguments.out;
-    path_ = fs::path(out).replace_extension(".first" + out.extension().string());
+    const std::string ending = isPage(figureFormat(out)) ? ".png" : out.extension().string();
+    path_ = fs::path(out).replace_extension(".first" + ending);
     std::error_code ignored;
     if (fs::exists(path_, ignored) && !isFirstPicture(path_))
         path_.clear(); // a user's file
@@ -173,17 +176,19 @@ void renderOnePicture(const RenderTask& task) {
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
     if (options.group)
         report["ranks"] = ranks;
-    const bool blank = isBlank(result.image); // judged before the scale bar is drawn
-    if (task.scene.annotations.scaleBar) {
-        const ScaleBar bar = scaleBarOf(result.camera, result.image.size);
-        drawScaleBar(result.image, bar);
-        report["scaleBar"] = scaleBarJson(bar);
-    }
+    const bool blank = isBlank(result.image);
+    const Figure figure =
+        FigureMaker(task.scene, task.stores, task.ram, task.options.threads).figure(task.scene, result);
+    tellAnnotations(report, figure);
     if (task.layers.any())
         report["layers"] = task.layers.names();
-    writePicture(arguments.out, result.image, task.scene.background, manifestText(report), layers);
+    if (task.scene.background)
+        result.image = overBackground(result.image, *task.scene.background);
+    writeFigure(arguments.out, std::move(result.image), figure, manifestText(report), layers, task.ram);
 
     common.progress->end();
+    if (const std::string words = leftOutText(report); !words.empty())
+        common.note(words);
     if (blank)
         warnBlank(task, result);
     std::vector<std::string> lines;

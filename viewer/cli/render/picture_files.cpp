@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/output_file.h"
+#include "viewer/annotations/figure_file.h"
 #include "viewer/films/movie_file.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image/image_file.h"
@@ -34,13 +35,19 @@ void checkPictureOutput(const fs::path& out) {
     checkOutputFile(out);
 }
 
+void checkFigureOutput(const fs::path& out) {
+    checkFigurePath(out);
+    checkOutputFile(out);
+}
+
 void checkFilmOutput(const fs::path& out) {
     if (isMovieFile(out)) {
         checkMovieFile(out);
         return;
     }
     const std::string extension = out.extension().string();
-    if (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff")
+    if (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff" ||
+        extension == ".pdf" || extension == ".svg")
         throw badFile(out.string(), "a folder for frames (-o frames/) or a film (.mp4, .mov, .mkv)",
                       "a picture");
     if (extension == ".zarr" || (out.filename().empty() && out.parent_path().extension() == ".zarr"))

@@ -15,6 +15,8 @@ namespace tessera {
 
 /// Before the long work: throws InputError naming out for a picture that cannot be written there.
 void checkPictureOutput(const std::filesystem::path& out);
+/// The same for a picture that may be a page (writeFigure()).
+void checkFigureOutput(const std::filesystem::path& out);
 /// The same for a film: a folder for frames, or a file of its own.
 void checkFilmOutput(const std::filesystem::path& out);
 

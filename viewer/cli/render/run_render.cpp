@@ -9,6 +9,7 @@
 #include "render/picture/render_scene.h"
 #include "render/plan/frame_plan.h" // renderFloorBytes
 #include "render/plan/label_optics.h"
+#include "viewer/annotations/figure_file.h"
 #include "viewer/cli/input/environment_input.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/label_input.h"
@@ -119,8 +120,10 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     }
     if (arguments.isFilm())
         checkFilmOutput(arguments.out);
-    else
+    else if (arguments.unfold || arguments.tiles > 0)
         checkPictureOutput(arguments.out);
+    else
+        checkFigureOutput(arguments.out);
     if (group)
         checkRanks(arguments);
     const EngineKind engine = group ? engineOfRanks(engineOf(arguments)) : engineOf(arguments);
@@ -137,6 +140,9 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     checkKeptState(arguments, scene);
     const bool singleRays = takesSingleRays(arguments, samplesNamed, scene);
     checkTiles(arguments, scene);
+    checkAnnotations(scene);
+    if (arguments.unfold && scene.annotations.any())
+        throw badFile("--unfold", "a picture without annotations", scene.annotations.first());
     if (singleRays)
         common.note("--tiles: one ray per pixel; --samples takes more");
     const glm::ivec2 together = pixelsTogether(arguments, scene);

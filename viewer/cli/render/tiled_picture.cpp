@@ -93,10 +93,11 @@ void checkTiles(const RenderArguments& arguments, const Scene& scene) {
     for (const auto& [said, option] : {std::pair{!arguments.first.empty(), "--first"},
                                        {!arguments.layers.empty(), "--layers"},
                                        {!arguments.keepState.empty(), "--keep-state"},
-                                       {scene.annotations.any(), "--scale-bar"},
                                        {arguments.allowDamaged, "--allow-damaged"}})
         if (said)
             throw badFile(kTilesOption, std::string("no ") + option + " with it", option);
+    if (const std::string annotation = scene.annotations.first(); !annotation.empty())
+        throw badFile(kTilesOption, "no " + annotation + " with it", annotation);
     if (const std::string why = needsAllPixels(scene, verifyOf(arguments)); !why.empty())
         throw badFile(kTilesOption, "a picture of pixels that do not depend on one another", why);
 }

@@ -1,0 +1,179 @@
+// viewer/annotations/figure_layout.cpp: see figure_layout.h: title, caption, scale bar and directions.
+#include "viewer/annotations/figure_layout.h"
+
+#include "core/base/shown_text.h"
+#include "core/image/colour.h"
+#include "viewer/annotations/part_layout.h"
+#include "viewer/annotations/patient_letters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr double kTitle = 1.2;        // size of its letters
+constexpr double kMostOfTitle = 0.25; // of the part's height, as for the caption
+
+/// Lines one above the other, each in the middle.
+LaidBlock centred(const PartLayout& in, const std::string& words, double size) {
+    const double row = PartLayout::boxOf(in.line("Ag", size)).y;
+    const auto most = static_cast<std::size_t>(std::max(1.0, kMostOfTitle * in.height() / row));
+    LaidBlock block;
+    std::vector<LaidWords> lines;
+    for (const std::string& text :
+         brokenWords(printableLines(words), size * in.em, in.width() - 2 * in.edge, most, in.measure())) {
+        lines.push_back(in.line(text, size));
+        block.size.x = std::max(block.size.x, PartLayout::boxOf(lines.back()).x);
+    }
+    for (LaidWords& line : lines) {
+        const glm::dvec2 box = PartLayout::boxOf(line);
+        block.write(std::move(line), {(block.size.x - box.x) / 2, block.size.y});
+        block.size.y += box.y;
+    }
+    return block;
+}
+
+void layAtBottom(PartLayout& in, const std::string& words, const std::string& what) {
+    LaidBlock block = centred(in, words, 1);
+    const glm::dvec2 corner((in.from.x + in.to.x - block.size.x) / 2, in.to.y - block.size.y);
+    in.place(std::move(block), in.slide(corner, -1), what);
+}
+
+} // namespace
+
+void layTitle(PartLayout& in) {
+    if (in.part.annotations.title.empty())
+        return;
+    LaidBlock block = centred(in, in.part.annotations.title, kTitle);
+    const glm::dvec2 corner((in.from.x + in.to.x - block.size.x) / 2, in.from.y);
+    in.place(std::move(block), {corner}, "the title");
+}
+
+void layCaption(PartLayout& in) {
+    if (!in.part.error.empty())
+        layAtBottom(in, in.part.error, "the measured error");
+    if (!in.part.annotations.caption.empty())
+        layAtBottom(in, in.part.annotations.caption, "the caption");
+}
+
+void layScaleBar(PartLayout& in) {
+    if (!in.part.annotations.scaleBar)
+        return;
+    const ScaleBar bar = scaleBarOf(in.part.camera, in.part.size);
+    LaidBlock block;
+    const LaidWords text = in.line(bar.text());
+    const glm::dvec2 box = PartLayout::boxOf(text);
+    const double end = std::max(in.stroke + 2, std::round(0.6 * in.em)); // the height of its ends
+    block.size = {std::ceil(std::max(bar.pixels + 2 * in.edge, box.x)), std::ceil(box.y + end + 2 * in.edge)};
+    const double right = block.size.x - std::ceil(in.edge), left = right - bar.pixels,
+                 bottom = block.size.y - std::ceil(in.edge);
+    const double middle = bottom - std::floor((end - in.stroke) / 2) - in.stroke / 2;
+    LaidLines lines;
+    lines.lines = {{{left, middle}, {right, middle}}};
+    for (const double x : {left + in.stroke / 2, right - in.stroke / 2})
+        lines.lines.push_back({{x, bottom - end}, {x, bottom}});
+    lines.width = in.stroke;
+    lines.edge = in.edge;
+    lines.ink = in.ink;
+    block.shapes.emplace_back(std::move(lines));
+    block.write(text, {block.size.x - box.x, 0});
+    const glm::dvec2 corner = in.to - block.size;
+    in.place(std::move(block), in.slide(corner, -1), "the scale bar");
+}
+
+void layEdgeLetters(PartLayout& in) {
+    const Directions wanted = in.part.annotations.directions;
+    if (wanted != Directions::letters && wanted != Directions::all)
+        return;
+    if (!in.part.orientationKnown) {
+        in.leaveOut("the patient's directions: the volume does not tell them");
+        return;
+    }
+    const EdgeLetters letters = edgeLetters(in.part.camera);
+    const glm::dvec2 middle = (in.from + in.to) / 2.0;
+    const auto lay = [&](const std::string& text, double x, double y, int towards) {
+        LaidBlock block;
+        const LaidWords line = in.line(text, kTitle);
+        block.size = PartLayout::boxOf(line);
+        block.write(line, {0, 0});
+        const glm::dvec2 corner(in.from.x + x * (in.width() - block.size.x),
+                                y == 0.5 ? middle.y - block.size.y / 2
+                                         : in.from.y + y * (in.height() - block.size.y));
+        in.place(std::move(block), in.slide(corner, towards), "the letters " + text);
+    };
+    lay(letters.left, 0, 0.5, 0);
+    lay(letters.right, 1, 0.5, 0);
+    lay(letters.top, 0.5, 0, 1);
+    lay(letters.bottom, 0.5, 1, -1);
+}
+
+void layCube(PartLayout& in) {
+    constexpr double kHalf = 2.6, kEdge = 0.62, kReach = 1.1; // letters; parts of the half
+    constexpr double kSeen = 0.02, kLettered = 0.3;           // cosines of faces
+    const Directions wanted = in.part.annotations.directions;
+    if ((wanted != Directions::cube && wanted != Directions::all) || !in.part.orientationKnown)
+        return;
+    const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(in.part.camera));
+    const double half = kHalf * in.em;
+    LaidBlock block;
+    block.size = glm::dvec2(2 * kReach * half);
+    const auto project = [&](const glm::dvec3& p) {
+        const glm::dvec3 c = cameraFromPatient * p;
+        return glm::dvec2(block.size.x / 2 + half * c.x, block.size.y / 2 - half * c.y);
+    };
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int side : {-1, 1}) {
+            glm::dvec3 normal(0), u(0), v(0);
+            normal[axis] = side;
+            u[(axis + 1) % 3] = v[(axis + 2) % 3] = 1;
+            const double facing = (cameraFromPatient * normal).z;
+            if (facing <= kSeen)
+                continue;
+            LaidArea face;
+            for (const glm::dvec3& corner : {u + v, u - v, -u - v, v - u})
+                face.corners.push_back(project(kEdge * (normal + corner)));
+            face.colour = glm::vec3(static_cast<float>(linearFromSrgb((50 + 90 * facing) / 255)));
+            LaidLines frame;
+            frame.lines = {face.corners};
+            frame.lines[0].push_back(face.corners[0]);
+            frame.width = std::max(1.0, in.stroke / 2);
+            frame.edge = 0;
+            block.shapes.emplace_back(std::move(face));
+            block.shapes.emplace_back(std::move(frame));
+            if (facing <= kLettered)
+                continue;
+            LaidWords letter = in.line(directionLetters(normal));
+            letter.ink = Ink::light; // the faces are dark
+            const glm::dvec2 box = PartLayout::boxOf(letter);
+            block.write(std::move(letter), project(kEdge * normal) - box / 2.0);
+        }
+    const glm::dvec2 corner(in.to.x - block.size.x, in.from.y);
+    in.place(std::move(block), in.slide(corner, 1), "the cube of directions");
+}
+
+FigureLayout layOut(const Figure& figure, const MeasureWords& measure) {
+    FigureLayout layout;
+    for (const FigurePart& part : figure.parts) {
+        PartLayout in(part, figure.dpi, measure, layout);
+        layTitle(in);
+        layCaption(in);
+        layScaleBar(in);
+        layEdgeLetters(in);
+        layColourLegend(in);
+        layLabelLegend(in);
+        layCube(in);
+        layMeasurements(in);
+        layArrows(in);
+    }
+    return layout;
+}
+
+} // namespace tessera
