@@ -3,7 +3,6 @@
 
 #include "core/base/shown_text.h"
 #include "core/scene/mode.h"
-#include "core/scene/picture_text.h"
 
 #include <algorithm>
 #include <tuple>
@@ -62,40 +61,6 @@ bool needsLegend(const Scene& scene) {
     return scene.mode == Mode::slice &&
            std::any_of(scene.volumes.begin() + 1, scene.volumes.end(),
                        [](const SceneVolume& volume) { return volume.opacity > 0; });
-}
-
-void drawColourLegend(Image& image, std::span<const LegendBar> bars) {
-    constexpr int kWidth = 96, kHeight = 6, kGap = 3, kMargin = 6, kParts = 2; // dots; intervals of values
-    constexpr int kRow = 2 * kTextHeight + kHeight + 4 * kGap;
-    const int count = static_cast<int>(bars.size());
-    int unit = textUnit(image.size);
-    while (unit > 1 && (unit * (kWidth + 2 * kMargin) > image.size.x || unit * kRow * count > image.size.y))
-        --unit;
-    const int dots = std::clamp(image.size.x / std::max(1, unit) - 2 * kMargin, 1, kWidth);
-    int top = image.size.y - unit * (kMargin + kRow * count - 2 * kGap);
-    for (const LegendBar& bar : bars) {
-        const glm::ivec2 from(unit * kMargin, top + unit * (kTextHeight + kGap));
-        const glm::ivec2 size = unit * glm::ivec2(dots, kHeight);
-        for (const bool edge : {true, false}) {
-            const int more = edge ? std::max(1, unit / 2) : 0;
-            PicturePen pen(image, edge ? glm::vec4(0, 0, 0, 1) : glm::vec4(1));
-            pen.write({from.x, top}, bar.title(), unit, more);
-            pen.fill(from - more, from + size + more);
-            for (int part = 0; part <= kParts; ++part) {
-                const std::string text = bar.textAt(static_cast<double>(part) / kParts);
-                const int width = unit * (kTextPitch * static_cast<int>(text.size()) - 1);
-                const int x = from.x + part * (size.x - width) / kParts;
-                pen.write({x, from.y + size.y + unit * kGap}, text, unit, more);
-            }
-        }
-        for (int x = 0; x < size.x; ++x) {
-            const std::size_t colour =
-                static_cast<std::size_t>(x) * bar.colours.size() / static_cast<std::size_t>(size.x);
-            PicturePen pen(image, glm::vec4(glm::vec3(bar.colours[colour]), 1));
-            pen.fill({from.x + x, from.y}, {from.x + x + 1, from.y + size.y});
-        }
-        top += unit * kRow;
-    }
 }
 
 } // namespace tessera

@@ -2,14 +2,12 @@
 #include "core/scene/measurement.h"
 
 #include "core/base/shown_text.h"
-#include "core/scene/picture_text.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <glm/vec4.hpp>
 #include <limits>
 #include <numbers>
 
@@ -119,30 +117,6 @@ ScaleBar scaleBarOf(const Camera& camera, const glm::ivec2& imageSize) {
     ScaleBar bar = scaleBarOf(2 * half / imageSize.y, imageSize.x);
     bar.everywhere = parallel;
     return bar;
-}
-
-void drawScaleBar(Image& image, const ScaleBar& bar) {
-    const std::string text = bar.text();
-    int unit = textUnit(image.size);
-    const auto textWidth = [&] { return unit * kTextPitch * static_cast<int>(text.size()); };
-    while (unit > 1 && textWidth() > image.size.x * 3 / 4)
-        --unit;
-    const int margin = 6 * unit, end = 2 * unit; // end: half a mark's height
-    const int length = static_cast<int>(std::lround(bar.pixels));
-    const glm::ivec2 right = image.size - margin; // of the bar, its lower edge
-    const glm::ivec2 label(right.x - std::max(textWidth() - unit, 0), right.y - 2 * end - unit * 9);
-    for (const bool edge : {true, false}) {
-        const int more = edge ? std::max(1, unit / 2) : 0;
-        PicturePen pen(image, edge ? glm::vec4(0, 0, 0, 1) : glm::vec4(1));
-        const auto fill = [&](const glm::ivec2& from, const glm::ivec2& to) {
-            pen.fill(from - more, to + more);
-        };
-        const int left = right.x - length, y = right.y - end;
-        fill({left, y - unit / 2}, {right.x, y - unit / 2 + unit});
-        for (const int x : {left, right.x - unit})
-            fill({x, y - end}, {x + unit, y + end});
-        pen.write(label, text, unit, more);
-    }
 }
 
 } // namespace tessera

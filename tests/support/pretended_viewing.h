@@ -122,7 +122,7 @@ class PretendedViewing final : public Viewing {
             (next.empty() ? "" : ", to " + placeText(next.back().position)));
     }
     static std::string textOf(const PictureMarks& marks) {
-        std::string text = marks.scaleBar ? " with a scale bar" : "";
+        std::string text = marks.annotations.scaleBar ? " with a scale bar" : "";
         for (const LegendBar& bar : marks.legend)
             text += " with " + bar.title() + " from " + bar.textAt(0) + " to " + bar.textAt(1);
         return text;

@@ -2,8 +2,15 @@
 #include "viewer/annotations/figure.h"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 
 namespace tessera {
+
+bool isLight(const std::optional<glm::vec3>& background) {
+    constexpr glm::vec3 kLuminance(0.2126f, 0.7152f, 0.0722f); // of linear Rec. 709
+    constexpr float kMiddle = 0.18f;                           // L* is 50
+    return background && glm::dot(*background, kLuminance) > kMiddle;
+}
 
 bool Figure::any() const {
     return std::any_of(parts.begin(), parts.end(),

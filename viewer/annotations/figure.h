@@ -10,6 +10,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ struct FigurePart {
     std::vector<Measurement> measurements;
     std::string error; // for the caption: what was measured
 };
+
+/// True of a background that is nearer to white than to black for the eye.
+/// @param background  linear; none: transparent, which is dark
+bool isLight(const std::optional<glm::vec3>& background);
 
 struct Figure {
     glm::ivec2 size{0};

@@ -9,8 +9,6 @@
 #include "viewer/session/volume_labels.h"
 
 #include <algorithm>
-#include <glm/geometric.hpp>
-#include <glm/vec3.hpp>
 #include <string>
 #include <utility>
 #include <variant>
@@ -18,9 +16,6 @@
 
 namespace tessera {
 namespace {
-
-constexpr glm::vec3 kLuminance{0.2126f, 0.7152f, 0.0722f}; // of linear Rec. 709
-constexpr float kLight = 0.18f; // of a background; lighter ones look nearer to white than to black
 
 /// With the functions that the names of presets mean for the volumes' values.
 std::vector<LegendBar> legendOf(Scene scene, const std::vector<LegendVolume>& volumes) {
@@ -31,17 +26,6 @@ std::vector<LegendBar> legendOf(Scene scene, const std::vector<LegendVolume>& vo
     for (std::size_t n = 0; n < bars.size(); ++n) // names of files may be those of patients
         bars[n].name = bars.size() > 1 ? "volume " + std::to_string(n + 1) : "";
     return bars;
-}
-
-/// Those with voxels that the volume's rules show.
-void addLabels(std::vector<LegendLabel>& shown, const SceneVolume& volume, const LabelList& list) {
-    if (!(volume.opacity > 0))
-        return;
-    const std::vector<LabelState> states = labelStates(list, volume.labels);
-    for (std::size_t n = 0; n < list.size(); ++n)
-        if (states[n].shows && list[n].hasVoxels)
-            shown.push_back({list[n].name.empty() ? "label " + std::to_string(list[n].value) : list[n].name,
-                             glm::vec3(states[n].colour)});
 }
 
 std::string between(const Estimate& e) {
@@ -71,11 +55,15 @@ FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) con
     part.camera = result.camera;
     part.annotations = scene.annotations;
     part.orientationKnown = orientationKnown_;
-    part.onLight = scene.background && glm::dot(*scene.background, kLuminance) > kLight;
+    part.onLight = isLight(scene.background);
     if (!volumes_.empty())
         part.legend = legendOf(scene, volumes_);
-    for (std::size_t n = 0; n < labels_.size(); ++n)
-        addLabels(part.labels, scene.volumes[n], labels_[n]);
+    for (std::size_t n = 0; n < labels_.size(); ++n) {
+        const SceneVolume& volume = scene.volumes[n];
+        if (volume.opacity > 0)
+            for (LegendLabel& label : legendLabels(labels_[n], volume.labels))
+                part.labels.push_back(std::move(label));
+    }
     if (scene.annotations.measurements)
         part.measurements = scene.measurements;
     if (scene.annotations.error)

@@ -127,6 +127,16 @@ std::vector<LabelState> labelStates(const LabelList& list, const Labels& labels)
     return states;
 }
 
+std::vector<LegendLabel> legendLabels(const LabelList& list, const Labels& labels) {
+    std::vector<LegendLabel> shown;
+    const std::vector<LabelState> states = labelStates(list, labels);
+    for (std::size_t n = 0; n < list.size(); ++n)
+        if (states[n].shows && list[n].hasVoxels)
+            shown.push_back({list[n].name.empty() ? "label " + std::to_string(list[n].value) : list[n].name,
+                             glm::vec3(states[n].colour)});
+    return shown;
+}
+
 bool showsUnlabelled(const Labels& labels) {
     return labels.unlabelled.value_or(labels.show.empty());
 }

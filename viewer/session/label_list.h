@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/scene/labels.h"
+#include "viewer/annotations/figure.h" // LegendLabel
 
 #include <cstddef>
 #include <cstdint>
@@ -38,6 +39,8 @@ struct LabelState {
 
 /// Of every label of the list. Patterns that match no label have no effect.
 std::vector<LabelState> labelStates(const LabelList& list, const Labels& labels);
+/// Labels that show and have voxels, as a legend has them.
+std::vector<LegendLabel> legendLabels(const LabelList& list, const Labels& labels);
 /// True if tissue without a label shows.
 bool showsUnlabelled(const Labels& labels);
 /// The number of a label; none if the list has no such value.

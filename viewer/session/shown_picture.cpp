@@ -5,12 +5,15 @@
 #include "core/base/threads.h"
 #include "core/image/colour.h"
 #if TESSERA_WITH_IMAGE_FILES
-#include "core/image/image_file.h"
-#include "core/scene/measurement.h"
-#include "viewer/cli/manifest/manifest.h"
+#include "core/base/budget.h"
+#include "viewer/annotations/figure.h"
+#include "viewer/annotations/figure_file.h"
 
+#include <cstddef>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #endif
 
 #include <algorithm>
@@ -146,7 +149,7 @@ std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional
 
 #if TESSERA_WITH_IMAGE_FILES
 void savePicture(const std::filesystem::path& path, const ShownPicture& picture, const PictureMarks& marks) {
-    checkImagePath(path);
+    checkFigurePath(path);
     Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
     std::string manifest = picture.manifest;
     if (manifest.empty()) {
@@ -158,23 +161,21 @@ void savePicture(const std::filesystem::path& path, const ShownPicture& picture,
         }
         manifest = coarse.dump();
     }
-    if (marks.scaleBar || !marks.legend.empty()) {
+    Figure figure{image.size, marks.annotations.dpi, {marks}};
+    FigurePart& part = figure.parts.front();
+    part.from = {0, 0};
+    part.size = image.size;
+    part.camera = picture.camera;
+    part.onLight = isLight(picture.background);
+    for (std::size_t n = 0; n < part.legend.size(); ++n) // names of files may be those of patients
+        part.legend[n].name = part.legend.size() > 1 ? "volume " + std::to_string(n + 1) : "";
+    if (figure.any()) {
         nlohmann::json document = nlohmann::json::parse(manifest);
-        if (marks.scaleBar) {
-            const ScaleBar bar = scaleBarOf(picture.camera, image.size);
-            drawScaleBar(image, bar);
-            document["scaleBar"] = scaleBarJson(bar);
-        }
-        if (!marks.legend.empty()) {
-            std::vector<LegendBar> bars = marks.legend; // names of files may be those of patients
-            for (std::size_t n = 0; n < bars.size(); ++n)
-                bars[n].name = bars.size() > 1 ? "volume " + std::to_string(n + 1) : "";
-            drawColourLegend(image, bars);
-            document["legend"] = legendJson(marks.legend);
-        }
+        tellAnnotations(document, figure);
         manifest = document.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     }
-    writeImage(path, image, manifest);
+    MemoryBudget ram("RAM", "--ram", std::numeric_limits<std::size_t>::max());
+    writeFigure(path, std::move(image), figure, manifest, {}, ram);
 }
 #else
 void savePicture(const std::filesystem::path& path, const ShownPicture&, const PictureMarks&) {

@@ -9,6 +9,7 @@
 #include "core/scene/colour_legend.h"
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
+#include "viewer/annotations/figure.h"
 #include "viewer/session/label_list.h"
 #include "viewer/session/view_geometry.h"
 
@@ -91,11 +92,8 @@ struct ShownPicture {
     std::optional<SamplesSeen> samples; // of rounds and stills where light follows paths
 };
 
-/// What is drawn into a saved picture; its manifest says so.
-struct PictureMarks {
-    bool scaleBar = false;         // core/scene/measurement.h
-    std::vector<LegendBar> legend; // core/scene/colour_legend.h
-};
+/// What is drawn into a saved picture; its manifest says so. Box, camera and background are the picture's.
+using PictureMarks = FigurePart;
 
 /// A point in the volume under a point of the picture.
 struct PickedPlace {

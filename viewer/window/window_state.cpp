@@ -393,7 +393,19 @@ std::vector<LegendBar> WindowState::legend() const {
 }
 
 PictureMarks WindowState::marks() const {
-    return {savesScaleBar, savesLegend ? legend() : std::vector<LegendBar>()};
+    PictureMarks marks;
+    marks.annotations = scene_.annotations;
+    marks.annotations.scaleBar |= savesScaleBar;
+    marks.annotations.legend |= savesLegend;
+    if (marks.annotations.legend)
+        marks.legend = legend();
+    if (marks.annotations.labelLegend && volume_ && volume_->labels)
+        marks.labels = legendLabels(*volume_->labels, scene_.volumes.front().labels);
+    marks.measurements = scene_.measurements;
+    marks.orientationKnown = volume_ && volume_->info.orientationKnown;
+    if (marks.annotations.error)
+        marks.error = "measured error: not measured";
+    return marks;
 }
 
 void WindowState::savePicture(const std::string& name, int times) {

@@ -1,5 +1,5 @@
 // tests/core/scene/colour_legend_test.cpp: the legend's bars have the colours and values of the volumes that
-// are shown, and are drawn at the lower left.
+// are shown.
 #include "core/image/colour.h"
 #include "core/scene/colour_legend.h"
 
@@ -59,31 +59,6 @@ TEST(ColourLegend, HasTheGreysOfTheWindow) {
     EXPECT_FALSE(needsLegend(scene)) << "no slice";
     scene.mode = Mode::isosurface;
     EXPECT_TRUE(colourLegend(scene, volumesOfTwo()).empty());
-}
-
-TEST(ColourLegend, IsDrawnAtTheLowerLeft) {
-    const glm::vec4 nothing(0.25f, 0.5f, 0.75f, 1);
-    for (const glm::ivec2 size : {glm::ivec2(400, 300), glm::ivec2(900, 1200), glm::ivec2(20, 10)}) {
-        Image image(size);
-        image.pixels.assign(image.pixels.size(), nothing);
-        drawColourLegend(image, colourLegend(ofTwo(), volumesOfTwo()));
-        std::size_t red = 0, green = 0, white = 0;
-        for (int y = 0; y < size.y; ++y)
-            for (int x = 0; x < size.x; ++x) {
-                const glm::vec4& p = image.at(x, y);
-                if (p != nothing && size.x > 20) {
-                    EXPECT_LT(x, size.x / 2);
-                    EXPECT_GE(y, size.y / 2);
-                }
-                red += p == glm::vec4(1, 0, 0, 1), green += p == glm::vec4(0, 1, 0, 1);
-                white += p == glm::vec4(1);
-            }
-        if (size.x == 400) {
-            EXPECT_EQ(red, 96u * 6) << "one colour for all values";
-            EXPECT_GT(green, 6u);
-            EXPECT_GT(white, 100u) << "titles and values";
-        }
-    }
 }
 
 } // namespace

@@ -2,7 +2,6 @@
 // and not longer than a quarter of the picture.
 #include "core/scene/measurement.h"
 
-#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
@@ -59,47 +58,6 @@ TEST(ScaleBar, NamesItsLength) {
     EXPECT_EQ(roundLength(49.9), 20);
     EXPECT_EQ(roundLength(50), 50);
     EXPECT_EQ(roundLength(0), 1);
-}
-
-// White ends as far apart as the bar is long; beyond it and its text nothing is touched.
-TEST(ScaleBar, IsDrawnAtTheLowerRight) {
-    for (const glm::ivec2 size :
-         {glm::ivec2(512, 512), glm::ivec2(1920, 1080), glm::ivec2(90, 70), glm::ivec2(8, 6)})
-        for (const double mmPerPixel : {0.137, 0.9, 31.0}) {
-            Image image(size);
-            const glm::vec4 before(0.25f, 0.5f, 0.125f, 0.5f);
-            std::fill(image.pixels.begin(), image.pixels.end(), before);
-            const ScaleBar bar = scaleBarOf(mmPerPixel, size.x);
-            drawScaleBar(image, bar);
-            // The lowest row that is white is the lower end of both marks.
-            int lowest = size.y - 1;
-            const auto isWhite = [&](int x, int y) { return image.at(x, y) == glm::vec4(1); };
-            const auto whites = [&](int y) {
-                std::vector<int> all;
-                for (int x = 0; x < size.x; ++x)
-                    if (isWhite(x, y))
-                        all.push_back(x);
-                return all;
-            };
-            while (lowest > 0 && whites(lowest).empty())
-                --lowest;
-            if (size.x < 50)
-                continue; // it need not fit, and does no harm
-            const std::vector<int> marks = whites(lowest);
-            ASSERT_FALSE(marks.empty());
-            EXPECT_NEAR(marks.back() + 1 - marks.front(), bar.pixels, 0.5001) << size.x << " " << mmPerPixel;
-            EXPECT_LT(static_cast<std::size_t>(marks.size()), bar.pixels)
-                << "two marks, nothing between them";
-            int touched = size.x;
-            for (int y = 0; y < size.y; ++y)
-                for (int x = 0; x < size.x; ++x)
-                    if (image.at(x, y) != before) {
-                        touched = std::min(touched, x);
-                        EXPECT_GT(y, size.y / 2);
-                        EXPECT_EQ(image.at(x, y).a, 1);
-                    }
-            EXPECT_GT(touched, size.x / 8);
-        }
 }
 
 } // namespace
