@@ -26,6 +26,7 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
     addImportCommand(program, common, action);
     addInfoCommand(program, common, action);
     addRenderCommand(program, common, action);
+    addRedrawCommand(program, common, action);
 #if TESSERA_WITH_WINDOW
     addViewCommand(program, common, action);
 #endif

@@ -12,6 +12,7 @@ void addExportCommand(Command& program, const CommonOptions& common, Action& act
 void addImportCommand(Command& program, const CommonOptions& common, Action& action);
 void addInfoCommand(Command& program, const CommonOptions& common, Action& action);
 void addMeshCommand(Command& program, const CommonOptions& common, Action& action);
+void addRedrawCommand(Command& program, const CommonOptions& common, Action& action);
 void addRenderCommand(Command& program, const CommonOptions& common, Action& action);
 void addPhantomCommand(Command& program, const CommonOptions& common, Action& action);
 void addPresetCommand(Command& program, const CommonOptions& common, Action& action);

@@ -64,12 +64,11 @@ void sayDamage(const Scene& scene, Stores stores, const CommonOptions& common) {
         const std::uint64_t count = store ? store->damagedCount() : 0;
         if (count == 0)
             continue;
-        common.progress->end();
         const std::string path = scene.volumes[n].path.string();
-        printProblem(std::to_string(count) +
-                     (count == 1 ? " damaged chunk was drawn from a coarser level: "
-                                 : " damaged chunks were drawn from coarser levels; the first: ") +
-                     store->damaged().front().why + "; `tessera validate " + path + "` says more");
+        common.problem(std::to_string(count) +
+                       (count == 1 ? " damaged chunk was drawn from a coarser level: "
+                                   : " damaged chunks were drawn from coarser levels; the first: ") +
+                       store->damaged().front().why + "; `tessera validate " + path + "` says more");
     }
 }
 

@@ -323,6 +323,28 @@ std::vector<CacheEntry> listCache(const fs::path& folder) {
     return entries;
 }
 
+std::optional<fs::path> cachedContent(const std::string& contentHash, const CommonOptions& common) {
+    constexpr std::size_t kEnoughBytes = std::size_t{64} << 20;
+    const fs::path folder = cacheFolder();
+    for (const CacheEntry& listed : listCache(folder)) {
+        const Entry entry(folder, listed.store.stem().string());
+        LockTry reading = tryLock(entry.lock, LockKind::shared);
+        if (listed.isUnfinished || !reading.locked || textOf(readNote(entry), "check").empty())
+            continue;
+        try {
+            MemoryBudget ram("RAM", "--ram", kEnoughBytes);
+            if (StoreReader(entry.store, ram).contentHash() != contentHash)
+                continue;
+        } catch (const InputError&) {
+            continue; // a damaged entry, which is made again when its source is asked for
+        }
+        ::futimens(reading.file.descriptor(), nullptr); // the last use
+        common.keep(std::make_shared<FileHandle>(std::move(reading.file)));
+        return entry.store;
+    }
+    return std::nullopt;
+}
+
 std::vector<CacheEntry> shrinkCache(const fs::path& folder, std::uint64_t bytes) {
     std::vector<CacheEntry> entries = listCache(folder), removed;
     std::uint64_t left = 0;

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,10 @@ std::filesystem::path cachedStore(const std::filesystem::path& source, const std
 
 /// True if there is a complete entry for the same files and options.
 bool isCached(const std::filesystem::path& source, const std::string& options);
+
+/// A store of the cache with that content (StoreReader::contentHash()). It stays until the command ends.
+std::optional<std::filesystem::path> cachedContent(const std::string& contentHash,
+                                                   const CommonOptions& common);
 
 struct CacheEntry {
     std::filesystem::path store;

@@ -5,6 +5,8 @@
 #include "core/base/error.h"
 #include "render/geometry/shape.h"
 #include "render/transport/environment_map.h"
+#include "viewer/cli/manifest/build_commit.h"
+#include "viewer/cli/manifest/picture_data.h"
 
 #include <bit>
 #include <cstdint>
@@ -141,6 +143,11 @@ Scene withoutPaths(Scene scene, Stores stores) {
     for (std::size_t n = 0; n < stores.size(); ++n) {
         scene.volumes[n].path = "content-" + stores[n]->contentHash() + ".zarr";
         scene.volumes[n].source = {};
+        Labels& labels = scene.volumes[n].labels;
+        if (!labels.path.empty())
+            labels.path = "labels-" + std::to_string(n) + labels.path.extension().string();
+        if (!labels.names.empty() && labels.names != Labels::kTotalSegmentator)
+            labels.names = "names-" + std::to_string(n) + labels.names.extension().string();
     }
     for (std::size_t n = 0; n < scene.meshes.size(); ++n) // names of files may be those of patients
         if (std::filesystem::path& path = scene.meshes[n].path; !path.empty())
@@ -198,7 +205,9 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
         {"tesseraManifest", 1},
         {"notice", "not for diagnosis"},
         {"program", "tessera " TESSERA_VERSION},
+        {"commit", buildCommit()},
         {"scene", nlohmann::json::parse(sceneJson(shown))},
+        {"data", dataJson(dataOf(scene, stores))},
         {"store",
          {{"contentHash", hash},
           {"extentVoxels", {info.extentVoxels.x, info.extentVoxels.y, info.extentVoxels.z}},
@@ -277,6 +286,10 @@ nlohmann::json recordOfPixels(const Scene& scene, Stores stores, const EngineMak
                              {"size", {scene.imageSize.x, scene.imageSize.y}},
                              {"scene", nlohmann::json::parse(sceneJson(withoutPaths(scene, stores)))},
                              {"engine", name(engine.kind())}};
+    std::vector<PictureData> data = dataOf(scene, stores);
+    std::erase_if(data, [](const PictureData& one) { return one.kind == PictureData::Kind::volume; });
+    if (!data.empty())
+        record["data"] = dataJson(data);
     if (traitsOf(engine.kind()).onContext) // the others draw the same bits everywhere
         record["device"] = engine.about();
     return record;

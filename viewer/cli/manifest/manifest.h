@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// The scene with its volumes named by their content.
+/// The scene with its volumes named by their content, and other files by their number.
 /// @param stores  of its volumes, in order
 Scene withoutPaths(Scene scene, Stores stores);
 

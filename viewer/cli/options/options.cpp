@@ -34,11 +34,16 @@ std::size_t availableBytes() {
 
 void CommonOptions::note(const std::string& line) const {
     if (!quiet)
-        progress->say(line);
+        (shared ? shared : progress)->say(prefix + line);
 }
 void CommonOptions::detail(const std::string& line) const {
     if (verbose)
         note(line);
+}
+
+void CommonOptions::problem(const std::string& message) const {
+    (shared ? shared : progress)->end();
+    printProblem(prefix + message);
 }
 
 void printProblem(const std::string& message) {

@@ -20,10 +20,16 @@ struct CommonOptions {
     }
     /// Progress of a long job; set once the options are parsed.
     std::shared_ptr<Progress> progress = std::make_shared<Progress>();
+    /// Of one of several pieces of work: what its notes and problems begin with ("p-17: "), and the progress
+    /// that prints them; null: its own.
+    std::string prefix = {};
+    std::shared_ptr<Progress> shared = {};
     /// A line on stderr, unless --quiet. Results go to stdout.
     void note(const std::string& line) const;
     /// A line on stderr with --verbose only.
     void detail(const std::string& line) const;
+    /// printProblem(), with the prefix.
+    void problem(const std::string& message) const;
     /// Objects that live until the command ends, such as a lock or a temporary folder.
     void keep(std::shared_ptr<void> thing) const { kept->push_back(std::move(thing)); }
     std::shared_ptr<std::vector<std::shared_ptr<void>>> kept =

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace tessera {
@@ -89,6 +91,92 @@ void applySets(const std::vector<std::string>& sets, Scene& scene) {
         const std::string key = said.substr(0, equals);
         setSceneKey(scene, key, valueOf(said.substr(equals + 1)), "--set " + key);
     }
+}
+
+namespace {
+
+/// "isosurfaces[2].opacity" as the table of keys has it: "isosurfaces[].opacity".
+std::string withoutNumbers(const std::string& key) {
+    std::string text;
+    bool inside = false;
+    for (const char c : key) {
+        inside = inside && c != ']';
+        if (!inside)
+            text += c;
+        inside = inside || c == '[';
+    }
+    return text;
+}
+
+const KeyRow* rowOf(const std::string& key) {
+    const std::string path = withoutNumbers(key);
+    const auto& rows = sceneKeys();
+    const auto row = std::ranges::find(rows, path, &KeyRow::path);
+    return row == rows.end() ? nullptr : &*row;
+}
+
+/// A list, a side or a camera that holds keys.
+bool holdsKeys(const std::string& key) {
+    const std::string path = withoutNumbers(key);
+    return !path.empty() && std::ranges::any_of(sceneKeys(), [&](const KeyRow& row) {
+        return row.path.starts_with(path) && row.path.size() > path.size() &&
+               (row.path[path.size()] == '.' || row.path[path.size()] == '[');
+    });
+}
+
+/// A value of a key as a user types it.
+json typedValue(const std::string& key, const std::string& text, const std::string& where) {
+    const KeyRow* const row = rowOf(key);
+    const bool isStructured = text.starts_with('[') || text.starts_with('{');
+    if (!row || (isStructured && !isOf(*row, "string") && json::accept(text)))
+        return json::accept(text) ? parseStrictJson(text, where) : numberOrWord(text);
+    if (isOf(*row, "boolean") && (text == "true" || text == "false"))
+        return text == "true";
+    if (isOf(*row, "number") || isOf(*row, "integer"))
+        return numberOrWord(text);
+    if (isOf(*row, "string") || !row->option.name.empty())
+        return text;
+    return json::accept(text) ? parseStrictJson(text, where) : numberOrWord(text);
+}
+
+} // namespace
+
+std::string keyNamed(const std::string& name) {
+    if (name.empty() || name.find_first_of(" \t") != std::string::npos)
+        return {};
+    const std::string option = name.starts_with("--") ? name : "--" + name;
+    for (const KeyRow& row : sceneKeys())
+        if (row.option.name == option && name != row.path)
+            return keyOf(row);
+    return rowOf(name) || holdsKeys(name) ? name : std::string();
+}
+
+std::string nearestKeyName(const std::string& name) {
+    std::vector<std::string> names;
+    for (const KeyRow& row : sceneKeys()) {
+        names.push_back(keyOf(row));
+        if (!row.option.name.empty())
+            names.push_back(row.option.name.substr(2));
+    }
+    const auto away = [&](const std::string& one) {
+        const std::string last = one.substr(one.rfind('.') + 1);
+        return std::pair(std::min(editDistance(name, one), editDistance(name, last)), one.size());
+    };
+    return *std::ranges::min_element(names, {}, away);
+}
+
+void setKeyFromText(Scene& scene, const std::string& key, const std::string& text, const std::string& where) {
+    if (const auto* free = std::get_if<Camera>(&scene.camera); free && key == "camera.view") {
+        FittedView view;
+        view.projection = free->projection;
+        view.named = true;
+        Scene seen = scene; // stays as it was where the value is refused
+        seen.camera = view;
+        setSceneKey(seen, key, typedValue(key, text, where), where);
+        scene = std::move(seen);
+        return;
+    }
+    setSceneKey(scene, key, typedValue(key, text, where), where);
 }
 
 void KeyOptions::add(Command& command, const std::vector<std::string>& keys) {

@@ -24,6 +24,15 @@ Option addSetOption(Command& command, std::vector<std::string>& sets, const std:
 /// Sets the keys in the order given. Throws InputError naming `--set` and the key.
 void applySets(const std::vector<std::string>& sets, Scene& scene);
 
+/// The key of scenes that a name means: a key ("camera.view", "volumes[1].opacity"), or an option that sets
+/// one, with or without its hyphens ("--step"). "": there is none.
+std::string keyNamed(const std::string& name);
+/// The nearest of such names, by the whole of a key or its last part: "view" is near "camera.view".
+std::string nearestKeyName(const std::string& name);
+/// Sets a key as its option or `--set` does. A side of the patient takes the place of a camera by position.
+/// Throws InputError naming `where`.
+void setKeyFromText(Scene& scene, const std::string& key, const std::string& text, const std::string& where);
+
 class KeyOptions {
   public:
     /// A word in the help of options that the table of keys cannot know: "{single-ray engines}". Give it

@@ -11,6 +11,7 @@
 #include "viewer/annotations/figure_file.h"
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/films/draw_film.h"
@@ -243,6 +244,7 @@ void renderWall(const RenderTask& task) {
                           {"lengthMm", FlightCurve(path.lines, *path.flight).lengthMm()},
                           {"backwards", path.flight->backwards},
                           {"columns", "360 degrees, from up, clockwise along the line"}};
+    report["options"] = optionsJson(task);
     writePicture(arguments.out, result.image, scene.background, manifestText(report));
     task.common.progress->end();
     if (arguments.json) {

@@ -42,15 +42,16 @@ KeptSamples::Parts partsOf(const RenderTask& task) {
     scene.quality.pixels.noise = 0;
     scene.quality.pixels.denoise = false;
     std::string labels;
-    for (SceneVolume& volume : scene.volumes) {
-        if (volume.labels.path.empty())
+    for (std::size_t n = 0; n < scene.volumes.size(); ++n) {
+        const Labels& read = task.scene.volumes[n].labels;
+        Labels& named = scene.volumes[n].labels;
+        if (read.path.empty())
             continue;
-        labels += StoreReader(volume.labels.store, task.ram).contentHash() + " ";
-        volume.labels.path = "labels"; // names of files may be those of patients
-        if (std::filesystem::path& names = volume.labels.names;
-            !names.empty() && names != Labels::kTotalSegmentator) {
-            labels += readTextFile(names.string());
-            names = "names";
+        labels += StoreReader(read.store, task.ram).contentHash() + " ";
+        named.path = "labels"; // names of files may be those of patients
+        if (!read.names.empty() && read.names != Labels::kTotalSegmentator) {
+            labels += readTextFile(read.names.string());
+            named.names = "names";
         }
     }
     nlohmann::json json = nlohmann::json::parse(sceneJson(scene));

@@ -11,6 +11,7 @@
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
@@ -182,6 +183,7 @@ void renderOnePicture(const RenderTask& task) {
     tellAnnotations(report, figure);
     if (task.layers.any())
         report["layers"] = task.layers.names();
+    report["options"] = optionsJson(task);
     if (task.scene.background)
         result.image = overBackground(result.image, *task.scene.background);
     writeFigure(arguments.out, std::move(result.image), figure, manifestText(report), layers, task.ram);

@@ -26,6 +26,9 @@ void writeImageRows(const fs::path&, const ImageRows&, const std::string&) {}
 std::string readManifest(const fs::path&) {
     return {};
 }
+Image readImage(const fs::path&) {
+    return {};
+}
 #endif
 
 } // namespace
@@ -67,6 +70,10 @@ void writeRows(const fs::path& path, const ImageRows& picture, const std::string
 
 std::string manifestOf(const fs::path& path) {
     return readManifest(path);
+}
+
+Image readPicture(const fs::path& path) {
+    return readImage(path);
 }
 
 std::string manifestText(const nlohmann::json& report) {

@@ -30,6 +30,9 @@ void writeRows(const std::filesystem::path& path, const ImageRows& picture, cons
 /// readManifest() (core/image/image_file.h); "" in a program without picture files.
 std::string manifestOf(const std::filesystem::path& path);
 
+/// readImage() (core/image/image_file.h).
+Image readPicture(const std::filesystem::path& path);
+
 /// A report as a picture keeps it: ASCII only, for PNG's text is Latin-1, and what a device calls itself is
 /// not ours to trust.
 std::string manifestText(const nlohmann::json& report);

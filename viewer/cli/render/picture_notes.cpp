@@ -137,9 +137,10 @@ void warnBlank(const RenderTask& task, const RenderResult& result) {
                     .meets(glm::dvec3(0), glm::dvec3(info.extentVoxels))) {
         why = "the cuts leave nothing of the volume, which lies in " + placeOf(info), fix = "";
     }
-    printProblem("the picture is blank: " + why + "; try: " +
-                 (fix.empty() ? "tessera info " + task.arguments.in
-                              : "tessera render " + task.arguments.in + " -o " + task.arguments.out + fix));
+    task.common.problem("the picture is blank: " + why + "; try: " +
+                        (fix.empty()
+                             ? "tessera info " + task.arguments.in
+                             : "tessera render " + task.arguments.in + " -o " + task.arguments.out + fix));
 }
 
 void noteTable(const RenderTask& task, const RenderResult& result) {

@@ -9,6 +9,9 @@
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <string>
+#include <vector>
+
 namespace tessera {
 
 /// One picture, a film, or an unfolded wall. All references outlive it.
@@ -20,7 +23,9 @@ struct RenderTask {
     Stores stores;
     MemoryBudget &ram, &gpu;
     RenderOptions options;
-    LayerChoice layers = {}; // of one picture
+    LayerChoice layers = {};                // of one picture
+    std::string request = {};               // requestOf() (asked_options.h)
+    std::vector<SourceChoice> sources = {}; // of each volume, where it was source files
 };
 
 } // namespace tessera

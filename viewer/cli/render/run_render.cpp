@@ -18,6 +18,7 @@
 #include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/along_path.h"
+#include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/one_picture.h"
@@ -32,8 +33,10 @@
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -43,27 +46,29 @@ namespace fs = std::filesystem;
 /// Refuses a budget that is too small even for reading the store. The message names the minimum of the scene,
 /// not only of the reader.
 /// @param together  pixels that are drawn together
+/// @param threads  that draw; 0: all processors
 void requireFloor(const fs::path& path, const Scene& scene, const glm::ivec2& together, EngineKind engine,
-                  const MemoryBudget& ram) {
+                  int threads, const MemoryBudget& ram) {
     constexpr std::size_t kReaderBytes = std::size_t{4} << 20; // enough for the reader of any store
     if (ram.limitBytes() >= kReaderBytes)
         return;
     MemoryBudget trial(ram.name(), ram.option(), kReaderBytes);
     const VolumeInfo info = StoreReader(path, trial).info();
     const std::size_t floor = renderFloorBytes(
-        info, together, pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene), 0);
+        info, together, pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene),
+        threads);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
 }
 
 /// Without requested samples, pixels get one ray if RAM is too small for sums of samples.
-void fitSamples(const VolumeInfo& info, const glm::ivec2& together, EngineKind engine,
+void fitSamples(const VolumeInfo& info, const glm::ivec2& together, EngineKind engine, int threads,
                 const MemoryBudget& ram, Scene& scene, const CommonOptions& common) {
     const auto floor = [&] {
         return renderFloorBytes(info, together,
                                 pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene),
-                                0, scene.quality.integrator);
+                                threads, scene.quality.integrator);
     };
     PixelSampling& pixels = scene.quality.pixels;
     if (pixels.denoise || ram.limitBytes() >= floor()) // a filter needs samples
@@ -133,10 +138,14 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     };
     MemoryBudget ram("RAM", "--ram", budget(arguments.ram, "--ram"));
     MemoryBudget gpu("GPU memory", "--gpu-memory", budget(arguments.gpuMemory, "--gpu-memory"));
-    Scene scene = sceneOf(arguments.in); // its meshes are charged to the budget
+    Scene scene = arguments.scene ? *arguments.scene : sceneOf(arguments.in);
     const bool samplesNamed = scene.quality.pixels.named || arguments.keys.says("quality.samples");
     applyArguments(arguments, scene, common);
     const LayerChoice layers = layersOf(arguments, scene);
+    const std::string request = requestOf(scene);
+    std::vector<SourceChoice> sources;
+    for (const SceneVolume& named : scene.volumes)
+        sources.push_back(named.source);
     checkKeptState(arguments, scene);
     const bool singleRays = takesSingleRays(arguments, samplesNamed, scene);
     checkTiles(arguments, scene);
@@ -159,14 +168,18 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     if (arguments.unfold && hasLabelOptics(scene))
         throw badFile("--unfold", "labels without functions or materials of their own", "some with");
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
+    if (const SourceChoice& chosen = arguments.input; chosen != SourceChoice{})
+        sources.front() = chosen;
     volume.path = storeFor(volume, arguments.input, ram, common);
     volume.source = {};
-    requireFloor(volume.path, scene, together, engine, ram);
+    requireFloor(volume.path, scene, together, engine, arguments.threads, ram);
     // Kept samples would outlive the damage.
     const Damage damage =
         arguments.allowDamaged && arguments.keepState.empty() ? Damage::isDrawnCoarser : Damage::isRefused;
     const std::unique_ptr<StoreReader> opened = openForPictures(volume.path, ram, volume.transform, damage);
     const StoreReader& store = *opened;
+    if (store.info().filePart)
+        sources.front().fileLevel = store.info().filePart->level;
     const std::vector<std::unique_ptr<StoreReader>> further = openFurtherVolumes(scene, ram, common, damage);
     const std::vector<const StoreReader*> stores = storesOf(store, further);
     if (const std::string words = apartText(stores); !words.empty())
@@ -174,7 +187,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     if (const std::string words = otherFramesText(scene, stores); !words.empty())
         common.note(words);
     if (!samplesNamed && !layers.error && arguments.keepState.empty())
-        fitSamples(store.info(), together, engine, ram, scene, common);
+        fitSamples(store.info(), together, engine, arguments.threads, ram, scene, common);
     if (arguments.path.empty()) {
         const bool sideNamed = !arguments.fit.empty() || !arguments.projection.empty();
         if (const std::string words = faceThinVolume(scene, store.info(), sideNamed); !words.empty())
@@ -195,12 +208,14 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     RenderOptions options;
     options.engine = engine;
     options.device.text = arguments.device;
+    options.threads = arguments.threads;
     options.searching = true;
     options.verify = group ? Verify::none : verifyOf(arguments);
     options.group = group;
     options.checking = options.verify != Verify::none;
     options.layers = {layers.ofPaths(), layers.error};
-    const RenderTask task{arguments, common, std::move(scene), store, stores, ram, gpu, options, layers};
+    const RenderTask task{arguments, common,  std::move(scene), store,   stores, ram,
+                          gpu,       options, layers,           request, sources};
     if (draw)
         draw(task);
     else if (arguments.unfold)

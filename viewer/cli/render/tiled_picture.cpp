@@ -7,6 +7,7 @@
 #include "render/backends/engine_maker.h"
 #include "render/picture/render_scene.h"
 #include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/tiles/tile_folder.h"
@@ -75,6 +76,7 @@ nlohmann::json writeTiles(const RenderTask& task, const RenderResult& result, Ti
         ImageRows::kAtOnce * width * (sizeof(glm::vec4) + 4 * sizeof(std::uint16_t)), "rows of the picture");
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
     report["tiles"] = tilesJson(tiles);
+    report["options"] = optionsJson(task);
     writeRows(task.arguments.out, tiles.rows(task.scene.background), manifestText(report));
     return report;
 }

@@ -1,0 +1,222 @@
+// tests/program/redraw_test.cpp: a picture is drawn again from its own manifest, to the bit; what differs is
+// named.
+#include "tests/support/program_fixture.h"
+
+#include "core/image/image_file.h"
+
+#include <cstring>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+namespace tessera::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class Redraw : public Program {
+  protected:
+    void SetUp() override { makeSphere(); }
+    void draw(const std::string& picture, const std::string& options = "") {
+        const Outcome outcome =
+            run("render s.zarr -q --preset auto --size 40x32 -o " + picture + " " + options);
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    }
+    bool samePixels(const std::string& a, const std::string& b) const {
+        const Image one = readImage(folder_ / a), other = readImage(folder_ / b);
+        return one.size == other.size && std::memcmp(one.pixels.data(), other.pixels.data(),
+                                                     one.pixels.size() * sizeof(glm::vec4)) == 0;
+    }
+    json manifestOf(const std::string& picture) const { return json::parse(readManifest(folder_ / picture)); }
+    /// The same pixels with another manifest.
+    void rewrite(const std::string& picture, const std::function<void(json&, Image&)>& change) {
+        json manifest = manifestOf(picture);
+        Image image = readImage(folder_ / picture);
+        change(manifest, image);
+        writeImage(folder_ / picture, image, manifest.dump());
+    }
+};
+
+TEST_F(Redraw, IsEqualToTheBitInEveryFormat) {
+    for (const char* ending : {".png", ".tif", ".exr"}) {
+        const std::string picture = std::string("a") + ending, again = std::string("b") + ending;
+        draw(picture);
+        const Outcome outcome = run("redraw " + picture + " -o " + again);
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+        for (const char* line :
+             {"data:     the same (volume 1, beside the picture; content ", "program:  the same (tessera ",
+              "device:   the same (", "settings: the same\n", "pixels:   equal (40 x 32)\n"})
+            EXPECT_THAT(outcome.out, HasSubstr(line)) << ending;
+        EXPECT_TRUE(samePixels(picture, again)) << ending;
+        json before = manifestOf(picture), now = manifestOf(again);
+        EXPECT_EQ(before["scene"], now["scene"]);
+        EXPECT_EQ(before["resident"], now["resident"]);
+    }
+}
+
+// Whatever it was drawn with.
+TEST_F(Redraw, IsEqualForAnyOptions) {
+    for (const char* options :
+         {"--samples 4 --verify none", "--view left --fit volume --engine mirror --no-check",
+          "--mode maximum --value-colour transferFunction", "--slice axial --slab 5", "--light studio --samples 1",
+          "--isosurface 300:ivory:0.5 --cut-plane 0,0,0,1,0,0", "--background transparent",
+          "--tiles 64 --samples 2", "--ram 200MiB --gpu-memory 64MiB --step 1", "--max-error 0",
+          "--projection parallel --mm-per-pixel 1.5 --scale-bar", "--light cinematic --samples 4 --seed 3",
+          "--gl-device software --engine gpu --samples 1"}) {
+        draw("a.png", options);
+        const Outcome outcome = run("redraw a.png --json -q");
+        ASSERT_EQ(outcome.exitCode, 0) << options << "\n" << outcome.problems;
+        const json report = json::parse(outcome.out);
+        EXPECT_EQ(report["pixels"]["equal"], true) << options << "\n" << outcome.out;
+        EXPECT_EQ(report["settings"], json::array()) << options;
+        EXPECT_EQ(report["device"], json::array()) << options;
+    }
+}
+
+TEST_F(Redraw, LayersAreDrawnAgain) {
+    draw("a.exr", "--light cinematic --samples 4 --layers all");
+    ASSERT_EQ(run("redraw a.exr -o b.exr").exitCode, 0);
+    EXPECT_EQ(manifestOf("a.exr")["layers"], manifestOf("b.exr")["layers"]);
+    EXPECT_TRUE(samePixels("a.exr", "b.exr"));
+}
+
+TEST_F(Redraw, NothingIsKeptWithoutAnOutput) {
+    draw("a.png");
+    const std::string before = readAll(folder_ / "a.png");
+    const auto count = [&] { return std::distance(fs::directory_iterator(folder_.path()), {}); };
+    run("redraw a.png"); // makes the files of its messages
+    const auto files = count();
+    EXPECT_EQ(run("redraw a.png").exitCode, 0);
+    EXPECT_EQ(count(), files);
+    EXPECT_EQ(readAll(folder_ / "a.png"), before);
+    expectRefused("redraw a.png -o a.png", {"-o", "another file"});
+}
+
+TEST_F(Redraw, NamesWhatDiffers) {
+    draw("a.png");
+    rewrite("a.png", [](json& manifest, Image&) {
+        manifest["program"] = "tessera 0.0.1";
+        manifest["commit"] = "0123456789ab";
+        manifest["scene"]["shading"]["ambient"] = 0.75;
+    });
+    const Outcome outcome = run("redraw a.png -o b.png --with shading.diffuse=0.5 --ram 300MiB");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_THAT(outcome.out, HasSubstr("program:  program: tessera 0.0.1, now tessera "));
+    EXPECT_THAT(outcome.out, HasSubstr("program:  commit: 0123456789ab, now "));
+    EXPECT_THAT(outcome.out, HasSubstr("settings: shading.diffuse: 0.8, now 0.5\n"));
+    EXPECT_THAT(outcome.out, HasSubstr("settings: --ram: "));
+    EXPECT_THAT(outcome.out, Not(HasSubstr("shading.ambient"))) << "it is as the manifest has it";
+    EXPECT_THAT(outcome.out, HasSubstr(" of 1280 differ, rms 0."));
+    EXPECT_EQ(manifestOf("b.png")["scene"]["shading"]["ambient"], 0.75);
+}
+
+// A difference that nothing explains is a failure.
+TEST_F(Redraw, FailsWherePixelsDifferThoughNothingElseDoes) {
+    draw("a.png");
+    rewrite("a.png", [](json&, Image& image) { image.at(3, 4) = glm::vec4(1, 0, 1, 1); });
+    const Outcome outcome = run("redraw a.png");
+    EXPECT_EQ(outcome.exitCode, 1);
+    EXPECT_THAT(outcome.out, HasSubstr("pixels:   1 of 1280 differ"));
+    EXPECT_THAT(outcome.problems, HasSubstr("a.png: its pixels differ, though nothing that is known does"));
+}
+
+TEST_F(Redraw, DataAreFoundByTheirContent) {
+    draw("a.png");
+    const json store = manifestOf("a.png")["store"];
+    const std::string hash = store["contentHash"];
+    fs::create_directory(folder_ / "away");
+    fs::rename(folder_ / "s.zarr", folder_ / "away" / "t.zarr");
+    expectRefused("redraw a.png",
+                  {"a.png", "volume 1", hash, "40 x 33 x 24 voxels", store["type"], "--data"});
+    EXPECT_THAT(run("redraw a.png --data away/t.zarr").out,
+                HasSubstr("data:     the same (volume 1, --data; content " + hash + ")"));
+    ASSERT_EQ(run("phantom sphere --size 40x33x25 -o other.zarr").exitCode, 0);
+    expectRefused("redraw a.png", {hash}); // what lies beside it is something else
+    const Outcome other = run("redraw a.png --data other.zarr");
+    EXPECT_EQ(other.exitCode, 0) << other.problems;
+    EXPECT_THAT(other.out, HasSubstr("data:     volume 1, --data: content " + hash + ", now "));
+    expectRefused("redraw a.png --data other.zarr --data away/t.zarr", {"--data", "one more"});
+    expectRefused("redraw a.png --data missing.zarr", {"missing.zarr", "volume 1", "nothing there"});
+    ASSERT_EQ(run("phantom sphere --size 40x33x24 -o here.zarr").exitCode, 0); // the same voxels
+    EXPECT_THAT(run("redraw a.png").out,
+                HasSubstr("the same (volume 1, beside the picture; content " + hash));
+}
+
+TEST_F(Redraw, WithChangesOneThing) {
+    draw("a.png");
+    draw("left.png", "--view left");
+    ASSERT_EQ(run("redraw a.png -o b.png --with camera.view=left -q").exitCode, 0);
+    EXPECT_TRUE(samePixels("b.png", "left.png"));
+    draw("slice.png", "--mode maximum --window 100,400");
+    ASSERT_EQ(run("redraw slice.png -o c.png --with window=[50,300] --with image.size=20x16 -q").exitCode, 0);
+    EXPECT_EQ(manifestOf("c.png")["scene"]["window"], json({50, 300}));
+    EXPECT_EQ(manifestOf("c.png")["scene"]["image"]["size"], json({20, 16}));
+    EXPECT_THAT(run("redraw slice.png --with image.size=20x16").out,
+                HasSubstr("not compared: their sizes differ, 40 x 32 and 20 x 16"));
+    expectRefused("redraw a.png --with shading.ambiet=0.5", {"--with", "shading.ambient"});
+    expectRefused("redraw a.png --with shading.ambient=7", {"--with shading.ambient", "7"});
+    expectRefused("redraw a.png --with shading.ambient", {"--with", "KEY=VALUE"});
+    expectRefused("redraw a.png --with volumes[0].path=other.zarr", {"--with", "--data"});
+}
+
+TEST_F(Redraw, RefusesWhatHasNoManifest) {
+    writeImage(folder_ / "bare.png", Image(glm::ivec2(4, 4)), "");
+    expectRefused("redraw bare.png", {"bare.png", "without its manifest"});
+    writeImage(folder_ / "words.png", Image(glm::ivec2(4, 4)), "a holiday");
+    expectRefused("redraw words.png", {"words.png"});
+    writeImage(folder_ / "other.png", Image(glm::ivec2(4, 4)), "{\"by\":\"another\"}");
+    expectRefused("redraw other.png", {"other.png", "another description"});
+    writeImage(folder_ / "next.png", Image(glm::ivec2(4, 4)), "{\"tesseraManifest\":2}");
+    expectRefused("redraw next.png", {"next.png", "version 1"});
+    expectRefused("redraw missing.png", {"missing.png"});
+    // Hostile manifests are refused or drawn, and read no file that they name.
+    draw("a.png");
+    const std::string whole = manifestOf("a.png").dump();
+    for (const char* key : {"scene", "store", "budgets", "options", "engine", "layers", "tiles", "data"})
+        for (const char* value : {"7", "\"x\"", "[[]]", "{\"x\":[]}", "null"}) {
+            json manifest = json::parse(whole);
+            manifest[key] = json::parse(value);
+            writeImage(folder_ / "h.png", Image(glm::ivec2(4, 4)), manifest.dump());
+            const int code = run("redraw h.png -q").exitCode;
+            EXPECT_TRUE(code == 0 || code == 1 || code == 2) << key << " " << value << ": " << code;
+        }
+}
+
+#if TESSERA_WITH_IMPORT
+// Neither is named by its path, which may name a patient.
+TEST_F(Redraw, MeshesAndSourcesAreFoundByTheirContent) {
+    std::string voxels;
+    for (int n = 0; n < 12 * 10 * 8; ++n)
+        voxels += static_cast<char>(n % 200);
+    write("doe.raw", voxels);
+    write("doe.json", R"({"data":"doe.raw","extent":[12,10,8],"type":"uint8","spacing":[1,1,1]})");
+    const std::string mesh = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                             "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                             "end_header\n0 0 0\n8 0 0\n0 8 6\n3 0 1 2\n";
+    write("jane.ply", mesh);
+    fs::create_directory(folder_ / "p");
+    ASSERT_EQ(run("render doe.json -q --preset auto --size 24x24 --mesh jane.ply -o p/a.png").exitCode, 0);
+    const std::string text = readManifest(folder_ / "p" / "a.png");
+    EXPECT_THAT(text, Not(HasSubstr("doe")));
+    EXPECT_THAT(text, Not(HasSubstr("jane")));
+    expectRefused("redraw p/a.png", {"mesh 1", ".ply", "--data"});
+    const Outcome found = run("redraw p/a.png --data jane.ply");
+    EXPECT_EQ(found.exitCode, 0) << found.problems;
+    EXPECT_THAT(found.out, HasSubstr("(volume 1, the cache of imports; content "));
+    EXPECT_THAT(found.out, HasSubstr("(mesh 1, --data; content "));
+    EXPECT_THAT(found.out, HasSubstr("pixels:   equal"));
+    fs::copy(folder_ / "jane.ply", folder_ / "p" / "renamed.ply");
+    EXPECT_THAT(run("redraw p/a.png").out, HasSubstr("(mesh 1, beside the picture; content "));
+    ASSERT_EQ(run("cache clear -q").exitCode, 0);
+    expectRefused("redraw p/a.png", {"volume 1", "12 x 10 x 8 voxels", "uint8"});
+    const Outcome source = run("redraw p/a.png --data doe.json");
+    EXPECT_THAT(source.out, HasSubstr("the same (volume 1, --data; content ")) << source.problems;
+    write("p/renamed.ply", mesh + "\n");
+    write("jane.ply", mesh.substr(0, mesh.size() - 30) + "8 0 0\n0 8 5\n3 0 1 2\n");
+    expectRefused("redraw p/a.png", {"mesh 1"});
+}
+#endif
+
+} // namespace
+} // namespace tessera::test

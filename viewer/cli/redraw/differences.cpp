@@ -1,0 +1,165 @@
+// viewer/cli/redraw/differences.cpp: see differences.h.
+#include "viewer/cli/redraw/differences.h"
+
+#include "core/base/error.h"
+#include "core/image/image.h"
+#include "viewer/cli/redraw/figure_record.h" // verifyOfManifest
+#include "viewer/cli/render/picture_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+using nlohmann::json;
+using Values = std::map<std::string, json>;
+using json_pointer = json::json_pointer;
+
+constexpr const char* kNothing = "nothing";
+
+/// The values of a document by their keys, as `--set` names them; lists of numbers are one value.
+void flatten(const json& value, const std::string& key, Values& values) {
+    if (value.is_object()) {
+        for (const auto& [name, part] : value.items())
+            flatten(part, key.empty() ? name : key + "." + name, values);
+    } else if (value.is_array() && !value.empty() && value.front().is_object()) {
+        for (std::size_t n = 0; n < value.size(); ++n)
+            flatten(value[n], key + "[" + std::to_string(n) + "]", values);
+    } else {
+        values[key] = value;
+    }
+}
+
+/// Stands for data, which are compared by their content.
+bool isPlace(const std::string& key) {
+    return (key.starts_with("volumes[") &&
+            (key.ends_with("].path") || key.ends_with(".labels.path") || key.ends_with(".labels.names"))) ||
+           (key.starts_with("meshes[") && key.ends_with("].path")) || key == "lighting.environment.file";
+}
+
+std::string shown(const json& value) {
+    constexpr std::size_t kLongest = 120;
+    if (value.is_null())
+        return kNothing;
+    std::string text = value.is_string() ? value.get<std::string>()
+                                         : value.dump(-1, ' ', true, json::error_handler_t::replace);
+    if (text.size() > kLongest)
+        text = text.substr(0, kLongest - 3) + "...";
+    return text;
+}
+
+json at(const json& document, const char* pointer) {
+    const json_pointer place(pointer);
+    return document.contains(place) ? document.at(place) : json();
+}
+
+void add(const std::string& key, const json& before, const json& now, std::vector<Difference>& to) {
+    if (before != now)
+        to.push_back({key, shown(before), shown(now)});
+}
+
+void addBytes(const std::string& option, const json& before, const json& now, std::vector<Difference>& to) {
+    const auto text = [](const json& bytes) {
+        return bytes.is_number_unsigned() ? formatBytes(bytes.get<std::size_t>()) : std::string(kNothing);
+    };
+    if (before != now && !before.is_null())
+        to.push_back({option, text(before), text(now)});
+}
+
+Values sceneValues(const json& manifest) {
+    Values values;
+    flatten(manifest.value("scene", json::object()), "", values);
+    std::erase_if(values, [](const auto& value) { return isPlace(value.first); });
+    return values;
+}
+
+std::optional<PictureFormat> formatOf(const std::filesystem::path& path) {
+    try {
+        return pictureFormat(path);
+    } catch (const InputError&) {
+        return std::nullopt;
+    }
+}
+
+} // namespace
+
+ManifestDifferences compareManifests(const json& before, const json& now) {
+    ManifestDifferences found;
+    add("program", at(before, "/program"), at(now, "/program"), found.program);
+    if (before.contains("commit"))
+        add("commit", at(before, "/commit"), at(now, "/commit"), found.program);
+    for (const char* key : {"engine", "device", "openGl"})
+        add(key, before.value(key, json()), now.value(key, json()), found.device);
+    if (const json processors = at(before, "/options/processors"); !processors.is_null())
+        add("processors", processors, at(now, "/options/processors"), found.device);
+
+    const Values old = sceneValues(before);
+    Values changed = sceneValues(now);
+    for (const auto& [key, value] : old) {
+        const auto same = changed.find(key);
+        add(key, value, same == changed.end() ? json() : same->second, found.settings);
+        if (same != changed.end())
+            changed.erase(same);
+    }
+    for (const auto& [key, value] : changed)
+        add(key, json(), value, found.settings);
+    addBytes("--ram", at(before, "/budgets/ram/limitBytes"), at(now, "/budgets/ram/limitBytes"),
+             found.settings);
+    addBytes("--gpu-memory", at(before, "/budgets/gpuMemory/limitBytes"),
+             at(now, "/budgets/gpuMemory/limitBytes"), found.settings);
+    add("--verify", verifyOfManifest(before), verifyOfManifest(now), found.settings);
+    add("--allow-damaged", at(before, "/options/allowDamaged"), at(now, "/options/allowDamaged"),
+        found.settings);
+    add("--tiles", at(before, "/tiles/side"), at(now, "/tiles/side"), found.settings);
+    add("--layers", at(before, "/layers"), at(now, "/layers"), found.settings);
+    add("--ranks", before.contains("ranks"), now.contains("ranks"), found.settings);
+    return found;
+}
+
+PixelDifferences comparePixels(const std::filesystem::path& before, const std::filesystem::path& now,
+                               const glm::ivec2& size, MemoryBudget& ram) {
+    PixelDifferences found;
+    const auto one = formatOf(before), other = formatOf(now);
+    if (!one || !other || *one != *other) {
+        found.notCompared =
+            "their formats differ, " + before.extension().string() + " and " + now.extension().string();
+        return found;
+    }
+    // As floats, and as the file has them while it is read.
+    constexpr std::size_t kBytesPerPixel = 3 * sizeof(glm::vec4);
+    const auto count = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    const std::optional<Charge> charge = ram.tryCharge(count * kBytesPerPixel);
+    if (!charge) {
+        found.notCompared = ram.option() + " of " + formatBytes(ram.limitBytes()) + " has no room for both";
+        return found;
+    }
+    const Image a = readPicture(before), b = readPicture(now);
+    found.size = b.size;
+    if (a.size != b.size) {
+        found.notCompared = "their sizes differ, " + std::to_string(a.size.x) + " x " +
+                            std::to_string(a.size.y) + " and " + std::to_string(b.size.x) + " x " +
+                            std::to_string(b.size.y);
+        return found;
+    }
+    found.pixels = a.pixels.size();
+    double squares = 0;
+    for (std::size_t n = 0; n < a.pixels.size(); ++n) {
+        if (std::memcmp(&a.pixels[n], &b.pixels[n], sizeof(glm::vec4)) == 0)
+            continue;
+        ++found.differing;
+        for (int c = 0; c < 4; ++c) {
+            const double difference = static_cast<double>(a.pixels[n][c]) - b.pixels[n][c];
+            squares += std::isfinite(difference) ? difference * difference : 1;
+        }
+    }
+    found.rms = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, 4 * found.pixels)));
+    return found;
+}
+
+} // namespace tessera

@@ -1,0 +1,94 @@
+// viewer/cli/redraw/figure_record.cpp: see figure_record.h.
+#include "viewer/cli/redraw/figure_record.h"
+
+#include "core/base/error.h"
+#include "core/base/json_reader.h"
+#include "viewer/cli/render/picture_files.h"
+
+#include <utility>
+
+namespace tessera {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kExpected = "the manifest of a picture that tessera made";
+
+json partOf(const json& whole, const char* key) {
+    return whole.is_object() ? whole.value(key, json::object()) : json::object();
+}
+
+/// What was chosen among source files, by the keys of a scene's volume.
+SourceChoice sourceOf(const json& chosen, const std::string& where) {
+    json volume = chosen;
+    volume["path"] = "source";
+    const json scene = {{"tesseraScene", 1}, {"volumes", {volume}}};
+    return parseScene(scene.dump(), {}, where).volumes.front().source;
+}
+
+} // namespace
+
+json manifestJsonOf(const std::filesystem::path& picture) {
+    const std::string text = manifestOf(picture);
+    if (text.empty())
+        throw badFile(picture.string(), "a picture that tessera made", "one without its manifest");
+    json manifest = parseStrictJson(text, picture.string());
+    if (!manifest.is_object() || !manifest.contains("tesseraManifest"))
+        throw badFile(picture.string(), "a picture that tessera made", "one with another description");
+    return manifest;
+}
+
+FigureRecord readFigure(const std::filesystem::path& figure) {
+    FigureRecord record;
+    record.manifest = manifestJsonOf(figure);
+    const json& manifest = record.manifest;
+    if (manifest["tesseraManifest"] != 1)
+        throw badFile(figure.string(), "a manifest of version 1", manifest["tesseraManifest"].dump());
+    if (manifest.contains("unfolded"))
+        throw badFile(figure.string(), "a picture by a camera",
+                      "an unfolded wall, whose path its manifest does not hold; tessera render --unfold");
+    if (!manifest.contains("scene"))
+        throw badFile(figure.string(), kExpected, "one without a scene");
+    record.scene = parseScene(manifest["scene"].dump(), figure.parent_path(), figure.string());
+    record.data = dataOfManifest(manifest, record.scene, figure.string());
+    record.sources.resize(record.scene.volumes.size());
+    try {
+        const json budgets = partOf(manifest, "budgets");
+        record.ramBytes = partOf(budgets, "ram").value("limitBytes", std::size_t{0});
+        record.gpuBytes = partOf(budgets, "gpuMemory").value("limitBytes", std::size_t{0});
+        const json sources = partOf(manifest, "options").value("sources", json::array());
+        for (std::size_t n = 0; n < std::min(sources.size(), record.sources.size()); ++n)
+            record.sources[n] = sourceOf(sources.at(n), figure.string());
+    } catch (const json::exception&) {
+        throw badFile(figure.string(), kExpected, "another");
+    }
+    return record;
+}
+
+std::string verifyOfManifest(const json& manifest) {
+    if (const json options = partOf(manifest, "options"); options.contains("verify"))
+        return options["verify"].get<std::string>();
+    return partOf(partOf(manifest, "errors"), "measured").value("mode", "none");
+}
+
+RenderArguments argumentsOf(const FigureRecord& record) {
+    const json options = partOf(record.manifest, "options");
+    RenderArguments arguments;
+    try {
+        arguments.engine = record.manifest.at("engine").get<std::string>();
+        arguments.device = options.value("glDevice", "auto");
+        arguments.verify = verifyOfManifest(record.manifest);
+        arguments.tiles = options.value("tile", partOf(record.manifest, "tiles").value("side", 0));
+        arguments.layers = record.manifest.value("layers", std::vector<std::string>());
+        arguments.allowDamaged = options.value("allowDamaged", false);
+    } catch (const json::exception&) {
+        throw InputError(std::string("redraw: expected ") + kExpected + ", found another");
+    }
+    if (record.ramBytes > 0)
+        arguments.ram = std::to_string(record.ramBytes);
+    if (record.gpuBytes > 0)
+        arguments.gpuMemory = std::to_string(record.gpuBytes);
+    return arguments;
+}
+
+} // namespace tessera

@@ -1,0 +1,38 @@
+// viewer/cli/redraw/figure_record.h: a picture's own record, as what draws it again: its scene, its data and
+// its options. Include from .cpp files only.
+#pragma once
+
+#include "core/scene/scene.h"
+#include "viewer/cli/manifest/picture_data.h"
+#include "viewer/cli/render/scene_from_arguments.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct FigureRecord {
+    nlohmann::json manifest;
+    Scene scene; // its paths stand for data and lead nowhere
+    std::vector<PictureData> data;
+    std::vector<SourceChoice> sources; // what was chosen among source files, of each volume
+    std::size_t ramBytes = 0, gpuBytes = 0;
+};
+
+/// Throws InputError naming the file: for one that is no picture of this program, for a manifest that cannot
+/// be understood, and for pictures that their manifest alone does not describe (unfolded walls).
+FigureRecord readFigure(const std::filesystem::path& figure);
+
+/// The manifest of a picture that was just drawn.
+nlohmann::json manifestJsonOf(const std::filesystem::path& picture);
+
+/// What draws it: engine, verification, tiles, layers and budgets as they were. Without input and output.
+RenderArguments argumentsOf(const FigureRecord& record);
+
+/// The measurement that a manifest tells of: "quick".
+std::string verifyOfManifest(const nlohmann::json& manifest);
+
+} // namespace tessera
