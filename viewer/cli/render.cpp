@@ -46,6 +46,28 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
                  "with --path: one picture of the wall around the line, cut open: angles from left to right, "
                  "the line from top to bottom");
     command.flag("--may-leak", a->mayLeak, "with --unfold: allow a lumen that leaks");
+    command.flag("--straighten", a->straighten,
+                 "with --path: one picture of the values around the line, straightened: its length from top "
+                 "to bottom, mm across it from left to right");
+    command
+        .option("--angle", a->angle,
+                "with --straighten: the viewer's direction, degrees about the line, clockwise from its upper "
+                "side (default: 0)")
+        .check(numberWithin(-3600, 3600, "degrees from -3600 to 3600"));
+    command
+        .option("--angles", a->angles,
+                "with --straighten: so many pictures side by side, evenly over half a turn")
+        .check(numberWithin(2, 180, "a number from 2 to 180"))
+        .check(wholeNumberFrom(2));
+    command.flag("--curved", a->curved,
+                 "with --path: one picture of the surface that the line sweeps along a direction, laid flat");
+    command.option("--direction", a->direction,
+                   "with --curved: X,Y,Z of the direction, the picture's right (default: that of --view)");
+    command
+        .option("--width", a->widthMm,
+                "with --straighten and --curved: mm across the line (default: by its radius)")
+        .inUnit("mm")
+        .check(numberWithin(0.01, 1e5, "mm from 0.01 to 100000"));
     command
         .option("--turn", a->turn,
                 "draw a film of a turntable over this many degrees, 360 for a whole turn, from --view on")

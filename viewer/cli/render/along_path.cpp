@@ -14,6 +14,7 @@
 #include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
+#include "viewer/cli/render/reformed_line.h"
 #include "viewer/films/draw_film.h"
 
 #include <algorithm>
@@ -33,6 +34,8 @@ void checkTurnOptions(const RenderArguments& a) {
         throw badFile("--turn", "--turn or --path, which has the cameras", "both");
     for (const auto& [said, option] : {std::pair{a.speed > 0, "--speed"},
                                        {a.unfold, "--unfold"},
+                                       {a.straighten, "--straighten"},
+                                       {a.curved, "--curved"},
                                        {a.mayLeak, "--may-leak"},
                                        {!a.first.empty(), "--first"},
                                        {a.explain, "--explain"}})
@@ -58,6 +61,7 @@ std::size_t turnFrames(const RenderArguments& a, double framesPerSecond) {
 
 void checkFilmOptions(const RenderArguments& a) {
     const bool film = !a.path.empty();
+    checkReformation(a);
     if (a.turn) {
         checkTurnOptions(a);
         return;
@@ -68,8 +72,9 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.seconds > 0, "--seconds"}})
         if (said && !film)
             throw badFile(option, "--path or --turn with it: it is for films", "none");
-    if (a.unfold && !film)
-        throw badFile("--unfold", "--path with it, which has the line", "none");
+    const std::string onePicture = a.pathPicture();
+    if (!onePicture.empty() && !film)
+        throw badFile(onePicture, "--path with it, which has the line", "none");
     if (a.mayLeak && !a.unfold)
         throw badFile("--may-leak", "--unfold with it", "none");
     if (!film)
@@ -80,9 +85,12 @@ void checkFilmOptions(const RenderArguments& a) {
                                        {a.seconds > 0, "--seconds"},
                                        {!a.keys.textOf("--max-error").empty(), "--max-error"},
                                        {!a.verify.empty(), "--verify"}})
-        if (said && a.unfold)
-            throw badFile(option, std::string("no ") + option + " with --unfold, which is one picture",
+        if (said && !onePicture.empty())
+            throw badFile(option,
+                          std::string("no ") + option + " with " + onePicture + ", which is one picture",
                           option);
+    if (a.reforms())
+        return;
     for (const auto& [said, option] : {std::pair{!a.view.empty(), "--view"},
                                        {!a.fit.empty(), "--fit"},
                                        {!a.projection.empty(), "--projection"},

@@ -67,8 +67,8 @@ KeptSamples::Parts partsOf(const RenderTask& task) {
 void checkKeptState(const RenderArguments& arguments, const Scene& scene) {
     if (arguments.keepState.empty())
         return;
-    if (arguments.isFilm() || arguments.unfold)
-        throw badFile(kStateOption, "one picture", arguments.unfold ? "--unfold" : "a film");
+    if (arguments.isFilm() || !arguments.pathPicture().empty())
+        throw badFile(kStateOption, "one picture", arguments.isFilm() ? "a film" : arguments.pathPicture());
     if (!scene.lighting.transport || reductionOf(scene) != Reduction::composite)
         throw badFile(kStateOption, "paths of light (--light cinematic, or lighting.transport)",
                       "a scene without");

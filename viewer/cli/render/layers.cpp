@@ -57,8 +57,8 @@ LayerChoice layersOf(const RenderArguments& arguments, Scene& scene) {
     LayerChoice layers;
     if (arguments.layers.empty())
         return layers;
-    if (arguments.isFilm() || arguments.unfold)
-        throw badFile(kLayersOption, "one picture", arguments.unfold ? "--unfold" : "a film");
+    if (arguments.isFilm() || !arguments.pathPicture().empty())
+        throw badFile(kLayersOption, "one picture", arguments.isFilm() ? "a film" : arguments.pathPicture());
     if (figureFormat(arguments.out) != PictureFormat::exr)
         throw badFile(kLayersOption, "a picture .exr, which holds layers (-o)", arguments.out);
     for (const std::string& list : arguments.layers) {

@@ -49,8 +49,8 @@ void renderInGroup(const CommonOptions& common,
 }
 
 void checkRanks(const RenderArguments& arguments) {
-    if (arguments.isFilm() || arguments.unfold)
-        throw badFile(kRanksOption, "one picture", arguments.unfold ? "--unfold" : "a film");
+    if (arguments.isFilm() || !arguments.pathPicture().empty())
+        throw badFile(kRanksOption, "one picture", arguments.isFilm() ? "a film" : arguments.pathPicture());
     for (const auto& [said, option] : {std::pair{arguments.tiles > 0, "--tiles"},
                                        {!arguments.first.empty(), "--first"},
                                        {!arguments.layers.empty(), "--layers"},

@@ -26,6 +26,7 @@
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/ranked_picture.h"
+#include "viewer/cli/render/reformed_line.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 #include "viewer/cli/render/tiled_picture.h"
 
@@ -163,8 +164,10 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     for (const std::string& words : notes)
         common.note(words);
     SceneVolume& volume = scene.volumes.front();
-    if (scene.volumes.size() > 1 && arguments.unfold)
-        throw badFile("--unfold", "a scene of one volume", std::to_string(scene.volumes.size()));
+    if (scene.volumes.size() > 1 && !arguments.pathPicture().empty())
+        throw badFile(arguments.pathPicture(), "a scene of one volume", std::to_string(scene.volumes.size()));
+    if (arguments.reforms() && !volume.labels.path.empty())
+        throw badFile(arguments.pathPicture(), "a volume without labels", "some");
     if (arguments.unfold && hasLabelOptics(scene))
         throw badFile("--unfold", "labels without functions or materials of their own", "some with");
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
@@ -194,8 +197,9 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
             common.note(words);
         requireFacingView(scene, store.info(), arguments.in);
     }
-    requireSliceInVolume(scene, store.info(),
-                         arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
+    if (!arguments.reforms())
+        requireSliceInVolume(scene, store.info(),
+                             arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
     nameFunction(volume, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
     for (const std::string& words : readMeshes(scene, framesOfPicture(scene, stores), ram))
@@ -220,6 +224,8 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
         draw(task);
     else if (arguments.unfold)
         renderWall(task);
+    else if (arguments.reforms())
+        renderReformedLine(task);
     else if (arguments.isFilm())
         renderFilm(task);
     else if (arguments.tiles > 0)

@@ -249,6 +249,11 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         view.named = true;
         scene.camera = view;
     }
+    if (arguments.reforms()) { // values of places, as slices show them
+        if (arguments.keys.says("mode") && scene.mode != Mode::slice)
+            throw badFile("--mode", "slice, or none, with " + arguments.pathPicture(), nameOf(scene.mode));
+        scene.mode = Mode::slice;
+    }
     applyModeOptions(arguments.mode, arguments.keys, scene);
     if (const auto* fitted = std::get_if<FittedView>(&scene.camera);
         scene.mode == Mode::slice && fitted && !fitted->named)
@@ -269,7 +274,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         const auto projection = parseName<Projection>(arguments.projection, "--projection");
         std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
     }
-    if (arguments.mmPerPixel > 0)
+    if (arguments.mmPerPixel > 0 && !arguments.reforms())
         applyScale(arguments, scene);
     if (!arguments.keys.textOf("--step").empty() && !arguments.keys.textOf("--max-error").empty() &&
         scene.quality.maxError > 0)

@@ -46,12 +46,22 @@ struct RenderArguments {
     int tiles = 0;            // pixels along a side; 0: the picture is drawn as a whole
     bool ranks = false;       // the picture is drawn by the processes of mpirun
     bool unfold = false, mayLeak = false;
+    bool straighten = false, curved = false; // reformations of a path's line
+    std::optional<double> angle;             // degrees, of a straightened picture
+    int angles = 0;                          // of as many straightened ones; 0: one
+    std::string direction;                   // "X,Y,Z", of a curved one
+    double widthMm = 0;                      // 0: by the line
     bool noCheck = false, explain = false, json = false;
     bool allowDamaged = false; // a coarser level stands in for what is damaged
     ModeOptions mode;
     InputOptions input;
 
-    bool isFilm() const { return (!path.empty() && !unfold) || turn; }
+    bool reforms() const { return straighten || curved; }
+    /// The option that makes one picture of a path; "": none.
+    std::string pathPicture() const {
+        return unfold ? "--unfold" : straighten ? "--straighten" : curved ? "--curved" : "";
+    }
+    bool isFilm() const { return (!path.empty() && pathPicture().empty()) || turn; }
 };
 
 /// Applies the options to the scene. Notes settings of a foreign preset that no scene has. Throws InputError

@@ -90,8 +90,8 @@ glm::ivec2 pixelsTogether(const RenderArguments& arguments, const Scene& scene) 
 void checkTiles(const RenderArguments& arguments, const Scene& scene) {
     if (arguments.tiles == 0)
         return;
-    if (arguments.isFilm() || arguments.unfold)
-        throw badFile(kTilesOption, "one picture", arguments.unfold ? "--unfold" : "a film");
+    if (arguments.isFilm() || !arguments.pathPicture().empty())
+        throw badFile(kTilesOption, "one picture", arguments.isFilm() ? "a film" : arguments.pathPicture());
     for (const auto& [said, option] : {std::pair{!arguments.first.empty(), "--first"},
                                        {!arguments.layers.empty(), "--layers"},
                                        {!arguments.keepState.empty(), "--keep-state"},

@@ -1,0 +1,153 @@
+// core/animation/reformed_line.cpp: see reformed_line.h.
+#include "core/animation/reformed_line.h"
+
+#include "core/base/error.h"
+#include "core/base/magnitude.h"
+#include "core/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+namespace tessera {
+namespace {
+
+/// Curvature is that over so much of the line to either side: below it centre-lines carry the noise of the
+/// voxels that they were found in.
+constexpr double kCurvatureMm = 2;
+/// Places of the line for each row, where the length of its projection is summed.
+constexpr double kPlacesPerRow = 2;
+
+/// Pixels of a length, at least 1.
+int pixelsOf(double mm, double mmPerPixel) {
+    const double pixels = std::max(1.0, mm / mmPerPixel);
+    if (!(pixels <= Scene::kMaxImageExtent))
+        throw badFile("--mm-per-pixel",
+                      "at most " + std::to_string(Scene::kMaxImageExtent) +
+                          " pixels along a side of the picture",
+                      std::to_string(static_cast<long long>(std::min(pixels, 9e15))));
+    return static_cast<int>(pixels + 1e-9);
+}
+
+/// Of the line, per mm: towards the centre of curvature.
+glm::dvec3 curvature(const FlightCurve& line, double mm) {
+    const double from = std::max(0.0, mm - kCurvatureMm), to = std::min(line.lengthMm(), mm + kCurvatureMm);
+    return to > from ? (line.tangent(to) - line.tangent(from)) / (to - from) : glm::dvec3(0);
+}
+
+Reformation emptyPicture(double heightMm, double widthMm, const ReformedPixels& pixels) {
+    Reformation picture;
+    picture.columns = pixelsOf(widthMm + 0.5 * pixels.mmPerPixel, pixels.mmPerPixel);
+    picture.samples = std::max(1, pixels.samples);
+    picture.mmPerPixel = pixels.mmPerPixel;
+    picture.rows.resize(static_cast<std::size_t>(pixelsOf(heightMm, pixels.mmPerPixel)) *
+                        static_cast<std::size_t>(picture.samples));
+    return picture;
+}
+
+} // namespace
+
+Reformation straightened(const FlightCurve& line, double degrees, const ReformedPixels& pixels) {
+    Reformation picture = emptyPicture(line.lengthMm(), pixels.widthMm, pixels);
+    const double step = picture.mmPerPixel / picture.samples, angle = glm::radians(degrees);
+    for (std::size_t y = 0; y < picture.rows.size(); ++y) {
+        const double mm = (static_cast<double>(y) + 0.5) * step;
+        const Pose pose = line.at(mm);
+        ReformedRow& row = picture.rows[y];
+        row.at = pose.at;
+        row.towards = std::cos(angle) * pose.up + std::sin(angle) * glm::cross(pose.direction, pose.up);
+        row.across = glm::cross(row.towards, pose.direction);
+        row.lineMm = 0.5 * picture.columns * picture.mmPerPixel;
+        const double bend = glm::dot(curvature(line, mm), row.across);
+        if (bend > 0)
+            row.highMm = 1 / bend;
+        else if (bend < 0)
+            row.lowMm = 1 / bend;
+    }
+    return picture;
+}
+
+Stretched stretched(const FlightCurve& line, const glm::dvec3& given, const glm::dvec3& up,
+                    const ReformedPixels& pixels) {
+    checkDirection(given, "a direction of the columns", "--direction");
+    const glm::dvec3 direction = glm::normalize(given);
+    const double step = pixels.mmPerPixel / std::max(1, pixels.samples);
+    const auto places =
+        static_cast<std::size_t>(std::ceil(kPlacesPerRow * line.lengthMm() / step)) + std::size_t{2};
+    const auto mmOf = [&](std::size_t n) {
+        return line.lengthMm() * static_cast<double>(n) / static_cast<double>(places - 1);
+    };
+    std::vector<double> projected(places); // length of the projection up to there
+    glm::dvec3 before{0};
+    double low = 0, high = 0;
+    for (std::size_t n = 0; n < places; ++n) {
+        const glm::dvec3 at = line.at(mmOf(n)).at;
+        const double along = glm::dot(at, direction);
+        const glm::dvec3 flat = at - along * direction;
+        low = n == 0 ? along : std::min(low, along);
+        high = n == 0 ? along : std::max(high, along);
+        projected[n] = n == 0 ? 0 : projected[n - 1] + glm::distance(flat, before);
+        before = flat;
+    }
+    if (!(projected.back() >= pixels.mmPerPixel))
+        throw badFile("--direction", "one at an angle to the line", "one along it");
+
+    Stretched out;
+    out.picture = emptyPicture(projected.back(), high - low + pixels.widthMm, pixels);
+    const double left = 0.5 * (low + high) - 0.5 * out.picture.columns * pixels.mmPerPixel;
+    out.endOnTop = glm::dot(line.at(line.lengthMm()).at - line.at(0).at, up) > 0;
+    glm::dvec3 towards{0};
+    std::size_t n = 1;
+    for (std::size_t y = 0; y < out.picture.rows.size(); ++y) {
+        const double wanted = (static_cast<double>(y) + 0.5) * step;
+        while (n + 1 < places && projected[n] < wanted)
+            ++n;
+        const double part = projected[n] - projected[n - 1];
+        const double share = part > 0 ? std::clamp((wanted - projected[n - 1]) / part, 0.0, 1.0) : 0.5;
+        const double mm = mmOf(n - 1) + share * (mmOf(n) - mmOf(n - 1));
+        const Pose pose = line.at(mm);
+        ReformedRow row;
+        row.at = pose.at;
+        row.across = direction;
+        row.lineMm = glm::dot(pose.at, direction) - left;
+        // The viewer's side: right and up span the picture, and the line runs down, or up.
+        const glm::dvec3 side = glm::cross(line.tangent(mm), direction);
+        if (const double length = glm::length(side); length > 1e-6) // else as the row before
+            towards = (out.endOnTop ? -side : side) / length;
+        row.towards = towards;
+        out.picture.rows[y] = row;
+    }
+    if (out.endOnTop)
+        std::reverse(out.picture.rows.begin(), out.picture.rows.end());
+    return out;
+}
+
+std::size_t reformedBytes(const FlightCurve& line, const ReformedPixels& pixels) {
+    const double rows = line.lengthMm() / pixels.mmPerPixel * std::max(1, pixels.samples) + 2;
+    return static_cast<std::size_t>(
+        std::min(1e15, rows * (sizeof(ReformedRow) + (kPlacesPerRow + 1) * sizeof(double))));
+}
+
+std::string digestOf(const FlightCurve& line) {
+    const int places = static_cast<int>(std::clamp(std::ceil(line.lengthMm()), 256.0, 1e6));
+    std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
+    const auto add = [&](double mm) {
+        auto bits = static_cast<std::uint64_t>(std::llround(1000 * mm)); // micrometres
+        for (int byte = 0; byte < 8; ++byte, bits >>= 8)
+            hash = (hash ^ (bits & 0xff)) * 0x100000001b3u;
+    };
+    for (int n = 0; n <= places; ++n) {
+        const glm::dvec3 at = line.at(line.lengthMm() * n / places).at;
+        for (int axis = 0; axis < 3; ++axis)
+            add(at[axis]);
+    }
+    add(line.lengthMm());
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+    return digits;
+}
+
+} // namespace tessera

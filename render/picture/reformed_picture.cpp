@@ -1,0 +1,218 @@
+// render/picture/reformed_picture.cpp: see reformed_picture.h.
+#include "render/picture/reformed_picture.h"
+
+#include "bricking/cache/brick_cache.h"
+#include "bricking/statistics/statistics.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/base/threads.h"
+#include "core/scene/mode.h"
+#include "core/scene/preset.h"
+#include "render/contract/lattice.h"
+#include "render/contract/sampler.h"
+#include "render/plan/drawn_part.h"
+#include "render/plan/frame_plan.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr glm::ivec2 kPatch{64, 16}; // pixels that a thread draws together: few chunks at a time
+constexpr double kSlabStepVoxels = 0.5;
+
+/// What turns a place into a colour.
+struct ReformedLook {
+    const VolumeInfo& info;
+    glm::dmat4 voxelFromPatient;
+    DrawnPart part;
+    ValueLook look;
+    TransferFunction function;
+    Reduction reduction = Reduction::average;
+    double thicknessMm = 0;
+};
+
+/// The value of a place, or of the slab there; none outside the drawn part. Physical units.
+/// @param voxel, through  the place, and the slab's whole thickness through it: voxels
+std::optional<double> valueOfPlace(const ReformedLook& look, LatticeReader& samples, const glm::dvec3& voxel,
+                                   const glm::dvec3& through) {
+    const VolumeInfo& info = look.info;
+    const glm::dvec3 extent(info.extentVoxels);
+    const int layers = look.thicknessMm > 0
+                           ? std::max(1, static_cast<int>(std::ceil(glm::length(through) / kSlabStepVoxels)))
+                           : 1;
+    std::optional<double> kept;
+    int met = 0;
+    for (int n = 0; n < layers; ++n) {
+        const glm::dvec3 at = voxel + ((n + 0.5) / layers - 0.5) * through;
+        if (glm::clamp(at, glm::dvec3(0), extent) != at || (look.part.any() && !look.part.keeps(at, 0)))
+            continue;
+        const double value = info.rescaleSlope * fieldValue(samples, at, 1.0) + info.rescaleIntercept;
+        ++met;
+        if (!kept)
+            kept = value;
+        else if (look.reduction == Reduction::maximum)
+            kept = std::max(*kept, value);
+        else if (look.reduction == Reduction::minimum)
+            kept = std::min(*kept, value);
+        else
+            kept = *kept + value;
+    }
+    if (kept && look.reduction == Reduction::average)
+        kept = *kept / met;
+    return kept;
+}
+
+/// Draws one patch of one picture.
+/// @param first  of the picture's pixels
+/// @param left   of the picture in the image
+void drawPatch(const ReformedLook& look, LatticeReader& samples, const Reformation& picture,
+               const glm::ivec2& first, int left, Image& image, ReformedShare& share) {
+    const glm::ivec2 end = glm::min(first + kPatch, picture.size());
+    const glm::dmat3 direction(look.voxelFromPatient);
+    const double step = picture.mmPerPixel / picture.samples;
+    for (int y = first.y; y < end.y; ++y)
+        for (int x = first.x; x < end.x; ++x) {
+            glm::dvec4 sum(0);
+            int folded = 0;
+            for (int j = 0; j < picture.samples; ++j) {
+                const ReformedRow& row =
+                    picture.rows[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.samples) +
+                                 static_cast<std::size_t>(j)];
+                const glm::dvec3 through = direction * (look.thicknessMm * row.towards);
+                for (int i = 0; i < picture.samples; ++i) {
+                    const double mm = (x * picture.samples + i + 0.5) * step;
+                    if (row.folds(mm)) {
+                        ++folded;
+                        continue;
+                    }
+                    const glm::dvec3 voxel(look.voxelFromPatient * glm::dvec4(row.place(mm), 1));
+                    if (const auto value = valueOfPlace(look, samples, voxel, through))
+                        sum += glm::dvec4(colourOfValue(look.look, look.function, *value), 1);
+                }
+            }
+            const int all = picture.samples * picture.samples;
+            image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.size.x) +
+                         static_cast<std::size_t>(left + x)] = glm::vec4(sum / static_cast<double>(all));
+            ++share.pixels;
+            share.folded += folded == all ? 1 : 0;
+            share.outside += folded < all && sum.a == 0 ? 1 : 0;
+        }
+}
+
+TransferFunction functionOfValues(const SceneVolume& volume, const ValueSummary& values) {
+    const auto* const name = std::get_if<std::string>(&volume.transferFunction);
+    return name ? presetFunction(*name, values) : std::get<TransferFunction>(volume.transferFunction);
+}
+
+} // namespace
+
+glm::ivec2 sizeOf(std::span<const Reformation> pictures) {
+    glm::ivec2 size(0);
+    for (const Reformation& picture : pictures) {
+        size.x += picture.columns + (size.x > 0 ? kReformedGap : 0);
+        size.y = std::max(size.y, picture.size().y);
+        if (size.x > Scene::kMaxImageExtent)
+            throw badFile("pictures side by side",
+                          "at most " + std::to_string(Scene::kMaxImageExtent) + " columns together", "more");
+    }
+    return size;
+}
+
+RenderResult renderReformed(const Scene& scene, std::span<const Reformation> pictures,
+                            const StoreReader& store, MemoryBudget& ram, const RenderOptions& options,
+                            ReformedShare& share) {
+    if (scene.volumes.size() != 1)
+        throw badFile("volumes", "one where a line is reformed", std::to_string(scene.volumes.size()));
+    const glm::ivec2 size = sizeOf(pictures);
+    TESSERA_CHECK(size.x > 0 && size.y > 0);
+    Progress nobody;
+    Progress& progress = options.progress ? *options.progress : nobody;
+    RenderResult result;
+    result.engine = EngineKind::native;
+    result.engineReason = "reformations are drawn without rays";
+    result.device = "CPU";
+    result.levelsOnPurpose = true;
+    result.pixels.asked = pictures.front().samples * pictures.front().samples;
+    result.pixels.taken = result.pixels.most = result.pixels.asked;
+
+    const auto start = std::chrono::steady_clock::now();
+    progress.stage("reading statistics");
+    const Charge ofPicture =
+        ram.charge(sizeof(glm::vec4) * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
+                   "the picture");
+    const VolumeInfo& info = store.info();
+    Scene ofCuts = scene;
+    ofCuts.mode = Mode::composite; // the plane of a slice does not count
+    ReformedLook look{info, glm::inverse(info.patientFromVoxel), drawnPart(ofCuts, info), {}, {}};
+    {
+        const Statistics statistics = loadStatistics(store, ram, options.threads);
+        const ValueSummary values = summarise(statistics, info, scene.volumes.front().unit);
+        look.look = {scene.valueColour, windowOf(scene.window, values)};
+        look.function = functionOfValues(scene.volumes.front(), values);
+        result.window = look.look.window;
+        result.lowest = values.lowest;
+        result.highest = values.highest;
+    }
+    look.reduction = scene.slice.reduction;
+    look.thicknessMm = scene.slice.thicknessMm;
+    result.secondsPreparing = secondsSince(start);
+
+    progress.stage("drawing");
+    const auto drawing = std::chrono::steady_clock::now();
+    // All that is free, up to what holds the chunks of a band of any picture for every thread.
+    constexpr std::size_t kEnough = std::size_t{256} << 20;
+    const std::size_t floor = latticeCacheFloorBytes(info, options.threads);
+    BrickCache cache(store, ram, std::max(floor, std::min(kEnough, ram.freeBytes())), options.threads);
+    result.image = Image(size);
+    std::vector<int> lefts;
+    int left = 0, patches = 0;
+    for (const Reformation& picture : pictures) {
+        lefts.push_back(left);
+        left += picture.columns + kReformedGap;
+        patches += (picture.columns + kPatch.x - 1) / kPatch.x;
+    }
+    struct Patch {
+        std::size_t picture;
+        int x;
+    };
+    std::vector<Patch> ofBand;
+    ofBand.reserve(static_cast<std::size_t>(patches));
+    for (std::size_t n = 0; n < pictures.size(); ++n)
+        for (int x = 0; x < pictures[n].columns; x += kPatch.x)
+            ofBand.push_back({n, x});
+    const int bands = (size.y + kPatch.y - 1) / kPatch.y;
+    std::atomic<std::size_t> pixels{0}, outside{0}, folded{0};
+    parallelFor(
+        ofBand.size() * static_cast<std::size_t>(bands), options.threads,
+        [&](std::size_t n) {
+            const Patch& patch = ofBand[n % ofBand.size()];
+            LatticeReader samples(cache, info, 0, nullptr);
+            ReformedShare own;
+            drawPatch(look, samples, pictures[patch.picture],
+                      {patch.x, kPatch.y * static_cast<int>(n / ofBand.size())}, lefts[patch.picture],
+                      result.image, own);
+            pixels += own.pixels;
+            outside += own.outside;
+            folded += own.folded;
+        },
+        [&](double part) { progress.update(part); });
+    share = {pixels, outside, folded};
+    result.secondsDrawing = secondsSince(drawing);
+    return result;
+}
+
+} // namespace tessera

@@ -1,0 +1,198 @@
+// viewer/cli/render/reformed_line.cpp: see reformed_line.h.
+#include "viewer/cli/render/reformed_line.h"
+
+#include "core/animation/reformed_line.h"
+#include "core/base/error.h"
+#include "core/base/names.h"
+#include "core/base/output_file.h"
+#include "core/scene/camera.h"
+#include "core/scene/measurement.h"
+#include "render/picture/reformed_picture.h"
+#include "render/plan/frame_plan.h" // kPictureBytesPerPixel
+#include "viewer/cli/manifest/manifest.h"
+#include "viewer/cli/options/command.h" // lengthsOf
+#include "viewer/cli/render/along_path.h"
+#include "viewer/cli/render/picture_files.h"
+#include "viewer/cli/render/picture_notes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/mat3x3.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace tessera {
+
+void checkReformation(const RenderArguments& a) {
+    const std::string form = a.pathPicture();
+    if ((a.unfold && a.reforms()) || (a.straighten && a.curved))
+        throw badFile(form, "one of --unfold, --straighten and --curved", "two");
+    for (const auto& [said, option] : {std::pair{a.angle.has_value(), "--angle"}, {a.angles > 0, "--angles"}})
+        if (said && !a.straighten)
+            throw badFile(option, "--straighten with it", "none");
+    if (a.angle && a.angles > 0)
+        throw badFile("--angles", "--angle or --angles, which are spread over half a turn", "both");
+    if (!a.direction.empty() && !a.curved)
+        throw badFile("--direction", "--curved with it", "none");
+    if (a.widthMm > 0 && !a.reforms())
+        throw badFile("--width", "--straighten or --curved with it", "none");
+    if (!a.reforms())
+        return;
+    if (a.keys.says("image.size"))
+        throw badFile("--size", "--width and --mm-per-pixel with " + form + ", whose size is the line's",
+                      "--size");
+    if (a.engine != "auto")
+        throw badFile("--engine", "none with " + form + ", which casts no rays", a.engine);
+    for (const auto& [said, option] : {std::pair{!a.view.empty() && !a.curved, "--view"},
+                                       {!a.view.empty() && !a.direction.empty(), "--view"},
+                                       {!a.fit.empty(), "--fit"},
+                                       {!a.projection.empty(), "--projection"},
+                                       {!a.mode.slice.empty(), "--slice"},
+                                       {!a.first.empty(), "--first"},
+                                       {!a.meshes.empty(), "--mesh"},
+                                       {!a.surfaces.empty(), "--isosurface"},
+                                       {a.explain, "--explain"}})
+        if (said)
+            throw badFile(option, std::string("no ") + option + " with " + form, option);
+}
+
+namespace {
+
+/// The picture's right and up by the scene's view, and how it was said.
+std::pair<glm::dvec3, glm::dvec3> axesOfView(const Scene& scene) {
+    if (const auto* const camera = std::get_if<Camera>(&scene.camera)) {
+        const glm::dmat3 axes = patientFromCamera(*camera);
+        return {axes[0], axes[1]};
+    }
+    const ViewAxes axes = axesOf(std::get<FittedView>(scene.camera));
+    return {axes.right, axes.up};
+}
+
+glm::dvec3 directionOf(const std::string& text) {
+    const auto numbers = lengthsOf(text, 3);
+    if (!numbers)
+        throw badFile("--direction", "X,Y,Z", "\"" + text.substr(0, 40) + "\"");
+    return {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+}
+
+/// Six times the line's mean distance from the wall, at least 40 mm.
+double widthOf(const Path& path) {
+    constexpr double kLeastMm = 40, kRadii = 6;
+    const std::vector<RoutePoint> route = routeOf(path.lines, path.flight->route);
+    double radius = 0;
+    for (const RoutePoint& point : route)
+        radius += point.radiusMm / static_cast<double>(route.size());
+    return std::max(kLeastMm, std::round(kRadii * radius));
+}
+
+/// Without a given size of pixels it is the smallest side of a voxel. Pixels that are larger get as many
+/// samples along a side as they have voxels, so that no voxel is left out.
+ReformedPixels pixelsOf(const RenderArguments& arguments, const Path& path, const VolumeInfo& info) {
+    constexpr double kMostSamples = 8;
+    const glm::dvec3 spacing = info.spacingMm();
+    const double voxel = std::min({spacing.x, spacing.y, spacing.z});
+    ReformedPixels pixels;
+    pixels.widthMm = arguments.widthMm > 0 ? arguments.widthMm : widthOf(path);
+    pixels.mmPerPixel = arguments.mmPerPixel > 0 ? arguments.mmPerPixel : voxel;
+    pixels.samples =
+        static_cast<int>(std::clamp(std::ceil(pixels.mmPerPixel / voxel - 1e-6), 1.0, kMostSamples));
+    return pixels;
+}
+
+std::string percent(std::size_t part, std::size_t all) {
+    return formatNumber(
+               100.0 * static_cast<double>(part) / static_cast<double>(std::max<std::size_t>(all, 1)), 2) +
+           " %";
+}
+
+} // namespace
+
+void renderReformedLine(const RenderTask& task) {
+    const RenderArguments& arguments = task.arguments;
+    const Path path = pathOf(task);
+    if (!path.flight)
+        throw badFile(arguments.path, "a path with lines", "one of keyframes");
+    Flight flight = *path.flight;
+    flight.lookAheadMm = 0; // rows stand on the line
+    const FlightCurve line(path.lines, flight);
+    const ReformedPixels pixels = pixelsOf(arguments, path, task.store.info());
+    const int count = std::max(1, arguments.angles);
+    const Charge ofRows = task.ram.charge(reformedBytes(line, pixels) * static_cast<std::size_t>(count),
+                                          "the rows of a reformation");
+    std::vector<Reformation> pictures;
+    nlohmann::json about;
+    if (arguments.straighten) {
+        nlohmann::json angles = nlohmann::json::array();
+        for (int n = 0; n < count; ++n) {
+            angles.push_back(arguments.angle.value_or(0) + 180.0 * n / count);
+            pictures.push_back(straightened(line, angles.back().get<double>(), pixels));
+        }
+        about = {{"form", "straightened"},
+                 {"anglesDegrees", angles},
+                 {"viewer", "from up, clockwise along the line"},
+                 {"top", "beginning"}};
+    } else {
+        const auto [right, up] = axesOfView(task.scene);
+        const glm::dvec3 direction = arguments.direction.empty() ? right : directionOf(arguments.direction);
+        Stretched picture = stretched(line, direction, up, pixels);
+        about = {{"form", "stretched"},
+                 {"direction", {direction.x, direction.y, direction.z}},
+                 {"top", picture.endOnTop ? "end" : "beginning"}};
+        pictures.push_back(std::move(picture.picture));
+    }
+
+    RenderOptions options = task.options;
+    options.progress = task.common.progress.get();
+    ReformedShare share;
+    RenderResult result = renderReformed(task.scene, pictures, task.store, task.ram, options, share);
+    const Charge written = task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
+    task.common.progress->stage("writing the picture");
+    Scene scene = task.scene;
+    scene.imageSize = result.image.size;
+    nlohmann::json report = makeManifest(scene, task.stores, result, task.ram, task.gpu);
+    about.update({{"mmPerPixel", pixels.mmPerPixel},
+                  {"samplesPerPixel", pixels.samples * pixels.samples},
+                  {"widthMm", pixels.widthMm},
+                  {"pictureSize", {pictures.front().size().x, pictures.front().size().y}},
+                  {"slabMm", scene.slice.thicknessMm},
+                  {"lineHash", digestOf(line)},
+                  {"lineLengthMm", line.lengthMm()},
+                  {"route", flight.route},
+                  {"fromMm", flight.fromMm},
+                  {"backwards", flight.backwards},
+                  {"pixels", share.pixels},
+                  {"outsidePixels", share.outside},
+                  {"foldedPixels", share.folded}});
+    if (scene.slice.thicknessMm > 0)
+        about["slab"] = nameOf(scene.slice.reduction);
+    report["reformation"] = std::move(about);
+    const bool blank = isBlank(result.image);
+    if (scene.annotations.scaleBar) {
+        const ScaleBar bar = scaleBarOf(pixels.mmPerPixel, pictures.front().columns);
+        drawScaleBar(result.image, bar);
+        report["scaleBar"] = scaleBarJson(bar);
+    }
+    writePicture(arguments.out, result.image, scene.background, manifestText(report));
+    task.common.progress->end();
+    if (blank)
+        printProblem(
+            "the picture is blank: the line does not meet the drawn part of the volume, which lies in " +
+            placeOf(task.store.info()));
+    if (arguments.json) {
+        report["output"] = arguments.out;
+        report["blank"] = blank;
+        printReport(report);
+    }
+    finishStandardOutput();
+    if (share.folded > 0)
+        task.common.note(percent(share.folded, share.pixels) +
+                         " of the pixels are left out: they lie beyond the line's centre of curvature, where "
+                         "rows cross one another");
+    noteWritten(task, scene, result, arguments.straighten ? ", straightened" : ", stretched");
+}
+
+} // namespace tessera
