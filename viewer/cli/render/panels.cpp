@@ -66,7 +66,7 @@ bool isAngles(const std::string& text) {
 
 void checkPanelOptions(const RenderArguments& a) {
     for (const auto& [said, option] : {std::pair{a.isFilm(), "a film"},
-                                       {a.unfold, "--unfold"},
+                                       {!a.path.empty(), "--path"},
                                        {a.tiles > 0, "--tiles"},
                                        {a.ranks, "--ranks"},
                                        {!a.view.empty(), "--view"},

@@ -126,7 +126,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     }
     if (arguments.isFilm())
         checkFilmOutput(arguments.out);
-    else if (arguments.unfold || arguments.tiles > 0)
+    else if (!arguments.pathPicture().empty() || arguments.tiles > 0)
         checkPictureOutput(arguments.out);
     else
         checkFigureOutput(arguments.out);
@@ -151,8 +151,8 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     const bool singleRays = takesSingleRays(arguments, samplesNamed, scene);
     checkTiles(arguments, scene);
     checkAnnotations(scene);
-    if (arguments.unfold && scene.annotations.any())
-        throw badFile("--unfold", "a picture without annotations", scene.annotations.first());
+    if (!arguments.pathPicture().empty() && scene.annotations.any())
+        throw badFile(arguments.pathPicture(), "a picture without annotations", scene.annotations.first());
     if (singleRays)
         common.note("--tiles: one ray per pixel; --samples takes more");
     const glm::ivec2 together = pixelsTogether(arguments, scene);
