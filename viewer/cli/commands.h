@@ -4,7 +4,13 @@
 
 #include "viewer/cli/options/run_commands.h"
 
+#include <memory>
+
 namespace tessera {
+
+struct RenderArguments;
+/// The options of `tessera render` alone, for what draws without the command (viewer/python/).
+void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& arguments);
 
 void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action);
 void addCoverageCommand(Command& program, const CommonOptions& common, Action& action);

@@ -29,9 +29,7 @@ std::string singleRayEngines() {
 
 } // namespace
 
-void addRenderCommand(Command& program, const CommonOptions& common, Action& action) {
-    Command command = program.command("render", "Draw a picture of a scene, a store or source files");
-    auto a = std::make_shared<RenderArguments>();
+void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& a) {
     command.option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...").required();
     command
         .option("-o,--output", a->out,
@@ -202,6 +200,12 @@ void addRenderCommand(Command& program, const CommonOptions& common, Action& act
     addSpacingOption(command, a->input);
     a->keys.set(command);
     a->keys.addOthers(command);
+}
+
+void addRenderCommand(Command& program, const CommonOptions& common, Action& action) {
+    Command command = program.command("render", "Draw a picture of a scene, a store or source files");
+    auto a = std::make_shared<RenderArguments>();
+    addRenderOptions(command, a);
     command.footer("Example:\n  tessera render abdomen.zarr -o liver.png --preset soft-tissue --view left");
     command.whenChosen([a, &common, &action] { action = [a, &common] { runRender(*a, common); }; });
 }

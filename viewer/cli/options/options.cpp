@@ -33,7 +33,9 @@ std::size_t availableBytes() {
 } // namespace
 
 void CommonOptions::note(const std::string& line) const {
-    if (!quiet)
+    if (listener)
+        listener(prefix + line);
+    else if (!quiet)
         (shared ? shared : progress)->say(prefix + line);
 }
 void CommonOptions::detail(const std::string& line) const {
@@ -42,6 +44,8 @@ void CommonOptions::detail(const std::string& line) const {
 }
 
 void CommonOptions::problem(const std::string& message) const {
+    if (listener)
+        return listener(prefix + message);
     (shared ? shared : progress)->end();
     printProblem(prefix + message);
 }

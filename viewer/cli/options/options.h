@@ -5,6 +5,7 @@
 #include "core/base/budget.h"
 #include "core/base/progress.h"
 
+#include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
@@ -28,8 +29,11 @@ struct CommonOptions {
     void note(const std::string& line) const;
     /// A line on stderr with --verbose only.
     void detail(const std::string& line) const;
-    /// printProblem(), with the prefix.
+    /// printProblem(), with the prefix: also with --quiet.
     void problem(const std::string& message) const;
+    /// Gets the lines of note() and problem() in place of stderr, from the thread that does the work. None:
+    /// stderr.
+    std::function<void(const std::string& line)> listener = {};
     /// Objects that live until the command ends, such as a lock or a temporary folder.
     void keep(std::shared_ptr<void> thing) const { kept->push_back(std::move(thing)); }
     std::shared_ptr<std::vector<std::shared_ptr<void>>> kept =

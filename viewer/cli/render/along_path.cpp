@@ -179,7 +179,7 @@ void renderFilm(const RenderTask& task) {
                      writePicture(path, image, std::nullopt, manifest);
                  });
     if (report.blank > 0 && report.blank == report.drawn)
-        printProblem("all frames are blank: the path's cameras see nothing that is shown");
+        task.common.problem("all frames are blank: the path's cameras see nothing that is shown");
     if (arguments.json) {
         const nlohmann::json out = {{"output", arguments.out},
                                     {"frames", report.frames},

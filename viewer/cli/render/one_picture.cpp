@@ -173,7 +173,8 @@ void renderOnePicture(const RenderTask& task) {
     const Charge pictures =
         task.ram.charge((kPictureBytesPerPixel + ofLayers) * result.image.pixels.size(), "the picture");
 
-    common.progress->stage("writing the picture");
+    if (!task.take)
+        common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
     if (options.group)
         report["ranks"] = ranks;
@@ -184,9 +185,13 @@ void renderOnePicture(const RenderTask& task) {
     if (task.layers.any())
         report["layers"] = task.layers.names();
     report["options"] = optionsJson(task);
-    if (task.scene.background)
-        result.image = overBackground(result.image, *task.scene.background);
-    writeFigure(arguments.out, std::move(result.image), figure, manifestText(report), layers, task.ram);
+    if (task.take) {
+        task.take(task, result, report);
+    } else {
+        if (task.scene.background)
+            result.image = overBackground(result.image, *task.scene.background);
+        writeFigure(arguments.out, std::move(result.image), figure, manifestText(report), layers, task.ram);
+    }
 
     common.progress->end();
     if (const std::string words = leftOutText(report); !words.empty())
@@ -215,12 +220,14 @@ void renderOnePicture(const RenderTask& task) {
         for (const std::string& line : lines)
             std::printf("%s\n", line.c_str());
     }
-    finishStandardOutput();
+    if (!task.take)
+        finishStandardOutput();
     if (!blank)
         noteMissingSurfaces(task, result);
     noteUnseenSky(task);
     noteMissedError(task, result);
-    noteWritten(task, task.scene, result, "");
+    if (!task.take)
+        noteWritten(task, task.scene, result, "");
     common.detail("most charged: RAM " + formatBytes(task.ram.peakBytes()) + " of " +
                   formatBytes(task.ram.limitBytes()) + ", GPU memory " + formatBytes(task.gpu.peakBytes()) +
                   " of " + formatBytes(task.gpu.limitBytes()));

@@ -9,10 +9,18 @@
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 namespace tessera {
+
+struct RenderTask;
+/// Takes a picture in place of its file, with all that is drawn over it, and its manifest. It may move the
+/// result's images.
+using TakePicture =
+    std::function<void(const RenderTask& task, RenderResult& result, const nlohmann::json& manifest)>;
 
 /// One picture, a film, or an unfolded wall. All references outlive it.
 struct RenderTask {
@@ -26,6 +34,7 @@ struct RenderTask {
     LayerChoice layers = {};                // of one picture
     std::string request = {};               // requestOf() (asked_options.h)
     std::vector<SourceChoice> sources = {}; // of each volume, where it was source files
+    TakePicture take = {};                  // of one picture; none: its file is written
 };
 
 } // namespace tessera

@@ -113,8 +113,9 @@ void refuseLeaks(const RenderArguments& arguments, const Path& path) {
 
 /// @param group  of --ranks; else null
 /// @param draw  in place of the arguments' picture or film; empty: that
+/// @param take  of one picture; none: its file is written
 void renderBy(ProcessGroup* group, const RenderArguments& arguments, const CommonOptions& common,
-              const std::function<void(const RenderTask&)>& draw = {}) {
+              const std::function<void(const RenderTask&)>& draw = {}, const TakePicture& take = {}) {
     // Everything that can be refused is refused before the long work.
     checkFilmOptions(arguments);
     std::optional<Path> path;
@@ -128,7 +129,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
         checkFilmOutput(arguments.out);
     else if (!arguments.pathPicture().empty() || arguments.tiles > 0)
         checkPictureOutput(arguments.out);
-    else
+    else if (!take)
         checkFigureOutput(arguments.out);
     if (group)
         checkRanks(arguments);
@@ -219,7 +220,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     options.checking = options.verify != Verify::none;
     options.layers = {layers.ofPaths(), layers.error};
     const RenderTask task{arguments, common,  std::move(scene), store,   stores, ram,
-                          gpu,       options, layers,           request, sources};
+                          gpu,       options, layers,           request, sources, take};
     if (draw)
         draw(task);
     else if (arguments.unfold)
@@ -248,6 +249,14 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common) {
         return renderBy(nullptr, arguments, common);
     renderInGroup(common,
                   [&](const CommonOptions& mine, ProcessGroup& group) { renderBy(&group, arguments, mine); });
+}
+
+void runRender(const RenderArguments& arguments, const CommonOptions& common, const Scene* scene,
+               const TakePicture& take) {
+    RenderArguments of = arguments;
+    if (scene)
+        of.scene = *scene;
+    renderBy(nullptr, of, common, {}, take);
 }
 
 } // namespace tessera

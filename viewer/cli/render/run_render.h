@@ -3,11 +3,17 @@
 #pragma once
 
 #include "viewer/cli/options/options.h"
+#include "viewer/cli/render/render_task.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
 namespace tessera {
 
 /// Throws InputError naming an option or a file, and as drawing does.
 void runRender(const RenderArguments& arguments, const CommonOptions& common);
+
+/// The same of one picture, which is taken in place of its file.
+/// @param scene  in place of the one that the arguments name; null: that one
+void runRender(const RenderArguments& arguments, const CommonOptions& common, const Scene* scene,
+               const TakePicture& take);
 
 } // namespace tessera
