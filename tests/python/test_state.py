@@ -1,0 +1,114 @@
+"""What Python's package leaves of the interpreter as it was: signals, output, folders; and how soon it is there."""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+LONG = "tessera.render(v, size=(2000, 2000), light='cinematic', samples=4096, engine='native', no_check=True)"
+BEGIN = "import tessera, numpy as np\nv = tessera.phantom('torso', (64, 48, 75))\nprint('ready', flush=True)\n"
+
+
+def run(program, **more):
+    return subprocess.run(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more
+    )
+
+
+class State(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.env = {**os.environ, "TMPDIR": self.folder.name, "XDG_CACHE_HOME": self.folder.name + "/cache"}
+
+    def left(self):
+        return [name for name in os.listdir(self.folder.name) if name != "cache"]
+
+    def begin(self, program):
+        process = subprocess.Popen(
+            [sys.executable, "-c", BEGIN + program],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=self.env,
+        )
+        self.assertEqual(process.stdout.readline(), "ready\n")
+        time.sleep(0.7)
+        return process
+
+    def test_ctrl_c_stops_within_a_second(self):
+        process = self.begin(f"try:\n    {LONG}\nexcept KeyboardInterrupt:\n    print('stopped')\n")
+        began = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=30)
+        self.assertEqual((out, errors, process.returncode), ("stopped\n", "", 0))
+        self.assertLess(time.monotonic() - began, 2.5, "1 s on an idle machine, and Python's end")
+        self.assertEqual(self.left(), [])
+
+    def test_a_handler_of_the_users_may_raise(self):
+        process = self.begin(
+            "import signal\ndef stop(*_):\n    raise TimeoutError\nsignal.signal(signal.SIGALRM, stop)\n"
+            f"signal.setitimer(signal.ITIMER_REAL, 0.3)\ntry:\n    {LONG}\nexcept TimeoutError:\n    print('late')\n"
+        )
+        out, _ = process.communicate(timeout=30)
+        self.assertEqual(out, "late\n")
+
+    def test_the_next_process_removes_what_a_killed_one_left(self):
+        process = self.begin(LONG)
+        process.kill()
+        process.communicate()
+        self.assertNotEqual(self.left(), [])
+        self.assertEqual(run(BEGIN, env=self.env).returncode, 0)
+        self.assertEqual(self.left(), [])
+
+    def test_nothing_is_printed_and_nothing_changes(self):
+        program = (
+            "import os, signal, threading, locale, sys\n"
+            "def state():\n"
+            "    mask = os.umask(0); os.umask(mask)\n"
+            "    return ([signal.getsignal(n) for n in signal.valid_signals()], mask, os.getcwd(), locale.setlocale(locale.LC_ALL),\n"
+            "            threading.active_count(), sys.getdlopenflags(), dict(os.environ))\n"
+            "def dispositions():\n"
+            "    with open('/proc/self/status') as file:\n"
+            "        lines = dict(line.split(':\\t') for line in file if line.startswith('Sig'))\n"
+            "    ofThreads = 3 << 31  # glibc catches 32 and 33 once there are threads\n"
+            "    return [int(lines[key], 16) & ~ofThreads for key in ('SigBlk', 'SigIgn', 'SigCgt')]\n"
+            "import numpy\n"
+            "before, signals = state(), dispositions()\n"
+            "import tessera\n"
+            "v = tessera.phantom('torso', (32, 24, 38))\n"
+            "p = tessera.render(v, size=(32, 24), engine='native')\n"
+            "p.save('a.png')\n"
+            "try:\n    tessera.render(v, view='sideways')\nexcept tessera.InputError:\n    pass\n"
+            "try:\n    tessera.render(v, isosurface='9000', mode='isosurface', size=(32, 24))\nexcept tessera.Error:\n    pass\n"
+            "try:\n    tessera.open('/no/such/place')\nexcept ValueError:\n    pass\n"
+            "after = state()\n"
+            "assert after == before, [pair for pair in zip(after, before) if pair[0] != pair[1]]\n"
+            "assert dispositions() == signals\n"
+        )
+        done = run(program, env=self.env, cwd=self.folder.name)
+        self.assertEqual((done.stdout, done.stderr, done.returncode), ("", "", 0))
+
+    def test_it_is_imported_soon(self):
+        program = (
+            "import numpy, time, resource\n"
+            "def used():\n    u = resource.getrusage(resource.RUSAGE_SELF)\n    return u.ru_utime + u.ru_stime\n"
+            "a = used()\nimport tessera\nprint(used() - a)\n"
+        )
+        seconds = min(float(run(program).stdout) for _ in range(3))
+        self.assertLess(seconds, 0.3, "of processor time, beside numpy")
+
+    def test_importing_files_needs_no_flags_of_the_caller(self):
+        # Modules find the program's symbols in the extension, however it was loaded.
+        program = (
+            "import tessera, tempfile, os, sys\n"
+            "with tempfile.TemporaryDirectory() as f:\n"
+            "    open(f + '/a.nii', 'wb').write(b'x' * 400)\n"
+            "    try:\n        tessera.open(f + '/a.nii')\n"
+            "    except tessera.InputError as e:\n        print('InputError')\n"
+        )
+        self.assertEqual(run(program, env=self.env).stdout, "InputError\n")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,233 @@
+"""Volumes of Python's package: arrays and paths in, levels and boxes out."""
+
+import gc
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+import tessera
+
+
+def ramp(shape, dtype=np.int16):
+    """Numbers that tell their place."""
+    z, y, x = np.indices(shape)
+    return (x + 7 * y + 31 * z).astype(dtype)
+
+
+class Arrays(unittest.TestCase):
+    def test_every_type_comes_back(self):
+        for name in "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float16 float32 float64".split():
+            for order in "<>":
+                with self.subTest(name=name, order=order):
+                    dtype = np.dtype(name).newbyteorder(order)
+                    array = (ramp((5, 6, 7), np.int64) % 100).astype(dtype)
+                    volume = tessera.open(array)
+                    self.assertEqual(volume.shape, (5, 6, 7))
+                    np.testing.assert_array_equal(volume.level(0), array.astype(volume.dtype))
+
+    def test_any_layout_is_read_where_it_lies(self):
+        whole = ramp((40, 41, 42))
+        layouts = {
+            "fortran": np.asfortranarray(whole),
+            "transposed": whole.T,
+            "backwards": whole[::-1, :, ::-1],
+            "steps": whole[::2, 1::3, ::2],
+            "broadcast": np.broadcast_to(whole[0], (33, 41, 42)),
+            "read only": whole[:20],
+        }
+        layouts["read only"].setflags(write=False)
+        for name, array in layouts.items():
+            with self.subTest(name):
+                np.testing.assert_array_equal(np.asarray(tessera.open(array)), array)
+
+    def test_orientation_moves_voxels_and_not_places(self):
+        array = ramp((8, 9, 10))
+        direction = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]], dtype=float)
+        volume = tessera.open(array, spacing=(0.5, 0.7, 2), origin=(10, 20, 30), direction=direction)
+        given = np.eye(4)
+        given[:3, :3] = direction * [0.5, 0.7, 2]
+        given[:3, 3] = (10, 20, 30)
+        values, inverse = volume.level(0), np.linalg.inv(given)
+        for index in [(0, 0, 0), (3, 1, 2), tuple(n - 1 for n in volume.shape[::-1])]:
+            x, y, z = index
+            place = volume.affine @ [x, y, z, 1]
+            i, j, k = np.rint(inverse @ place)[:3].astype(int)
+            self.assertEqual(values[z, y, x], array[k, j, i])
+        self.assertTrue(np.all(np.diag(volume.affine)[:3] > 0))
+
+    def test_affine_and_parts_of_it_are_the_same(self):
+        array = ramp((4, 5, 6))
+        parts = tessera.open(array, spacing=(0.5, 0.75, 2), origin=(-3, 4, 5))
+        whole = tessera.open(array, affine=parts.affine)
+        np.testing.assert_allclose(whole.affine, parts.affine)
+        self.assertEqual(whole.spacing, (0.5, 0.75, 2.0))
+        self.assertEqual(whole.origin, (-3.0, 4.0, 5.0))
+        np.testing.assert_allclose(whole.direction, np.eye(3))
+
+    def test_values_have_slope_and_intercept(self):
+        array = ramp((6, 6, 6), np.uint16)
+        volume = tessera.open(array, slope=2, intercept=-1000, unit="HU")
+        np.testing.assert_array_equal(volume.level(0), 2.0 * array - 1000)
+        np.testing.assert_array_equal(volume.level(0, stored=True), array)
+        self.assertEqual((volume.unit, volume.dtype), ("HU", np.float32))
+        self.assertEqual(volume.range, (-1000.0, 2.0 * array.max() - 1000))
+
+    def test_values_without_a_number_become_the_lowest(self):
+        array = ramp((6, 6, 6), np.float32)
+        array[1, 2, 3], array[0, 0, 0] = np.nan, np.inf
+        volume = tessera.open(array)
+        expected = np.where(np.isfinite(array), array, np.nanmin(array))
+        np.testing.assert_array_equal(volume.level(0), expected)
+        self.assertIn("2 voxels without a number", " ".join(volume.notes))
+
+    def test_what_is_no_volume_is_refused(self):
+        masked = np.ma.masked_array(np.zeros((2, 2, 2)), mask=True)
+        for bad, words in [
+            (np.zeros((4, 4)), "three axes"),
+            (np.zeros((2, 2, 2, 2)), "three axes"),
+            (np.zeros((0, 2, 2)), "at least one voxel"),
+            (np.zeros((2, 2, 2), complex), "complex128"),
+            (np.zeros((2, 2, 2), object), "object"),
+            (np.zeros((2, 2, 2), "U3"), "numbers"),
+            (np.zeros((2, 2, 2), [("a", int)]), "numbers"),
+            (masked, "mask"),
+        ]:
+            with self.subTest(words), self.assertRaisesRegex(tessera.InputError, words):
+                tessera.open(bad)
+        for options in [
+            {"spacing": (1, 1)},
+            {"spacing": (1, 1, 0)},
+            {"spacing": (1, np.nan, 1)},
+            {"direction": np.eye(3) * 2},
+            {"affine": np.zeros((4, 4))},
+            {"affine": np.eye(4), "origin": (0, 0, 0)},
+            {"unit": "x" * 20},
+            {"slope": 0},
+            {"series": 2},
+            {"ram": "lots"},
+            {"ram": "1KiB"},
+            {"progress": 3},
+        ]:
+            with self.subTest(options), self.assertRaises(tessera.InputError):
+                tessera.open(ramp((4, 4, 4)), **options)
+
+    def test_an_import_holds_no_second_copy(self):
+        program = (
+            "import resource, numpy as np, tessera\n"
+            "a = np.zeros((256, 512, 512), np.int16); a[:] = np.arange(512, dtype=np.int16)\n"
+            "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+            "v = tessera.open(a, ram='48MiB')\n"
+            "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
+        )
+        grown = int(subprocess.run([sys.executable, "-c", program], check=True, stdout=subprocess.PIPE).stdout)
+        self.assertLess(grown, 110 << 10, "KiB; the array has 128 MiB")
+
+    def test_its_temporary_store_goes_with_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = (
+                "import numpy as np, tessera, os\n"
+                "v = tessera.open(np.zeros((8, 8, 8), np.int16)); assert os.path.exists(v.path)\n"
+                "w = tessera.open(np.zeros((8, 8, 8), np.int16)); path = w.path; del w\n"
+                "assert not os.path.exists(path)\n"
+                "if os.fork() == 0:\n    del v; os._exit(0)\n"
+                "os.wait(); assert os.path.exists(v.path), 'a child took it'\n"
+                "import builtins; builtins.kept = v\n"
+            )
+            subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ, "TMPDIR": folder})
+            self.assertEqual(os.listdir(folder), [])
+
+
+class Reading(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.array = ramp((70, 50, 45))
+        cls.volume = tessera.open(cls.array)
+
+    def test_boxes_are_those_of_the_array(self):
+        for box in [((0, 70), (0, 50), (0, 45)), ((31, 33), (5, 6), (0, 45)), ((69, 70), (49, 50), (44, 45))]:
+            (z0, z1), (y0, y1), (x0, x1) = box
+            np.testing.assert_array_equal(self.volume.read(box), self.array[z0:z1, y0:y1, x0:x1])
+
+    def test_indices_mean_what_they_mean_for_arrays(self):
+        for index in [
+            3, -1, slice(None), (slice(2, 40, 3), 4), (Ellipsis, 7), (slice(None, None, -1), slice(5, 2, -1), -3),
+            (slice(10, 10),), (1, 2, 3), (slice(60, 5, -7), Ellipsis, slice(-4, None)),
+        ]:
+            with self.subTest(index):
+                np.testing.assert_array_equal(self.volume[index], self.array[index])
+        for index in [70, (0, 0, 0, 0), -71]:
+            with self.assertRaises(IndexError):
+                self.volume[index]
+
+    def test_levels_are_means_of_the_one_before(self):
+        self.assertEqual(self.volume.levels[:2], ((70, 50, 45), (35, 25, 23)))
+        self.assertEqual(len(self.volume.levels), 6)
+        fine = self.array[:70, :50, :44].reshape(35, 2, 25, 2, 22, 2).mean(axis=(1, 3, 5))
+        self.assertLessEqual(np.abs(self.volume.level(1)[:, :, :22] - fine).max(), 0.5)
+
+    def test_wrong_boxes_and_levels_are_refused(self):
+        for box in [((0, 71), (0, 1), (0, 1)), ((0, 0), (0, 1), (0, 1)), ((-1, 1), (0, 1), (0, 1)), (1, 2), "all"]:
+            with self.subTest(box), self.assertRaises(tessera.InputError):
+                self.volume.read(box)
+        for level in [-1, 6]:
+            with self.assertRaises(tessera.InputError):
+                self.volume.level(level)
+
+    def test_histogram_is_numpys(self):
+        counts, edges = self.volume.histogram()
+        expected, places = np.histogram(self.array, bins=64)
+        np.testing.assert_array_equal(counts, expected)
+        np.testing.assert_allclose(edges, places, rtol=1e-5)
+
+    def test_the_same_content_has_the_same_hash(self):
+        self.assertEqual(tessera.open(self.array).content_hash, self.volume.content_hash)
+        self.assertNotEqual(tessera.open(self.array + 1).content_hash, self.volume.content_hash)
+
+    def test_an_array_outlives_its_volume(self):
+        volume = tessera.open(self.array)
+        level = volume.level(2)
+        before = level.copy()
+        del volume
+        gc.collect()
+        np.testing.assert_array_equal(level, before)
+
+
+class Paths(unittest.TestCase):
+    def test_files_are_imported_to_the_cache(self):
+        with tempfile.TemporaryDirectory() as folder:
+            array = ramp((9, 10, 11))
+            array.tofile(os.path.join(folder, "a.raw"))
+            name = os.path.join(folder, "a.json")
+            with open(name, "w") as file:
+                file.write('{"data": "a.raw", "extent": [11, 10, 9], "type": "int16", "spacing": [1, 2, 3]}')
+            told = []
+            volume = tessera.open(name, progress=lambda stage, share: told.append((stage, share)))
+            np.testing.assert_array_equal(volume.level(0), array)
+            self.assertEqual(volume.spacing, (1.0, 2.0, 3.0))
+            self.assertTrue(told and told[-1][1] == 1)
+            self.assertEqual(tessera.open(volume).path, volume.path)
+            self.assertEqual(tessera.open(volume.path).content_hash, volume.content_hash)
+            with self.assertRaisesRegex(tessera.InputError, "series"):
+                tessera.open(volume.path, series=2)
+            with self.assertRaisesRegex(tessera.InputError, "nearest: --series"):
+                tessera.open(name, serie=2)
+
+    def test_what_cannot_be_opened_says_why(self):
+        with self.assertRaisesRegex(tessera.InputError, "expected a file or folder, found nothing there"):
+            tessera.open("/no/such/place")
+        with self.assertRaises(tessera.InputError):
+            tessera.open(__file__)
+        with self.assertRaises(ValueError):
+            tessera.open("/no/such/place")
+        with self.assertRaises(RuntimeError):
+            tessera.open("/no/such/place")
+        with self.assertRaisesRegex(tessera.InputError, "origin"):
+            tessera.open(__file__, origin=(0, 0, 0))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,308 @@
+"""Volumes: tessera.open() and what it returns."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _tessera
+from ._tessera import InputError
+from ._words import Progress, ram_text, words_of
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+class Volume:
+    """A volume that was opened: its levels of detail, read when they are asked for.
+
+    Axes of arrays are [z, y, x]. Along x, y and z the volume runs towards the patient's left, back and head, as
+    nearly as whole axes can; `affine` says exactly how. It is an os.PathLike of its store.
+    """
+
+    def __init__(self, opened: _tessera.Volume) -> None:
+        self._opened = opened
+        self._facts: Dict[str, Any] = opened.facts()
+        self._hash: Optional[str] = None
+
+    @property
+    def path(self) -> str:
+        """Of its store; a temporary one for an array."""
+        return self._opened.path
+
+    def __fspath__(self) -> str:
+        return self._opened.path
+
+    @property
+    def shape(self) -> Tuple[int, int, int]:
+        """Voxels along z, y and x."""
+        return tuple(self._facts["shapes"][0])
+
+    @property
+    def levels(self) -> Tuple[Tuple[int, int, int], ...]:
+        """Shapes of the levels of detail, finest first: each has half of the one before along every axis."""
+        return tuple(tuple(shape) for shape in self._facts["shapes"])
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Of the arrays that reading gives: stored numbers if they are the values, else float32."""
+        is_value = self.slope == 1 and self.intercept == 0
+        return np.dtype(self._facts["type"]) if is_value else np.dtype(np.float32)
+
+    @property
+    def type(self) -> str:
+        """Of the stored numbers: "uint8", "int16", "uint16" or "float32"."""
+        return self._facts["type"]
+
+    @property
+    def slope(self) -> float:
+        """value = slope * stored number + intercept"""
+        return self._facts["slope"]
+
+    @property
+    def intercept(self) -> float:
+        return self._facts["intercept"]
+
+    @property
+    def unit(self) -> str:
+        """Of the values: "HU" for CT, "SUVbw"; "" unknown."""
+        return self._facts["unit"]
+
+    @property
+    def modality(self) -> str:
+        """As DICOM has it: "CT", "MR"; "" unknown."""
+        return self._facts["modality"]
+
+    @property
+    def affine(self) -> np.ndarray:
+        """4 x 4: patient space (LPS, mm) from the index (x, y, z) of a voxel, its centre."""
+        return np.array(self._facts["affine"]).reshape(4, 4)
+
+    @property
+    def spacing(self) -> Tuple[float, float, float]:
+        """Millimetres between voxels along x, y and z."""
+        return tuple(float(mm) for mm in np.linalg.norm(self.affine[:3, :3], axis=0))
+
+    @property
+    def origin(self) -> Tuple[float, float, float]:
+        """Centre of the first voxel, patient space, mm."""
+        return tuple(float(mm) for mm in self.affine[:3, 3])
+
+    @property
+    def direction(self) -> np.ndarray:
+        """3 x 3: directions of x, y and z in patient space, as columns."""
+        return self.affine[:3, :3] / np.array(self.spacing)
+
+    @property
+    def range(self) -> Tuple[float, float]:
+        """Least and greatest value."""
+        low, high = self._facts["range"]
+        return min(low, high), max(low, high)
+
+    @property
+    def remarks(self) -> Tuple[str, ...]:
+        """Irregularities of the source that were accepted."""
+        return tuple(self._facts["remarks"])
+
+    @property
+    def notes(self) -> Tuple[str, ...]:
+        """What opening had to say."""
+        return tuple(self._opened.notes)
+
+    @property
+    def content_hash(self) -> str:
+        """Identity of the content, as manifests of pictures have it."""
+        if self._hash is None:
+            self._hash = self._opened.content_hash()
+        return self._hash
+
+    def histogram(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Counts of all voxels in 64 equal bins, and the 65 values at their edges, as numpy.histogram has them."""
+        counts, edges = self._opened.histogram()
+        return np.array(counts, dtype=np.uint64), np.array(edges)
+
+    def level(self, level: int, *, stored: bool = False, progress: Progress = None) -> np.ndarray:
+        """A whole level of detail as an array; 0 is the finest. The array's memory is the caller's.
+
+        stored: numbers as they are stored, not values.
+        """
+        return self.read(None, level, stored=stored, progress=progress)
+
+    def read(
+        self,
+        box: Optional[Sequence[Tuple[int, int]]] = None,
+        level: int = 0,
+        *,
+        stored: bool = False,
+        progress: Progress = None,
+    ) -> np.ndarray:
+        """A box of a level: ((z0, z1), (y0, y1), (x0, x1)), half open, in samples of that level; None: all of it.
+
+        Values in their unit, or with `stored` numbers as they are stored. Only what the box needs is decoded.
+        """
+        if not 0 <= level < len(self.levels):
+            raise InputError(f"level: expected 0 to {len(self.levels) - 1}, found {level}")
+        if box is None:
+            box = [(0, extent) for extent in self.levels[level]]
+        try:
+            (z0, z1), (y0, y1), (x0, x1) = ((int(low), int(high)) for low, high in box)
+        except (TypeError, ValueError):
+            raise InputError("box: expected ((z0, z1), (y0, y1), (x0, x1)), found " + repr(box)[:80]) from None
+        return self._opened.read(level, (x0, y0, z0), (x1, y1, z1), stored, progress)
+
+    def __getitem__(self, index: Any) -> np.ndarray:
+        """volume[z, y, x] of level 0 by numbers and slices, as arrays have it. Only the box around is decoded."""
+        if not isinstance(index, tuple):
+            index = (index,)
+        if Ellipsis in index:
+            at = index.index(Ellipsis)
+            index = index[:at] + (slice(None),) * (4 - len(index)) + index[at + 1 :]
+        if len(index) > 3:
+            raise IndexError("a volume has three axes")
+        index += (slice(None),) * (3 - len(index))
+        box, rest = [], []
+        for one, extent in zip(index, self.shape):
+            if isinstance(one, slice):
+                start, stop, step = one.indices(extent)
+                places = range(start, stop, step)
+                low, high = (min(places), max(places) + 1) if len(places) else (0, 1)
+                first = places[0] - low if len(places) else 0
+                ends = None if step < 0 else high - low
+                box.append((low, high))
+                rest.append(slice(first, ends, step) if len(places) else slice(0, 0))
+            else:
+                at = one.__index__()
+                if not -extent <= at < extent:
+                    raise IndexError(f"index {at} is out of bounds for {extent} voxels")
+                at %= extent
+                box.append((at, at + 1))
+                rest.append(0)
+        return self.read(box)[tuple(rest)]
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+        values = self.level(0)
+        return values if dtype is None else values.astype(dtype, copy=False)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __repr__(self) -> str:
+        z, y, x = self.shape
+        mm = " x ".join(f"{length:.4g}" for length in self.spacing)
+        low, high = self.range
+        unit = f" {self.unit}" if self.unit else ""
+        kind = f"{self.modality}, " if self.modality else ""
+        return f"<tessera.Volume {kind}{z} x {y} x {x} (z, y, x), {self.type}, {low:g} to {high:g}{unit}, {mm} mm (x, y, z)>"
+
+
+def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[np.ndarray, bool]:
+    """The affine of an array, and whether its orientation was given."""
+
+    def numbers(value: Any, shape: Tuple[int, ...], name: str) -> np.ndarray:
+        try:
+            out = np.array(value, dtype=np.float64).reshape(shape)
+        except (TypeError, ValueError):
+            words = " x ".join(str(n) for n in shape)
+            raise InputError(f"{name}: expected {words} numbers, found {str(value)[:80]}") from None
+        return out
+
+    if affine is not None:
+        if spacing is not None or origin is not None or direction is not None:
+            raise InputError("affine: expected no spacing, origin and direction with it, found some")
+        whole = numbers(affine, (4, 4), "affine")
+        if list(whole[3]) != [0, 0, 0, 1]:
+            raise InputError(f"affine: expected a last row of 0, 0, 0, 1, found {whole[3].tolist()}")
+        return whole, True
+    whole = np.eye(4)
+    axes = np.eye(3) if direction is None else numbers(direction, (3, 3), "direction")
+    lengths = np.linalg.norm(axes, axis=0)
+    if not np.all(np.abs(lengths - 1) < 1e-3):
+        raise InputError(f"direction: expected columns of length 1, found lengths {lengths.tolist()}")
+    whole[:3, :3] = axes * (np.ones(3) if spacing is None else numbers(spacing, (3,), "spacing"))
+    if origin is not None:
+        whole[:3, 3] = numbers(origin, (3,), "origin")
+    return whole, direction is not None
+
+
+def open(  # noqa: A001
+    source: Any,
+    *,
+    spacing: Optional[Sequence[float]] = None,
+    origin: Optional[Sequence[float]] = None,
+    direction: Any = None,
+    affine: Any = None,
+    unit: str = "",
+    slope: float = 1.0,
+    intercept: float = 0.0,
+    ram: Union[str, int, None] = None,
+    progress: Progress = None,
+    **options: Any,
+) -> Volume:
+    """Opens a path, an address or an array as a volume.
+
+    A path is what the command line takes: a store, a DICOM folder, a file of a volume, a stack of pictures; or an
+    address. Source files are imported once, to the cache. `options` are those of the command line that choose
+    among them: series, phase, largest, resample_z, allow_missing, spacing, file_level, file_box.
+
+    An array has axes [z, y, x] and real numbers of any layout. Its values are read where they lie, slab by slab,
+    to a temporary store (in TMPDIR) that is removed with the volume; the array may change afterwards. NaN and
+    infinite values become the lowest value. `spacing` and `origin` are in mm, x, y, z; `direction` has the
+    directions of x, y, z as columns, as SimpleITK has it; `affine` takes (x, y, z) indices of voxels to patient
+    space (LPS), in place of all three. value = slope * number + intercept, in `unit` ("HU" for CT).
+
+    ram: budget, such as "512MiB". progress: called with a stage and a share from 0 to 1; it may raise, or return
+    False, to stop. Raises InputError for what cannot be opened.
+    """
+    if isinstance(source, Volume):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        for name, value in (("origin", origin), ("direction", direction), ("affine", affine)):
+            if value is not None:
+                raise InputError(f"{name}: expected for an array, found for a path, which says it itself")
+        if unit or slope != 1.0 or intercept != 0.0:
+            raise InputError("unit, slope, intercept: expected for an array, found for a path, which says them itself")
+        words = words_of({**options, "spacing": None if spacing is None else tuple(spacing)})
+        return Volume(_tessera.open_path(os.fspath(source), words, ram_text(ram), progress))
+    if options:
+        raise InputError(f"{next(iter(options))}: expected for a path, found for an array")
+    if isinstance(source, np.ma.MaskedArray):
+        raise InputError("array: expected one without a mask (numpy.ma.filled gives it), found a masked one")
+    array = np.asarray(source)
+    whole, oriented = _affine_of(spacing, origin, direction, affine)
+    return Volume(
+        _tessera.open_array(
+            array, whole.ravel().tolist(), oriented, unit, float(slope), float(intercept), ram_text(ram), progress
+        )
+    )
+
+
+def phantom(
+    name: str = "torso",
+    size: Sequence[int] = (128, 96, 150),
+    *,
+    ram: Union[str, int, None] = None,
+    progress: Progress = None,
+) -> Volume:
+    """A volume by a formula, for examples and tests: torso, sphere, marschner-lobb, ramp, checkerboard, ...
+
+    size: voxels along x, y and z. It lies in a temporary store that is removed with it.
+    """
+    return Volume(_tessera.open_phantom(name, tuple(int(n) for n in size), ram_text(ram), progress))
+
+
+def as_json(value: Any) -> str:
+    """A value of a scene as JSON text: paths and volumes as absolute paths, numbers and arrays of numpy."""
+
+    def other(one: Any) -> Any:
+        if hasattr(one, "__fspath__"):
+            return os.path.abspath(os.fspath(one))
+        if hasattr(one, "tolist"):
+            return one.tolist()
+        raise TypeError(f"{type(one).__name__} has no JSON")
+
+    try:
+        return json.dumps(value, default=other, allow_nan=False)
+    except (TypeError, ValueError) as problem:
+        raise InputError(f"scene: expected values that JSON has, found {problem}") from None

@@ -1,0 +1,47 @@
+"""Arguments of Python as words of a command line, so that both have the same names, checks and messages."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Iterable, List, Mapping, Optional
+
+from ._tessera import InputError
+
+Progress = Optional[Callable[[str, float], Any]]
+
+
+def text_of(value: Any, option: str) -> str:
+    """The text of an option's value: numbers joined by commas, paths as they are."""
+    if isinstance(value, str):
+        return value
+    if hasattr(value, "__fspath__"):
+        return os.fspath(value)
+    if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:
+        value = value.item()  # a number of numpy
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, Iterable) and not isinstance(value, Mapping):
+        return ("x" if option == "size" else ",").join(text_of(one, "") for one in value)
+    raise InputError(f"{option}: expected text, a number or a sequence of numbers, found {type(value).__name__}")
+
+
+def words_of(options: Mapping[str, Any]) -> List[str]:
+    """max_error=1 is "--max-error=1"; True is a flag; None and False are left out; of a list each item is one."""
+    words = []
+    for name, value in options.items():
+        option = name.replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            words.append(f"--{option}")
+            continue
+        for one in value if isinstance(value, list) else [value]:
+            words.append(f"--{option}={text_of(one, name)}")
+    return words
+
+
+def ram_text(ram: Any) -> str:
+    """A budget as text: "512MiB", or bytes as a number; None: by default."""
+    return "" if ram is None else text_of(ram, "ram")
