@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <charconv>
 #include <condition_variable>
+#include <cstdlib>
 #include <curl/curl.h>
 #include <exception>
+#include <filesystem>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -37,6 +39,19 @@ std::optional<std::uint64_t> numberIn(std::string_view text) {
     std::uint64_t number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+/// The file of certificates that servers are checked by: SSL_CERT_FILE, else where Debian, Fedora or openSUSE
+/// keep it, because libcurl may be of another system; empty: libcurl's own.
+std::string certificateFile() {
+    if (const char* said = std::getenv("SSL_CERT_FILE"); said && *said)
+        return said;
+    std::error_code ignored;
+    for (const char* file :
+         {"/etc/ssl/certs/ca-certificates.crt", "/etc/pki/tls/certs/ca-bundle.crt", "/etc/ssl/ca-bundle.pem"})
+        if (std::filesystem::exists(file, ignored))
+            return file;
+    return {};
 }
 
 } // namespace
@@ -183,6 +198,8 @@ HttpClient::Try HttpClient::attempt(const std::string& address, std::uint64_t of
     curl_easy_setopt(curl, CURLOPT_MAXREDIRS, kMostRedirects);
     curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());
     curl_easy_setopt(curl, CURLOPT_USERAGENT, "tessera");
+    if (const std::string file = certificateFile(); !file.empty())
+        curl_easy_setopt(curl, CURLOPT_CAINFO, file.c_str());
     curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
     curl_easy_setopt(curl, CURLOPT_TIMEOUT, kMostSecondsEach);

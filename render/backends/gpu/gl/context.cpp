@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cstring>
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <filesystem>
@@ -14,7 +15,18 @@
 namespace tessera {
 namespace {
 
+/// False where the system lacks libraries that libepoxy loads: it would end the program over one.
+bool hasGlLibraries() {
+    static const bool has = [] {
+        const auto loads = [](const char* name) { return ::dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; };
+        return loads("libEGL.so.1") && (loads("libOpenGL.so.0") || loads("libGL.so.1"));
+    }();
+    return has;
+}
+
 std::vector<EGLDeviceEXT> queryDevices() {
+    if (!hasGlLibraries())
+        return {};
     const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     if (!client || !std::strstr(client, "EGL_EXT_device_enumeration"))
         return {};
@@ -62,6 +74,8 @@ std::vector<EGLDisplay> candidates(const std::string& choice) {
     };
     if (!isWord(choice))
         return {open(devices[deviceNumber(choice, devices.size())])};
+    if (!hasGlLibraries())
+        return {};
     std::vector<EGLDisplay> displays;
     for (const bool software : {false, true})
         for (EGLDeviceEXT device : devices)
