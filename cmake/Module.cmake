@@ -1,12 +1,13 @@
-# tessera_module(TARGET FOLDER name SOURCES ... ROOMS ... PRIVATE ...): rooms as a library of their own, TARGET.so, which
+# tessera_module(TARGET FOLDER name [COMPONENT name] SOURCES ... ROOMS ... PRIVATE ...): rooms as a library of their own, TARGET.so, which
 # the program loads when it first needs them (viewer/cli/modules/load_module.h) and with them the libraries that they stand on.
 #   SOURCES  relative to FOLDER: the table of functions that the module shows, `tesseraModule`
 #   ROOMS    compiled into it
 #   PRIVATE  libraries of others
+#   COMPONENT  of an installation that it belongs to, in place of `program`
 # No room that the program holds is linked into a module as well: what the module needs of them it finds in the program,
 # which shows it (program.symbols). So there is one budget, one Ctrl-C and one line of progress, not two.
 function(tessera_module target)
-  cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;ROOMS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "FOLDER;COMPONENT" "SOURCES;ROOMS;PRIVATE" ${ARGN})
   list(TRANSFORM ARG_SOURCES PREPEND ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/)
   add_library(${target} MODULE ${ARG_SOURCES})
   foreach(room IN LISTS ARG_ROOMS)
@@ -20,7 +21,11 @@ function(tessera_module target)
   target_link_options(${target} PRIVATE LINKER:--version-script=${PROJECT_SOURCE_DIR}/cmake/module.symbols LINKER:-z,now)
   set_target_properties(${target} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}
     LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/module.symbols)
-  install(TARGETS ${target} LIBRARY DESTINATION ${TESSERA_MODULE_FOLDER})
+  if(NOT ARG_COMPONENT)
+    set(ARG_COMPONENT program)
+  endif()
+  install(TARGETS ${target} LIBRARY DESTINATION ${TESSERA_MODULE_FOLDER} COMPONENT ${ARG_COMPONENT}
+    PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
 endfunction()
 
 # tessera_shows_rooms(TARGET rooms...): programs that link TARGET hold all of these rooms, used or not, and show them to

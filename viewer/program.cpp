@@ -40,6 +40,8 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
     addPresetCommand(program, common, action);
     addCacheCommand(program, common, action);
     addValidateCommand(program, common, action);
+    addCompletionCommand(program, common, action);
+    addManCommand(program, common, action);
 }
 
 /// True if the first word is a command of the other program.

@@ -24,6 +24,8 @@ void addPhantomCommand(Command& program, const CommonOptions& common, Action& ac
 void addPresetCommand(Command& program, const CommonOptions& common, Action& action);
 void addCacheCommand(Command& program, const CommonOptions& common, Action& action);
 void addValidateCommand(Command& program, const CommonOptions& common, Action& action);
+void addCompletionCommand(Command& program, const CommonOptions& common, Action& action);
+void addManCommand(Command& program, const CommonOptions& common, Action& action);
 void addViewCommand(Command& program, const CommonOptions& common, Action& action); // TESSERA_WITH_WINDOW
 
 } // namespace tessera

@@ -42,7 +42,9 @@ void runPhantom(const PhantomArguments& arguments, const CommonOptions& common) 
 void addPhantomCommand(Command& program, const CommonOptions& common, Action& action) {
     Command command = program.command("phantom", "Generate a volume of any size, streamed into a store");
     auto arguments = std::make_shared<PhantomArguments>();
-    command.option("NAME", arguments->name, "one of " + joinNames(phantomNames())).required();
+    command.option("NAME", arguments->name, "one of " + joinNames(phantomNames()))
+        .required()
+        .offers(phantomNames());
     command.option("--size", arguments->size, "voxels, XxYxZ").showsDefault();
     command.option("-o,--output", arguments->out, "store to write, OUT.zarr").required();
     command.option(

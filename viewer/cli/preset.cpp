@@ -91,6 +91,7 @@ void addPresetCommand(Command& program, const CommonOptions& common, Action& act
     command
         .option("--format", a->format,
                 joinNames(presetFormatNames()) + " (default: slicer for .vp.json, else tessera)")
+        .offers(presetFormatNames())
         .needs("--output");
     command.option("--range", a->range, "LOW,HIGH: the values of 0 and 1 in a normalised map");
     command.option("--keep", a->keep, "keep it under this name, for --preset and the window");

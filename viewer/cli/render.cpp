@@ -99,12 +99,15 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     // Options of keys are named here only for their place in the help.
     a->keys.word("{single-ray engines}", singleRayEngines());
     a->keys.add(command, {"image.size"});
-    command.option("--light", a->light,
-                   joinNames(lookNames()) +
-                       ": lights, shadows and occlusion (default: plain, or the scene's)");
-    command.option("--preset", a->preset,
-                   joinNames(presetNames()) + ", a kept one, or a file that `tessera preset` reads (default: "
-                                              "bone-1 for HU, auto for other values)");
+    command
+        .option("--light", a->light,
+                joinNames(lookNames()) + ": lights, shadows and occlusion (default: plain, or the scene's)")
+        .offers(lookNames());
+    command
+        .option("--preset", a->preset,
+                joinNames(presetNames()) + ", a kept one, or a file that `tessera preset` reads (default: "
+                                           "bone-1 for HU, auto for other values)")
+        .offers(presetNames());
     command
         .option("--add", a->add,
                 "another volume in the same picture, such as a PET on a CT, at its own place in patient "
@@ -119,16 +122,21 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
         .option("--label-preset", a->labelPresets,
                 "LABELS=PRESET: a preset of their own for labels, named as for --show; may be repeated")
         .oneValueEach();
-    command.option("--view", a->view,
-                   joinNames(viewNames()) +
-                       "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "
-                       "anterior, 90: left), and up (default: anterior)");
+    command
+        .option("--view", a->view,
+                joinNames(viewNames()) +
+                    "; also front, back, top, bottom; or TURN,RISE, degrees: about the patient's axis (0: "
+                    "anterior, 90: left), and up (default: anterior)")
+        .offers(viewNames());
     a->keys.add(command, {"mode", "window", "valueColour"});
     addModeOptions(command, a->mode);
-    command.option("--fit", a->fit,
-                   "what the camera is fitted to, such as all that is shown, or the volume's box: " +
-                       joinNames(fitNames()) + " (default: shown)");
-    command.option("--projection", a->projection, joinNames(namesOf<Projection>().all()));
+    command
+        .option("--fit", a->fit,
+                "what the camera is fitted to, such as all that is shown, or the volume's box: " +
+                    joinNames(fitNames()) + " (default: shown)")
+        .offers(fitNames());
+    command.option("--projection", a->projection, joinNames(namesOf<Projection>().all()))
+        .offers(namesOf<Projection>().all());
     command
         .option("--mm-per-pixel", a->mmPerPixel,
                 "edge of a pixel of a parallel picture, for one scale of several pictures (default: fitted)")
@@ -154,7 +162,8 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     a->keys.add(command, {"annotations"});
     command
         .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")
-        .showsDefault();
+        .showsDefault()
+        .offers(engineNames());
     a->keys.add(command, {"quality.stepVoxels", "quality.maxError"});
     command.option("--first", a->first, "file for a first, coarse picture, written as soon as it is ready");
     a->keys.add(command, {"quality.edgeFunction", "quality.sampling"});
@@ -185,9 +194,11 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     command.option("--keep-state", a->keepState,
                    "file for the samples of paths of light: a later run with more --samples or less --noise "
                    "goes on from it");
-    command.option("--verify", a->verify,
-                   "draw some pixels again at full accuracy and report the picture's error: " +
-                       joinNames(verifyNames()) + " (default: quick)");
+    command
+        .option("--verify", a->verify,
+                "draw some pixels again at full accuracy and report the picture's error: " +
+                    joinNames(verifyNames()) + " (default: quick)")
+        .offers(verifyNames());
     command.flag("--no-check", a->noCheck, "the same as --verify none");
     command.flag("--allow-damaged", a->allowDamaged,
                  "draw damaged chunks from coarser levels, and say so, in place of refusing the store");

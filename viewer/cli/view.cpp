@@ -122,6 +122,7 @@ void addViewCommand(Command& program, const CommonOptions& common, Action& actio
     command
         .option("--engine", a->engine,
                 joinNames(engineNames(true)) + "; auto: gpu if there is one, else native")
+        .offers(engineNames(true))
         .showsDefault();
     command.option(
         "--gpu-memory", a->gpuMemory,

@@ -1,5 +1,5 @@
 // viewer/cli/options/command.h: a command and its options, declared as plain data: names, destinations and
-// one sentence each. Only command.cpp includes the parser.
+// one sentence each. Only command.cpp and command_table.cpp include the parser.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,8 @@ class Option;
 } // namespace CLI
 
 namespace tessera {
+
+struct CommandRow; // command_table.h
 
 /// A check of an option's value.
 /// @return "", or "expected ..., found ..."
@@ -48,6 +50,8 @@ class Option {
     Option& excludes(const std::string& other);
     /// Each value needs its own option: it takes only one.
     Option& oneValueEach();
+    /// Words that its value may be, for the completion of shells; others are taken as before.
+    Option& offers(const std::vector<std::string>& words);
 
   private:
     CLI::Option* option_;
@@ -76,6 +80,8 @@ class Command {
     void footer(const std::string& text);
     /// Called when the command was chosen and parsed.
     void whenChosen(std::function<void()> callback);
+    /// What help says of it and of its commands, as data.
+    CommandRow table() const;
 
   private:
     CLI::App* app_;

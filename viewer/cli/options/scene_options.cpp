@@ -203,6 +203,8 @@ void KeyOptions::addOf(Command& command, const std::string& key) {
             continue;
         }
         Option option = command.option(added.option, added.text, about);
+        if (!row.names.empty())
+            option.offers(row.names);
         added.isNumber = isOf(row, "number") || isOf(row, "integer");
         if (!added.isNumber)
             continue;
