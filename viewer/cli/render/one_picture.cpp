@@ -110,7 +110,7 @@ FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arg
     const bool drawsFirst = engine == EngineKind::automatic || traitsOf(engine).quick;
     if (wanted() && !drawsFirst)
         throw badFile("--first", "--engine " + joinNames(engineNames(true)), task.arguments.engine);
-    if (wanted() || !drawsFirst || task.options.group || !task.common.progress->watched() ||
+    if (wanted() || !drawsFirst || task.options.group || task.take || !task.common.progress->watched() ||
         !isLarge(task.store.info(), task.scene))
         return;
     const fs::path out = task.arguments.out;

@@ -3,24 +3,16 @@
 
 #include "core/base/error.h"
 #include "core/base/names.h"
-#include "core/base/output_file.h"
-#include "render/picture/render_scene.h"
-#include "render/plan/frame_plan.h"
-#include "render/plan/fusion.h" // resolved
-#include "viewer/cli/manifest/manifest.h"
-#include "viewer/cli/render/picture_files.h"
-#include "viewer/cli/render/picture_notes.h"
+#include "core/scene/scene.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <filesystem>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <nlohmann/json.hpp>
 #include <sstream>
-#include <utility>
-#include <variant>
 
 namespace tessera {
 namespace {
@@ -64,75 +56,6 @@ bool isAngles(const std::string& text) {
            });
 }
 
-void checkPanelOptions(const RenderArguments& a) {
-    for (const auto& [said, option] : {std::pair{a.isFilm(), "a film"},
-                                       {!a.path.empty(), "--path"},
-                                       {a.tiles > 0, "--tiles"},
-                                       {a.ranks, "--ranks"},
-                                       {!a.view.empty(), "--view"},
-                                       {!a.first.empty(), "--first"},
-                                       {!a.layers.empty(), "--layers"},
-                                       {!a.keepState.empty(), "--keep-state"},
-                                       {a.explain, "--explain"}})
-        if (said)
-            throw badFile(kPanelOption, std::string("no ") + option + " with it", option);
-    checkPictureOutput(a.out);
-}
-
-RenderArguments argumentsOf(const Panel& panel, const RenderArguments& all) {
-    RenderArguments arguments = all;
-    if (!panel.scene.empty())
-        arguments.in = panel.scene;
-    if (!panel.view.empty())
-        arguments.view = panel.view;
-    for (const std::string& set : panel.sets)
-        arguments.keys.alsoSet(set);
-    return arguments;
-}
-
-/// The figure while its panels are drawn.
-struct Figure {
-    PanelGrid grid;
-    Image image;
-    std::optional<glm::vec3> background; // of the first panel: also between panels
-    nlohmann::json panels = nlohmann::json::array();
-    int blank = 0;
-
-    void put(int panel, const Image& picture, const std::optional<glm::vec3>& behind) {
-        const glm::ivec2 corner = grid.at(panel);
-        for (int y = 0; y < picture.size.y; ++y)
-            for (int x = 0; x < picture.size.x; ++x) {
-                const glm::vec4& pixel = picture.at(x, y);
-                image.at(corner.x + x, corner.y + y) = behind ? overBackground(pixel, *behind) : pixel;
-            }
-    }
-};
-
-/// As its picture would have it.
-Camera cameraOf(const RenderTask& task) {
-    return std::get<Camera>(
-        resolved(task.scene, task.stores, task.ram, task.options.threads, kPictureBytesPerPixel).camera);
-}
-
-/// Draws a panel into the figure.
-void drawPanel(const RenderTask& task, int panel, Figure& figure) {
-    RenderOptions options = task.options;
-    options.progress = task.common.progress.get();
-    const RenderResult result = renderScene(task.scene, task.stores, task.ram, task.gpu, options);
-    noteTable(task, result);
-    figure.panels.push_back(makeManifest(task.scene, task.stores, result, task.ram, task.gpu));
-    if (isBlank(result.image)) {
-        ++figure.blank;
-        warnBlank(task, result);
-    } else {
-        noteMissingSurfaces(task, result);
-    }
-    noteMissedError(task, result);
-    if (panel == 0)
-        figure.background = task.scene.background;
-    figure.put(panel, result.image, task.scene.background);
-}
-
 } // namespace
 
 std::vector<Panel> panelsOf(const std::vector<std::string>& texts) {
@@ -162,11 +85,11 @@ std::vector<Panel> panelsOf(const std::vector<std::string>& texts) {
 }
 
 glm::ivec2 PanelGrid::size() const {
-    return glm::ivec2(columns, rows()) * (panelSize + gap) - gap;
+    return glm::ivec2(columns, rows()) * (panelSize + gap) - gap + glm::ivec2(0, above + below);
 }
 
 glm::ivec2 PanelGrid::at(int panel) const {
-    return glm::ivec2(panel % columns, panel / columns) * (panelSize + gap);
+    return glm::ivec2(panel % columns, panel / columns) * (panelSize + gap) + glm::ivec2(0, above);
 }
 
 PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize) {
@@ -206,72 +129,6 @@ void shareScale(std::vector<Camera>& cameras) {
             camera.position =
                 camera.focalPoint + (camera.position - camera.focalPoint) * (most / sizeOf(camera));
     }
-}
-
-void renderPanels(const RenderArguments& arguments, const CommonOptions& common, const WithTask& withTask) {
-    checkPanelOptions(arguments);
-    const std::vector<Panel> panels = panelsOf(arguments.panels);
-    const int count = static_cast<int>(panels.size());
-    CommonOptions quiet = common; // what is told when a panel is drawn is not told when it is fitted
-    quiet.quiet = true;
-    std::vector<Camera> cameras;
-    glm::ivec2 size{0};
-    for (const Panel& panel : panels)
-        withTask(argumentsOf(panel, arguments), quiet, [&](const RenderTask& task) {
-            if (size != glm::ivec2(0) && size != task.scene.imageSize)
-                throw badFile(kPanelOption, "panels of one size (--size)", "others");
-            size = task.scene.imageSize;
-            cameras.push_back(cameraOf(task));
-        });
-    if (!arguments.ownScales)
-        shareScale(cameras);
-
-    Figure figure{gridOf(count, arguments.columns, arguments.gap, size), {}, {}, nlohmann::json::array()};
-    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
-    const glm::ivec2 whole = figure.grid.size();
-    const std::size_t bytes =
-        kPictureBytesPerPixel * static_cast<std::size_t>(whole.x) * static_cast<std::size_t>(whole.y);
-    const Charge charge = ram.charge(bytes, "the figure");
-    figure.image = Image(whole);
-    for (int n = 0; n < count; ++n) {
-        RenderArguments one = argumentsOf(panels[static_cast<std::size_t>(n)], arguments);
-        one.ram = std::to_string(ram.limitBytes() - bytes);
-        withTask(one, common, [&](const RenderTask& whole) {
-            RenderTask task = whole;
-            task.scene.camera = cameras[static_cast<std::size_t>(n)];
-            drawPanel(task, n, figure);
-        });
-    }
-    const auto clear = [&](int x, int y) { // between panels, and where a row has fewer
-        const glm::ivec2 pitch = figure.grid.panelSize + figure.grid.gap;
-        return x % pitch.x >= figure.grid.panelSize.x || y % pitch.y >= figure.grid.panelSize.y ||
-               y / pitch.y * figure.grid.columns + x / pitch.x >= count;
-    };
-    if (figure.background)
-        for (int y = 0; y < whole.y; ++y)
-            for (int x = 0; x < whole.x; ++x)
-                if (clear(x, y))
-                    figure.image.at(x, y) = glm::vec4(*figure.background, 1);
-    common.progress->stage("writing the figure");
-    nlohmann::json report = {{"tesseraManifest", 1},
-                             {"notice", "not for diagnosis"},
-                             {"program", "tessera " TESSERA_VERSION},
-                             {"figure",
-                              {{"columns", figure.grid.columns},
-                               {"gap", figure.grid.gap},
-                               {"panelSize", {size.x, size.y}},
-                               {"oneScale", !arguments.ownScales}}},
-                             {"panels", figure.panels}};
-    writePicture(arguments.out, figure.image, figure.background, manifestText(report));
-    common.progress->end();
-    if (arguments.json) {
-        report["output"] = arguments.out;
-        report["blank"] = figure.blank == count;
-        printReport(report);
-    }
-    finishStandardOutput();
-    common.note("wrote " + arguments.out + ": " + std::to_string(whole.x) + " x " + std::to_string(whole.y) +
-                ", " + std::to_string(count) + " panels");
 }
 
 } // namespace tessera

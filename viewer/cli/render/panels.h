@@ -1,12 +1,10 @@
-// viewer/cli/render/panels.h: figures of several pictures, `tessera render --panel`: which panels there are,
-// one scale for all, and one file of them.
+// viewer/cli/render/panels.h: the panels of a figure of several pictures: what each shows, where it lies, and
+// one scale for all.
 #pragma once
 
-#include "viewer/cli/options/options.h"
-#include "viewer/cli/render/render_task.h"
-#include "viewer/cli/render/scene_from_arguments.h"
+#include "core/scene/camera.h"
 
-#include <functional>
+#include <glm/vec2.hpp>
 #include <string>
 #include <vector>
 
@@ -27,25 +25,19 @@ std::vector<Panel> panelsOf(const std::vector<std::string>& texts);
 struct PanelGrid {
     int panels = 0, columns = 1, gap = 0; // pixels between neighbours
     glm::ivec2 panelSize{0};
+    int above = 0, below = 0; // pixels of the title's and the caption's strips, of all panels
 
     int rows() const { return (panels + columns - 1) / columns; }
     glm::ivec2 size() const;
     /// Upper left corner of a panel.
     glm::ivec2 at(int panel) const;
 };
-/// @param columns  0: as many as make the grid about square; three at most stand in a row
+/// @param columns  0: up to three stand in a row, more in a grid that is about square. Throws InputError
+///     naming --panel for a figure with longer sides than pictures have
 PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize);
 
 /// One scale for all cameras: of parallel ones the largest mm a pixel, of perspective ones the largest
 /// distance of the eye. Cameras of the other projection than the first stay.
 void shareScale(std::vector<Camera>& cameras);
-
-/// Prepares the picture of arguments, and hands it over to be drawn.
-using WithTask = std::function<void(const RenderArguments& arguments, const CommonOptions& common,
-                                    const std::function<void(const RenderTask&)>& draw)>;
-
-/// Draws all panels, one after the other within the budgets of one picture, and writes their figure. Throws
-/// InputError naming an option that figures of panels cannot have.
-void renderPanels(const RenderArguments& arguments, const CommonOptions& common, const WithTask& withTask);
 
 } // namespace tessera

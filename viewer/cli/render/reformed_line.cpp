@@ -9,6 +9,8 @@
 #include "core/scene/measurement.h"
 #include "render/picture/reformed_picture.h"
 #include "render/plan/frame_plan.h" // kPictureBytesPerPixel
+#include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/options/command.h" // lengthsOf
 #include "viewer/cli/render/along_path.h"
@@ -109,6 +111,17 @@ std::string percent(std::size_t part, std::size_t all) {
            " %";
 }
 
+/// What is over the picture, which has one scale but no directions of the patient.
+Figure figureOf(const RenderTask& task, const Scene& scene, const RenderResult& result, double mmPerPixel) {
+    Figure figure = FigureMaker(scene, task.stores, task.ram, task.options.threads).figure(scene, result);
+    for (FigurePart& part : figure.parts) {
+        part.camera.projection = Projection::parallel;
+        part.camera.parallelScale = parallelScaleOf(mmPerPixel, part.size);
+        part.orientationKnown = false;
+    }
+    return figure;
+}
+
 } // namespace
 
 void renderReformedLine(const RenderTask& task) {
@@ -171,12 +184,11 @@ void renderReformedLine(const RenderTask& task) {
         about["slab"] = nameOf(scene.slice.reduction);
     report["reformation"] = std::move(about);
     const bool blank = isBlank(result.image);
-    if (scene.annotations.scaleBar) {
-        const ScaleBar bar = scaleBarOf(pixels.mmPerPixel, pictures.front().columns);
-        drawScaleBar(result.image, bar);
-        report["scaleBar"] = scaleBarJson(bar);
-    }
-    writePicture(arguments.out, result.image, scene.background, manifestText(report));
+    const Figure figure = figureOf(task, scene, result, pixels.mmPerPixel);
+    tellAnnotations(report, figure);
+    if (scene.background)
+        result.image = overBackground(result.image, *scene.background);
+    writeFigure(arguments.out, std::move(result.image), figure, manifestText(report), {}, task.ram);
     task.common.progress->end();
     if (blank)
         printProblem(

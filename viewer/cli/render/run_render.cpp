@@ -22,7 +22,7 @@
 #include "viewer/cli/render/kept_state.h"
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/one_picture.h"
-#include "viewer/cli/render/panels.h"
+#include "viewer/cli/render/panel_figure.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/ranked_picture.h"
@@ -127,7 +127,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     }
     if (arguments.isFilm())
         checkFilmOutput(arguments.out);
-    else if (!arguments.pathPicture().empty() || arguments.tiles > 0)
+    else if (arguments.unfold || arguments.tiles > 0)
         checkPictureOutput(arguments.out);
     else if (!take)
         checkFigureOutput(arguments.out);
@@ -152,8 +152,13 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     const bool singleRays = takesSingleRays(arguments, samplesNamed, scene);
     checkTiles(arguments, scene);
     checkAnnotations(scene);
-    if (!arguments.pathPicture().empty() && scene.annotations.any())
-        throw badFile(arguments.pathPicture(), "a picture without annotations", scene.annotations.first());
+    if (arguments.unfold && scene.annotations.any())
+        throw badFile("--unfold", "a picture without annotations", scene.annotations.first());
+    if (const Annotations& shown = scene.annotations;
+        arguments.reforms() &&
+        (shown.directions != Directions::none || shown.measurements || !shown.arrows.empty()))
+        throw badFile(arguments.pathPicture(), "a picture without places and directions of the patient",
+                      "annotations that need them: directions, measurements or arrows");
     if (singleRays)
         common.note("--tiles: one ray per pixel; --samples takes more");
     const glm::ivec2 together = pixelsTogether(arguments, scene);
@@ -219,7 +224,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     options.group = group;
     options.checking = options.verify != Verify::none;
     options.layers = {layers.ofPaths(), layers.error};
-    const RenderTask task{arguments, common,  std::move(scene), store,   stores, ram,
+    const RenderTask task{arguments, common,  std::move(scene), store,   stores,  ram,
                           gpu,       options, layers,           request, sources, take};
     if (draw)
         draw(task);
