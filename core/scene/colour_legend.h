@@ -25,7 +25,7 @@ struct LegendBar {
     double low = 0, high = 1;        // the values at its ends, low < high
     std::vector<glm::dvec3> colours; // linear light, evenly from low to high
 
-    std::string title() const { return unit.empty() ? name : name + ", " + unit; }
+    std::string title() const { return name + (name.empty() || unit.empty() ? "" : ", ") + unit; }
     /// The value at a part of its length, [0,1].
     std::string textAt(double part) const;
 };

@@ -131,21 +131,13 @@ struct SharedWords {
         return static_cast<int>(std::ceil(letter * (kLine * lines + kMargins)));
     }
     /// Beside the panels of a figure.
-    void addTo(Figure& figure, const PanelGrid& grid, bool onLight) const {
-        const auto strip = [&](int from, int height, std::string Annotations::*words) {
-            if (height == 0)
-                return;
-            FigurePart part;
-            part.from = {0, from};
-            part.size = {grid.size().x, height};
-            part.annotations.*words = all.*words;
-            part.annotations.textPoints = all.textPoints;
-            part.orientationKnown = false;
-            part.onLight = onLight;
-            figure.parts.push_back(part);
-        };
-        strip(0, grid.above, &Annotations::title);
-        strip(grid.size().y - grid.below, grid.below, &Annotations::caption);
+    void addTo(Figure& figure) const {
+        FigurePart part;
+        part.size = figure.size;
+        part.annotations = all;
+        part.orientationKnown = false;
+        part.onLight = figure.parts.front().onLight;
+        figure.parts.push_back(part);
     }
 };
 
@@ -228,7 +220,7 @@ void renderPanels(const RenderArguments& arguments, const CommonOptions& common,
         });
     }
     sheet.fillRest();
-    words.addTo(sheet.figure, sheet.grid, sheet.figure.parts.front().onLight);
+    words.addTo(sheet.figure);
     common.progress->stage("writing the figure");
     nlohmann::json report = {{"tesseraManifest", 1},
                              {"notice", "not for diagnosis"},
