@@ -43,39 +43,18 @@ bool isBlank(const Image& image) {
                        [](const glm::vec4& p) { return !(p.a > kBlankAlpha); });
 }
 
-namespace {
-
-std::string extensionOf(const std::filesystem::path& path) {
+PictureFormat pictureFormat(const std::filesystem::path& path) {
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
-
-/// @param others  further endings, for the message
-PictureFormat formatOf(const std::filesystem::path& path, const std::string& others) {
-    const std::string extension = extensionOf(path);
     if (extension == ".png")
         return PictureFormat::png;
     if (extension == ".exr")
         return PictureFormat::exr;
     if (extension == ".tif" || extension == ".tiff")
         return PictureFormat::tiff;
-    throw badFile(path.string(), "a picture's name ending in .png, .exr, " + others,
+    throw badFile(path.string(), "a picture's name ending in .png, .exr, .tif or .tiff",
                   extension.empty() ? "no extension" : "\"" + extension + "\"");
-}
-
-} // namespace
-
-PictureFormat pictureFormat(const std::filesystem::path& path) {
-    return formatOf(path, ".tif or .tiff");
-}
-
-PictureFormat figureFormat(const std::filesystem::path& path) {
-    const std::string extension = extensionOf(path);
-    return extension == ".pdf"   ? PictureFormat::pdf
-           : extension == ".svg" ? PictureFormat::svg
-                                 : formatOf(path, ".tif, .tiff, .pdf or .svg");
 }
 
 } // namespace tessera

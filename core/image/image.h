@@ -64,15 +64,9 @@ constexpr float kBlankAlpha = 1.0f / 510;
 /// True when no pixel has alpha above kBlankAlpha.
 bool isBlank(const Image& image);
 
-enum class PictureFormat { png, exr, tiff, pdf, svg };
-/// PDF and SVG: a picture in a page with words and lines over it (viewer/annotations/figure_file.h).
-constexpr bool isPage(PictureFormat format) {
-    return format == PictureFormat::pdf || format == PictureFormat::svg;
-}
+enum class PictureFormat { png, exr, tiff };
 
-/// By extension, of a picture alone. Throws InputError naming path when it is another.
+/// By extension. Throws InputError naming path when it is another.
 PictureFormat pictureFormat(const std::filesystem::path& path);
-/// The same, and of pages.
-PictureFormat figureFormat(const std::filesystem::path& path);
 
 } // namespace tessera

@@ -9,11 +9,13 @@
 #include "core/base/threads.h"
 #include "core/image/colour.h"
 #include "core/image/image.h"
+#include "core/image/page_format.h"
 #include "core/image/picture_codecs.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -91,9 +93,6 @@ void write(CheckedOutput& out, Format format, const ImageRows& picture, const st
         return writeTiff(out, EncodedRows<std::uint16_t>(picture, manifest, dpi).rows);
     case Format::exr:
         return writeExr(out, picture, layers, manifest);
-    case Format::pdf:
-    case Format::svg:
-        break; // formatOf() has none
     }
 }
 
@@ -182,12 +181,12 @@ Image readImage(const std::filesystem::path& path) {
 }
 
 std::string readManifest(const std::filesystem::path& path) {
-    const Format format = figureFormat(path);
-    if (!isPage(format))
+    const std::optional<PageFormat> page = pageFormat(path);
+    if (!page)
         return read(path, PictureParts::header).description;
     refusePipeOrDevice(path);
     try {
-        return format == Format::pdf ? pdfManifest(path.string()) : svgManifest(path.string());
+        return *page == PageFormat::pdf ? pdfManifest(path.string()) : svgManifest(path.string());
     } catch (const PictureProblem& problem) {
         throw badFile(path.string(), "a readable figure", oneLine(problem.what()));
     }

@@ -2,9 +2,6 @@
 #include "core/scene/annotations.h"
 #include "core/scene/scene_fields.h"
 
-#include <string>
-#include <utility>
-
 namespace tessera {
 namespace {
 
@@ -47,19 +44,9 @@ template <> const NameTable<Directions>& namesOf<Directions>() {
     return names;
 }
 
-std::string Annotations::first() const {
-    for (const auto& [asked, option] : {std::pair{scaleBar, "--scale-bar"},
-                                        {directions != Directions::none, "--directions"},
-                                        {legend, "--legend"},
-                                        {labelLegend, "--label-legend"},
-                                        {measurements, "--measurements"},
-                                        {error, "--error-caption"},
-                                        {!title.empty(), "--title"},
-                                        {!caption.empty(), "--caption"},
-                                        {!arrows.empty(), "annotations.arrows"}})
-        if (asked)
-            return option;
-    return {};
+bool Annotations::any() const {
+    return scaleBar || directions != Directions::none || legend || labelLegend || measurements || error ||
+           !title.empty() || !caption.empty() || !arrows.empty();
 }
 
 const Fields<Annotations>& annotationFields() {

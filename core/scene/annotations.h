@@ -39,9 +39,7 @@ struct Annotations {
 
     bool operator==(const Annotations&) const = default;
     /// True if a picture has any.
-    bool any() const { return !first().empty(); }
-    /// The option, or the key where there is none, that asks for the first of them; "" none.
-    std::string first() const;
+    bool any() const;
 };
 
 } // namespace tessera

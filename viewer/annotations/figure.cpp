@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace tessera {
 
@@ -10,6 +11,21 @@ bool isLight(const std::optional<glm::vec3>& background) {
     constexpr glm::vec3 kLuminance(0.2126f, 0.7152f, 0.0722f); // of linear Rec. 709
     constexpr float kMiddle = 0.18f;                           // L* is 50
     return background && glm::dot(*background, kLuminance) > kMiddle;
+}
+
+std::string firstAnnotation(const Annotations& a) {
+    for (const auto& [asked, option] : {std::pair{a.scaleBar, "--scale-bar"},
+                                        {a.directions != Directions::none, "--directions"},
+                                        {a.legend, "--legend"},
+                                        {a.labelLegend, "--label-legend"},
+                                        {a.measurements, "--measurements"},
+                                        {a.error, "--error-caption"},
+                                        {!a.title.empty(), "--title"},
+                                        {!a.caption.empty(), "--caption"},
+                                        {!a.arrows.empty(), "annotations.arrows"}})
+        if (asked)
+            return option;
+    return {};
 }
 
 bool Figure::any() const {

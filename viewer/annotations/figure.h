@@ -36,6 +36,9 @@ struct FigurePart {
     std::string error; // for the caption: what was measured
 };
 
+/// The option, or the key where there is none, that asks for the first of them; "" none.
+std::string firstAnnotation(const Annotations& annotations);
+
 /// True of a background that is nearer to white than to black for the eye.
 /// @param background  linear; none: transparent, which is dark
 bool isLight(const std::optional<glm::vec3>& background);

@@ -5,6 +5,7 @@
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
 #include "core/image/colour.h"
+#include "core/image/page_format.h"
 #include "viewer/annotations/figure_layout.h"
 #include "viewer/annotations/layout_drawing.h"
 #include "viewer/annotations/pages.h"
@@ -141,7 +142,7 @@ void writePage(const std::filesystem::path& path, const Image& picture, const Fi
                       std::to_string(std::max(picture.size.x, picture.size.y)));
     TESSERA_CHECK(picture.size == figure.size);
     const Charge charge = ram.charge(kBytesPerPixel * picture.pixels.size(), "the figure's page");
-    const bool svg = figureFormat(path) == PictureFormat::svg;
+    const bool svg = pageFormat(path) == PageFormat::svg;
     OutputFile file(path);
     PageOutput out(file);
     PangoWords words;

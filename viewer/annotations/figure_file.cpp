@@ -2,6 +2,7 @@
 #include "viewer/annotations/figure_file.h"
 
 #include "core/base/error.h"
+#include "core/image/page_format.h"
 #include "viewer/cli/manifest/manifest.h" // scaleBarJson, legendJson
 #if TESSERA_WITH_ANNOTATIONS
 #include "viewer/annotations/figure_drawing.h"
@@ -23,7 +24,8 @@ namespace {
 void refuse(const Figure& figure) {
     for (const FigurePart& part : figure.parts)
         if (part.annotations.any())
-            throw InputError(part.annotations.first() + ": this program was built without annotations");
+            throw InputError(firstAnnotation(part.annotations) +
+                             ": this program was built without annotations");
 }
 DrawingReport describeDrawing(const Figure& figure) {
     refuse(figure);
@@ -64,7 +66,7 @@ void writeLayered(const std::filesystem::path& path, const Image& picture, const
 
 void checkFigurePath(const std::filesystem::path& path) {
 #if TESSERA_WITH_ANNOTATIONS
-    figureFormat(path);
+    checkPictureOrPage(path);
 #else
     pictureFormat(path);
 #endif
@@ -74,7 +76,7 @@ void checkAnnotations(const Scene& scene) {
     const Annotations& asked = scene.annotations;
 #if !TESSERA_WITH_ANNOTATIONS
     if (asked.any())
-        throw InputError(asked.first() + ": this program was built without annotations");
+        throw InputError(firstAnnotation(asked) + ": this program was built without annotations");
 #endif
     if (asked.labelLegend && std::all_of(scene.volumes.begin(), scene.volumes.end(),
                                          [](const auto& volume) { return volume.labels.path.empty(); }))
@@ -123,10 +125,9 @@ void annotate(Image& picture, const Figure& figure) {
 
 void writeFigure(const std::filesystem::path& path, Image picture, const Figure& figure,
                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram) {
-    const PictureFormat format = figureFormat(path);
-    if (isPage(format))
+    if (pageFormat(path))
         return writePage(path, picture, figure, manifest, ram);
-    if (format == PictureFormat::exr && figure.any())
+    if (figure.any() && pictureFormat(path) == PictureFormat::exr)
         return writeLayered(path, picture, figure, manifest, layers, ram);
     annotate(picture, figure);
     writeImage(path, picture, manifest, layers, dpiOf(figure));

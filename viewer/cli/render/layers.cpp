@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/names.h"
+#include "core/image/page_format.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
 #include <algorithm>
@@ -59,7 +60,7 @@ LayerChoice layersOf(const RenderArguments& arguments, Scene& scene) {
         return layers;
     if (arguments.isFilm() || !arguments.pathPicture().empty())
         throw badFile(kLayersOption, "one picture", arguments.isFilm() ? "a film" : arguments.pathPicture());
-    if (figureFormat(arguments.out) != PictureFormat::exr)
+    if (pageFormat(arguments.out) || pictureFormat(arguments.out) != PictureFormat::exr)
         throw badFile(kLayersOption, "a picture .exr, which holds layers (-o)", arguments.out);
     for (const std::string& list : arguments.layers) {
         std::istringstream words(list);

@@ -6,6 +6,7 @@
 #include "core/base/interrupt.h" // TemporaryPath
 #include "core/base/names.h"
 #include "core/base/output_file.h"
+#include "core/image/page_format.h"
 #include "render/plan/frame_plan.h"
 #include "viewer/annotations/figure_file.h"
 #include "viewer/annotations/figure_part.h"
@@ -114,7 +115,7 @@ FirstPicture::FirstPicture(const RenderTask& task) : task_(task), path_(task.arg
         !isLarge(task.store.info(), task.scene))
         return;
     const fs::path out = task.arguments.out;
-    const std::string ending = isPage(figureFormat(out)) ? ".png" : out.extension().string();
+    const std::string ending = pageFormat(out) ? ".png" : out.extension().string();
     path_ = fs::path(out).replace_extension(".first" + ending);
     std::error_code ignored;
     if (fs::exists(path_, ignored) && !isFirstPicture(path_))

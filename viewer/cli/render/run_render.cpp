@@ -153,7 +153,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     checkTiles(arguments, scene);
     checkAnnotations(scene);
     if (arguments.unfold && scene.annotations.any())
-        throw badFile("--unfold", "a picture without annotations", scene.annotations.first());
+        throw badFile("--unfold", "a picture without annotations", firstAnnotation(scene.annotations));
     if (const Annotations& shown = scene.annotations;
         arguments.reforms() &&
         (shown.directions != Directions::none || shown.measurements || !shown.arrows.empty()))

@@ -1,5 +1,6 @@
 // viewer/cli/render/tiled_picture.cpp: see tiled_picture.h.
 #include "viewer/cli/render/tiled_picture.h"
+#include "viewer/annotations/figure.h"
 
 #include "core/base/error.h"
 #include "core/base/output_file.h"
@@ -98,7 +99,7 @@ void checkTiles(const RenderArguments& arguments, const Scene& scene) {
                                        {arguments.allowDamaged, "--allow-damaged"}})
         if (said)
             throw badFile(kTilesOption, std::string("no ") + option + " with it", option);
-    if (const std::string annotation = scene.annotations.first(); !annotation.empty())
+    if (const std::string annotation = firstAnnotation(scene.annotations); !annotation.empty())
         throw badFile(kTilesOption, "no " + annotation + " with it", annotation);
     if (const std::string why = needsAllPixels(scene, verifyOf(arguments)); !why.empty())
         throw badFile(kTilesOption, "a picture of pixels that do not depend on one another", why);

@@ -1,0 +1,221 @@
+// tests/viewer/annotations/figure_layout_test.cpp: what a figure says lies in its part's box, and no words
+// lie over others, whatever the figure's size. Words have the sizes of a font of even letters.
+#include "viewer/annotations/figure_layout.h"
+
+#include "core/image/colour.h"
+#include "core/scene/mode.h"
+#include "tests/support/figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <random>
+#include <string>
+#include <variant>
+
+namespace tessera {
+namespace {
+
+using test::evenLetters;
+using test::fullFigure;
+
+TEST(FigureLayout, StaysInItsBoxAndWordsApart) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (const glm::ivec2 size : {glm::ivec2(128, 96),
+                                  {96, 128},
+                                  {256, 200},
+                                  {512, 512},
+                                  {1600, 300},
+                                  {300, 1600},
+                                  {1920, 1080},
+                                  {4096, 4096}})
+        for (int n = 0; n < 20; ++n) {
+            Figure figure = fullFigure(size, ViewAngles{360 * unit(random) - 180, 170 * unit(random) - 85});
+            figure.dpi = n % 3 == 0 ? 96 : 72 + 528 * unit(random);
+            figure.parts[0].annotations.textPoints = n % 2 ? 9 : 4 + 60 * unit(random);
+            test::expectApart(figure, layOut(figure, evenLetters));
+        }
+}
+
+TEST(FigureLayout, OfSeveralPartsStaysInEach) {
+    Figure figure = fullFigure({400, 300}, {30, 20});
+    figure.size = {830, 620};
+    for (const glm::ivec2 at : {glm::ivec2(430, 0), {0, 320}, {430, 320}}) {
+        figure.parts.push_back(figure.parts.front());
+        figure.parts.back().from = at;
+    }
+    const FigureLayout all = layOut(figure, evenLetters);
+    test::expectApart(figure, all);
+    Figure alone = figure;
+    alone.parts.resize(1);
+    const FigureLayout one = layOut(alone, evenLetters);
+    ASSERT_EQ(all.words.size(), 4 * one.words.size());
+    for (std::size_t i = 0; i < one.words.size(); ++i) {
+        EXPECT_EQ(all.words[i].words, one.words[i].words);
+        EXPECT_EQ(all.words[i + 3 * one.words.size()].at, one.words[i].at + glm::dvec2(430, 320));
+    }
+}
+
+TEST(FigureLayout, HasRoomForAllInAPictureOfUsualSize) {
+    Figure figure = fullFigure({640, 640}, {});
+    const FigureLayout layout = layOut(figure, evenLetters);
+    EXPECT_EQ(layout.leftOut, std::vector<std::string>());
+    std::vector<std::string> said;
+    for (const LaidWords& words : layout.words)
+        said.push_back(words.words);
+    for (const char* expected :
+         {"A title", "R", "L", "S", "I", "20 mm at the centre", "HU", "-160", "40", "240", "liver", "spleen",
+          "1.2 L*u*v*", "40.0 mm", "a lesion", "A", "A caption of a few words"})
+        EXPECT_NE(std::find(said.begin(), said.end(), expected), said.end()) << expected;
+    EXPECT_EQ(std::count(said.begin(), said.end(), "A"), 1) << "on the cube";
+}
+
+TEST(FigureLayout, SaysWhatHasNoRoom) {
+    Figure figure = fullFigure({128, 96}, {});
+    for (int n = 0; n < 300; ++n)
+        figure.parts[0].labels.push_back({"structure " + std::to_string(n), glm::vec3(1, 0, 0)});
+    FigureLayout layout = layOut(figure, evenLetters);
+    EXPECT_FALSE(layout.leftOut.empty());
+    figure = fullFigure({900, 900}, {});
+    figure.parts[0].labels.resize(0);
+    for (int n = 0; n < 300; ++n)
+        figure.parts[0].labels.push_back({"structure " + std::to_string(n), glm::vec3(1, 0, 0)});
+    layout = layOut(figure, evenLetters);
+    test::expectApart(figure, layout);
+    const auto told = std::find_if(layout.words.begin(), layout.words.end(), [](const LaidWords& words) {
+        return words.words.starts_with("and ") && words.words.ends_with(" more");
+    });
+    ASSERT_NE(told, layout.words.end());
+    const auto names = std::count_if(layout.words.begin(), layout.words.end(), [](const LaidWords& words) {
+        return words.words.starts_with("structure ");
+    });
+    EXPECT_GT(names, 30);
+    EXPECT_EQ(names + std::stoi(told->words.substr(4)), 300);
+    ASSERT_EQ(layout.leftOut.size(), 1u);
+    EXPECT_EQ(layout.leftOut[0], std::to_string(300 - names) + " of 300 names of labels");
+}
+
+TEST(FigureLayout, TellsNoDirectionsThatTheVolumeDoesNot) {
+    Figure figure = fullFigure({512, 512}, {});
+    figure.parts[0].orientationKnown = false;
+    const FigureLayout layout = layOut(figure, evenLetters);
+    for (const LaidWords& words : layout.words)
+        EXPECT_GT(words.words.size(), 1u) << words.words;
+    ASSERT_EQ(layout.leftOut.size(), 1u);
+    EXPECT_EQ(layout.leftOut[0].substr(0, 25), "the patient's directions:");
+}
+
+// The tip is where the camera sees the place; the words are at the other end.
+TEST(FigureLayout, ArrowsPointAtTheirPlaces) {
+    for (const Projection projection : {Projection::parallel, Projection::perspective}) {
+        Figure figure = fullFigure({640, 640}, {40, 10}, projection);
+        FigurePart& part = figure.parts.front();
+        part.annotations = {};
+        part.annotations.arrows = {{{20, -10, 15}, {30, -20}, "here"}};
+        const FigureLayout layout = layOut(figure, evenLetters);
+        ASSERT_EQ(layout.shapes.size(), 1u);
+        const auto& lines = std::get<LaidLines>(layout.shapes[0]);
+        glm::dvec2 at(0);
+        ASSERT_TRUE(pictureFromPatient(part.camera, part.size, {20, -10, 15}, at));
+        EXPECT_LT(glm::length(lines.lines[0].back() - at), 1e-9);
+        EXPECT_LT(glm::length(lines.lines[1][1] - at), 1e-9) << "the head's tip";
+        EXPECT_LT(glm::length(lines.lines[0].front() - at - glm::dvec2(30, -20) * (96 / 72.0)), 1e-9);
+        ASSERT_EQ(layout.words.size(), 1u);
+        EXPECT_GT(layout.words[0].from().x, at.x);
+        EXPECT_LT(layout.words[0].to().y, at.y);
+        part.annotations.arrows[0].place = {5000, 0, 0};
+        EXPECT_EQ(layOut(figure, evenLetters).leftOut,
+                  (std::vector<std::string>{"the arrow \"here\": the picture does not show its place"}));
+    }
+}
+
+// Lines are cut at the box, and before the eye.
+TEST(FigureLayout, MeasurementsAreWhereTheCameraSeesThem) {
+    Figure figure = fullFigure({400, 300}, {}, Projection::perspective);
+    FigurePart& part = figure.parts.front();
+    part.annotations = {};
+    part.annotations.measurements = true;
+    const glm::dvec3 a(-30, 0, 10), b(40, 5, -20),
+        behind = 2.0 * part.camera.position - part.camera.focalPoint;
+    part.measurements = {{MeasurementKind::distance, {a, b}}};
+    FigureLayout layout = layOut(figure, evenLetters);
+    glm::dvec2 p(0), q(0);
+    ASSERT_TRUE(pictureFromPatient(part.camera, part.size, a, p) &&
+                pictureFromPatient(part.camera, part.size, b, q));
+    const auto line = [&] { return std::get<LaidLines>(layout.shapes.at(0)).lines.at(0); };
+    EXPECT_LT(glm::length(line()[0] - p) + glm::length(line()[1] - q), 1e-9);
+    part.measurements = {{MeasurementKind::distance, {a, behind + glm::dvec3(9, 0, 0)}}};
+    layout = layOut(figure, evenLetters);
+    test::expectApart(figure, layout);
+    EXPECT_LT(glm::length(line()[0] - p), 1e-9);
+    part.measurements = {{MeasurementKind::distance, {behind, behind + glm::dvec3(9, 0, 0)}}};
+    layout = layOut(figure, evenLetters);
+    EXPECT_TRUE(layout.shapes.empty());
+    EXPECT_EQ(layout.leftOut.size(), 1u);
+    // A circle across the view keeps its radius.
+    part.camera.projection = Projection::parallel;
+    const double mmPerPixel = 2 * part.camera.parallelScale / part.size.y;
+    part.measurements = {{MeasurementKind::circle, {{20, 0, 0}, {0, 0, 20}, {-20, 0, 0}}}};
+    layout = layOut(figure, evenLetters);
+    ASSERT_TRUE(pictureFromPatient(part.camera, part.size, {0, 0, 0}, p));
+    for (const std::vector<glm::dvec2>& piece : std::get<LaidLines>(layout.shapes.at(0)).lines)
+        EXPECT_NEAR(glm::length(piece[0] - p) * mmPerPixel, 20, 1e-6);
+}
+
+// A colour of the legend is the function's at the value that is written there.
+TEST(FigureLayout, LegendsHaveTheFunctionsColours) {
+    Figure figure = fullFigure({640, 480}, {});
+    FigurePart& part = figure.parts.front();
+    part.annotations = {};
+    part.annotations.legend = true;
+    const TransferFunction function = TransferFunction::fromOpacity(
+        {{-160, 0}, {240, 1}}, {{-160, {0, 0, 1}}, {0, {0.2, 1, 0}}, {240, {1, 0, 0.5}}}, 1);
+    Scene scene;
+    scene.volumes = {{"v.zarr", function}};
+    ValueSummary values;
+    values.lowest = -1000, values.highest = 2000;
+    part.legend = colourLegend(scene, std::vector<LegendVolume>{{values, "HU"}});
+    const FigureLayout layout = layOut(figure, evenLetters);
+    const auto& whole = std::get<LaidArea>(layout.shapes.at(1));
+    const double left = whole.corners[0].x, right = whole.corners[1].x;
+    const auto valueWords = [&](const std::string& text) {
+        return *std::find_if(layout.words.begin(), layout.words.end(),
+                             [&](const LaidWords& words) { return words.words == text; });
+    };
+    EXPECT_NEAR(valueWords("-160").from().x, left, 1);
+    EXPECT_NEAR(valueWords("240").to().x, right, 1);
+    for (double x = left + 0.5; x < right; ++x) {
+        glm::vec3 shown(0); // the last one that lies there
+        for (const LaidShape& shape : layout.shapes)
+            if (const auto* const area = std::get_if<LaidArea>(&shape))
+                if (area->corners[0].x < x && x < area->corners[1].x)
+                    shown = area->colour;
+        const double value = -160 + 400 * (x - left) / (right - left);
+        const glm::dvec3 truth = colourOfValue({ValueColour::transferFunction, {}}, function, value);
+        EXPECT_LT(glm::length(glm::dvec3(shown) - truth), 1.5 * 2.5 / 64) << value;
+    }
+}
+
+TEST(Words, AreBrokenAndCut) {
+    const auto lines = [](const std::string& words, double letters, std::size_t most) {
+        return brokenWords(words, 10, 6 * letters, most, evenLetters);
+    };
+    using Lines = std::vector<std::string>;
+    EXPECT_EQ(lines("one two three", 20, 3), (Lines{"one two three"}));
+    EXPECT_EQ(lines("one two three", 8, 3), (Lines{"one two", "three"}));
+    EXPECT_EQ(lines("one\ntwo  three", 20, 3), (Lines{"one", "two three"}));
+    EXPECT_EQ(lines("one two three four", 8, 2), (Lines{"one two", "three\xe2\x80\xa6"}));
+    EXPECT_EQ(lines("incomprehensible", 6, 2), (Lines{"incom\xe2\x80\xa6"}));
+    EXPECT_EQ(lines("a\nb\nc", 9, 2), (Lines{"a", "b c"}));
+    EXPECT_EQ(lines("a\nb\nc d e f g h i", 9, 2), (Lines{"a", "b c d e\xe2\x80\xa6"}));
+    EXPECT_EQ(lines("abc", 0.5, 2), Lines());
+    EXPECT_EQ(lines("", 9, 2), Lines());
+    EXPECT_EQ(cutWords("\xc3\xa4\xc3\xb6\xc3\xbc\xc3\x9f\xc3\xa4", 10, 18, evenLetters),
+              "\xc3\xa4\xc3\xb6\xe2\x80\xa6")
+        << "whole letters";
+}
+
+} // namespace
+} // namespace tessera
