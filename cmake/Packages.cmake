@@ -41,20 +41,20 @@ set(CPACK_TESSERA_DEBIAN ${packaging}/debian)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME tessera)
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "draws CT, MR and PET volumes of any size
- Tessera draws lit volumes of any size within a memory budget, from DICOM,
- NIfTI, NRRD, OME-Zarr, HDF5, OpenVDB and stacks of pictures, and measures the
- error of every picture. It is not for diagnosis.
- .
- This package draws without a window and without OpenGL.")
+Tessera draws lit volumes of any size within a memory budget, from DICOM,
+NIfTI, NRRD, OME-Zarr, HDF5, OpenVDB and stacks of pictures, and measures the
+error of every picture. It is not for diagnosis.
+.
+This package draws without a window and without OpenGL.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ca-certificates")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "tessera-window, libegl1, libgl1-mesa-dri, ffmpeg")
 if(TESSERA_WITH_WINDOW)
   list(APPEND CPACK_COMPONENTS_ALL window)
   set(CPACK_DEBIAN_WINDOW_PACKAGE_NAME tessera-window)
   set(CPACK_COMPONENT_WINDOW_DESCRIPTION "window for looking at CT, MR and PET volumes
- Tessera draws lit volumes of any size within a memory budget. This package
- has its window: transfer functions over the histogram, three linked planes,
- segmentations, cuts, meshes, distances and flights through hollow organs.")
+Tessera draws lit volumes of any size within a memory budget. This package
+has its window: transfer functions over the histogram, three linked planes,
+segmentations, cuts, meshes, distances and flights through hollow organs.")
   set(CPACK_DEBIAN_WINDOW_PACKAGE_DEPENDS "tessera (= ${PROJECT_VERSION})")
   set(CPACK_DEBIAN_WINDOW_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, libxcursor1, libxi6, libxinerama1, libxrandr2, libxxf86vm1")
 endif()
@@ -63,8 +63,8 @@ if(TARGET tessera_python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tessera)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "draws CT, MR and PET volumes of any size (Python 3)
- Tessera draws lit volumes of any size within a memory budget. This package
- draws them from Python, with arrays of NumPy.")
+Tessera draws lit volumes of any size within a memory budget. This package
+draws them from Python, with arrays of NumPy.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "tessera (= ${PROJECT_VERSION}), python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
 endif()
 include(CPack)
