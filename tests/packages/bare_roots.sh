@@ -33,6 +33,10 @@ new_root() {
 as_nobody() {
     unshare --net --pid --fork --mount-proc="$root/proc" chroot --userspec=65534:65534 "$root" /usr/bin/env -i /bin/sh -c "cd /work && $1"
 }
+as_root() {
+    chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive sh -c "$1" >"$base.log" 2>&1 ||
+        { tail -20 "$base.log"; exit 1; }
+}
 seconds() { awk "BEGIN { printf \"%.1f s\", $(date +%s.%N) - $1 }"; }
 drawn() { # FILE
     [[ $(head -c 4 "$root/work/$1" | tail -c 3) == PNG ]] || { echo "FAILED: $1 is no picture"; exit 1; }
@@ -67,9 +71,7 @@ for part in "${parts[@]}"; do
         cp /etc/resolv.conf "$root/etc/resolv.conf"
         began=$(date +%s.%N)
         before=$(du -sm "$root" | cut -f1)
-        chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive sh -c 'apt-get -q update &&
-            apt-get -q -y --no-install-recommends install /work/tessera_*.deb && apt-get clean' >"$base.log" 2>&1 ||
-            { tail -20 "$base.log"; exit 1; }
+        as_root 'apt-get -q update && apt-get -q -y --no-install-recommends install /work/tessera_*.deb && apt-get clean'
         echo "deb: tessera installed in $(seconds "$began"), $(($(du -sm "$root" | cut -f1) - before)) MB with what it needs"
         if chroot "$root" dpkg-query -W libglfw3 libgl1 >/dev/null 2>&1; then echo "FAILED: a display was installed"; exit 1; fi
         began=$(date +%s.%N)
@@ -77,10 +79,9 @@ for part in "${parts[@]}"; do
         echo "    first picture in $(seconds "$began")"
         drawn abdomen.png
         as_nobody '/usr/bin/tessera view' 2>&1 | sed 's/^/    /' | cut -c1-200 || true
-        chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive \
-            apt-get -q -y --no-install-recommends install /work/tessera-window_*.deb >"$base.log" 2>&1 || { tail -20 "$base.log"; exit 1; }
+        as_root 'apt-get -q -y --no-install-recommends install /work/tessera-window_*.deb'
         as_nobody '/usr/bin/tessera view' 2>&1 | sed 's/^/    with tessera-window: /' | cut -c1-200 || true
-        chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin apt-get -q -y purge tessera tessera-window >"$base.log" 2>&1
+        as_root 'apt-get -q -y purge tessera tessera-window'
         left=$(find "$root/usr" -path '*tessera*' | head -3)
         [[ -z $left ]] || { echo "FAILED: removal leaves $left"; exit 1; }
         ;;

@@ -14,6 +14,8 @@ usr=$work/root/usr
 check_layout "$usr"
 if [[ -f $usr/lib/tessera/tessera_window_module.so ]]; then check_desktop "$usr"; fi
 
+if named=$(grep -rlF "$(cd "$here/../.." && pwd)" "$usr"); then fail "the folder of the build is named in $named"; fi
+
 mkdir "$work/run"
 # Without its modules the program refuses; so those that it takes are the installed ones.
 draws "$usr/bin/tessera" "$work/run"

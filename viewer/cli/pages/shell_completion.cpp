@@ -140,6 +140,17 @@ std::string zshOption(const OptionRow& option) {
     return out;
 }
 
+/// The same for arguments that have words.
+std::string zshArguments(const CommandRow& command) {
+    std::string out;
+    int place = 0;
+    for (const OptionRow& option : command.options)
+        if (option.isPositional && (++place, !option.offered.empty()))
+            out += "        '" + std::to_string(place) + ":" + option.names.front() + ":(" +
+                   wordList(option.offered) + ")' \\\n";
+    return out;
+}
+
 std::string zshFunction(const std::string& program, const std::string& path) {
     std::string name = "_" + program + path;
     for (char& c : name)
@@ -157,7 +168,7 @@ std::string zshScript(const CommandRow& program) {
              for (const OptionRow& option : options)
                  functions += zshOption(option);
              if (command.commands.empty()) {
-                 functions += "        '*:file:_files'\n}\n";
+                 functions += zshArguments(command) + "        '*:file:_files'\n}\n";
                  return;
              }
              functions += "        '1: :->command' '*:: :->arguments'\n    case $state in\n    command)\n"
