@@ -27,6 +27,7 @@ void addCommands(Command& program, const CommonOptions& common, Action& action) 
     addInfoCommand(program, common, action);
     addRenderCommand(program, common, action);
     addRedrawCommand(program, common, action);
+    addBatchCommand(program, common, action);
 #if TESSERA_WITH_WINDOW
     addViewCommand(program, common, action);
 #endif

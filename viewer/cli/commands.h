@@ -12,6 +12,7 @@ struct RenderArguments;
 /// The options of `tessera render` alone, for what draws without the command (viewer/python/).
 void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& arguments);
 
+void addBatchCommand(Command& program, const CommonOptions& common, Action& action);
 void addCentrelineCommand(Command& program, const CommonOptions& common, Action& action);
 void addCoverageCommand(Command& program, const CommonOptions& common, Action& action);
 void addExportCommand(Command& program, const CommonOptions& common, Action& action);

@@ -1,0 +1,322 @@
+// tests/program/batch_test.cpp: a table becomes pictures, a row each; what fails does not stop the rest, and
+// what is done is not done twice.
+#include "tests/support/program_fixture.h"
+
+#include "core/image/image_file.h"
+
+#include <csignal>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sys/resource.h>
+
+namespace tessera::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr char kScene[] = R"({"tesseraScene":1,"volumes":[{"path":"s.zarr","transferFunction":"auto"}],
+    "image":{"size":[24,16]},"camera":{"view":"anterior"},"quality":{"samples":1}})";
+
+class Batch : public Program {
+  protected:
+    void SetUp() override {
+        makeSphere();
+        write("scene.json", kScene);
+    }
+    /// Of `tessera batch t.csv` into out/, with further options.
+    Outcome batch(const std::string& options = "") {
+        return run("batch t.csv --scene scene.json -o out/{id}.png --no-check " + options);
+    }
+    std::map<std::string, std::string> pictures(const std::string& folder = "out") const {
+        std::map<std::string, std::string> found;
+        if (exists(folder))
+            for (const auto& entry : fs::recursive_directory_iterator(folder_ / folder))
+                if (entry.is_regular_file())
+                    found[entry.path().filename().string()] = readAll(entry.path());
+        return found;
+    }
+    void expectTableRefused(const std::string& table, const std::vector<std::string>& words) {
+        write("t.csv", table);
+        expectRefused("batch t.csv --scene scene.json -o out/{id}.png", words);
+        EXPECT_FALSE(exists("out")) << "something was drawn of\n" << table;
+    }
+    /// Lines of a record, by their ids.
+    std::map<std::string, json> record(const std::string& name) const {
+        std::map<std::string, json> rows;
+        std::istringstream text(readAll(folder_ / name));
+        for (std::string line; std::getline(text, line);)
+            rows[json::parse(line)["id"]] = json::parse(line);
+        return rows;
+    }
+    Image picture(const std::string& name) const { return readImage(folder_ / name); }
+    static bool same(const Image& a, const Image& b) {
+        return a.size == b.size &&
+               std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;
+    }
+};
+
+TEST_F(Batch, GoesOnAfterFailuresAndDrawsNothingTwice) {
+    std::string table = "id,camera.view,shading.ambient,volumes[0].path\r\n";
+    const char* const views[] = {"left", "right", "anterior"};
+    for (int n = 1; n <= 40; ++n)
+        table += "p" + std::to_string(n) + "," + (n == 11 ? "sideways" : views[n % 3]) + "," +
+                 (n == 22 ? "7" : "0." + std::to_string(10 + n)) + "," + (n == 33 ? "missing.zarr" : "") +
+                 "\r\n";
+    write("t.csv", table);
+    const Outcome first = batch("--report r.json --jobs 3");
+    EXPECT_EQ(first.exitCode, 1);
+    EXPECT_THAT(first.out, HasSubstr("40 rows: 37 drawn, 3 failed\n"));
+    EXPECT_THAT(first.out, HasSubstr("  row 11, p11: t.csv:12 (camera.view): expected "));
+    EXPECT_THAT(first.out, HasSubstr("  row 22, p22: t.csv:23 (shading.ambient): expected "));
+    EXPECT_THAT(first.out, HasSubstr("  row 33, p33: "));
+    EXPECT_THAT(first.out, HasSubstr("missing.zarr: expected "));
+    EXPECT_THAT(first.problems, HasSubstr("p1: wrote out/p1.png"));
+    EXPECT_THAT(first.problems, HasSubstr("tessera: p33: "));
+    EXPECT_THAT(first.problems, HasSubstr("tessera: t.csv: 3 of 40 rows failed\n"));
+    const auto drawn = pictures();
+    EXPECT_EQ(drawn.size(), 37u);
+    const auto rows = record("r.json");
+    ASSERT_EQ(rows.size(), 40u);
+    for (const auto& [id, row] : rows) {
+        const bool isThere = drawn.count(id + ".png") > 0;
+        EXPECT_EQ(row["state"], isThere ? "drawn" : "failed") << id;
+        EXPECT_EQ(row.contains("message"), !isThere) << id;
+        EXPECT_EQ("p" + std::to_string(row["row"].get<int>()), id);
+    }
+    const Outcome second = batch("--report r.csv -q");
+    EXPECT_EQ(second.exitCode, 1);
+    EXPECT_THAT(second.out, HasSubstr("40 rows: 0 drawn, 37 unchanged and left as they are, 3 failed\n"));
+    EXPECT_EQ(pictures(), drawn);
+    EXPECT_THAT(readAll(folder_ / "r.csv"), HasSubstr("row,id,output,state,seconds,message\n"));
+    EXPECT_THAT(readAll(folder_ / "r.csv"), HasSubstr(",p5,out/p5.png,unchanged,"));
+    EXPECT_THAT(batch("--again --json -q").out, HasSubstr("\"drawn\": 37"));
+}
+
+// A row is what `tessera render` draws of the same scene.
+TEST_F(Batch, ARowIsAPictureOfRender) {
+    write("t.csv", "id,camera.view,window,mode,isosurfaces[0].value\n"
+                   "a,left,,,\nb,\"[30,15]\",,,300\nc,,\"100,400\",maximum,\nd,superior,,,\n");
+    ASSERT_EQ(batch("--jobs 2").exitCode, 0);
+    const std::string render = "render scene.json --no-check -q -o ";
+    for (const char* one : {"a.png --view left", "b.png --view 30,15 --isosurface 300",
+                            "c.png --mode maximum --window 100,400", "d.png --view superior"})
+        ASSERT_EQ(run(render + one).exitCode, 0) << one;
+    for (const char* name : {"a.png", "b.png", "c.png", "d.png"})
+        EXPECT_TRUE(same(picture(name), picture(std::string("out/") + name))) << name;
+    EXPECT_EQ(run("redraw out/b.png --data s.zarr").exitCode, 0) << "from the manifest";
+}
+
+// Only what changed is drawn again: the scene, the data, or the picture itself.
+TEST_F(Batch, DrawsAgainWhatChanged) {
+    ASSERT_EQ(run("phantom sphere --size 24x24x24 -o t.zarr -q").exitCode, 0);
+    write("t.csv", "id,volumes[0].path,shading.ambient\na,s.zarr,0.1\nb,t.zarr,0.1\nc,s.zarr,0.2\nd,,\n");
+    ASSERT_EQ(batch().exitCode, 0);
+    const auto before = pictures();
+    const auto expectDrawn = [&](const std::set<std::string>& ids, const char* why) {
+        ASSERT_EQ(batch("-q --report r.json").exitCode, 0) << why;
+        for (const auto& [id, row] : record("r.json"))
+            EXPECT_EQ(row["state"], ids.count(id) ? "drawn" : "unchanged") << why << ": " << id;
+    };
+    expectDrawn({}, "nothing changed");
+    write("t.csv", "id,volumes[0].path,shading.ambient\na,s.zarr,0.1\nb,t.zarr,0.1\nc,s.zarr,0.3\nd,,\n");
+    expectDrawn({"c"}, "a cell");
+    ASSERT_EQ(run("phantom sphere --size 24x24x25 -o t.zarr -q --force").exitCode, 0);
+    expectDrawn({"b"}, "the data");
+    std::string scene = kScene;
+    write("scene.json", scene.replace(scene.find("anterior"), 8, "superior"));
+    expectDrawn({"a", "b", "c", "d"}, "the scene");
+    write("out/a.png", "no picture");
+    fs::remove(folder_ / "out" / "b.png");
+    expectDrawn({"a", "b"}, "the files");
+    json manifest = json::parse(readManifest(folder_ / "out" / "d.png"));
+    manifest["commit"] = "another";
+    writeImage(folder_ / "out" / "d.png", picture("out/d.png"), manifest.dump());
+    expectDrawn({"d"}, "the program");
+    ASSERT_EQ(
+        run("batch t.csv --scene scene.json -o out/{id}.png --verify quick -q --report r.json").exitCode, 0);
+    EXPECT_EQ(record("r.json")["a"]["state"], "drawn") << "the options";
+}
+
+TEST_F(Batch, CellsStandInNamesAndTexts) {
+    std::string scene = kScene;
+    scene.insert(scene.size() - 1, R"(,"annotations":{"title":"{id} of {{{who}}}","caption":"row {row}"})");
+    write("scene.json", scene);
+    write("t.csv", "who;id\nJane;7\nDoe;8\n");
+    const Outcome outcome = run("batch t.csv --scene scene.json -o out/{who}/{id}-{row}.png --no-check");
+    if (outcome.problems.find("annotations") == std::string::npos) { // of a program that draws them
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        const json manifest = json::parse(readManifest(folder_ / "out/Doe/8-2.png"));
+        EXPECT_EQ(manifest["scene"]["annotations"]["title"], "8 of {Doe}");
+        EXPECT_EQ(manifest["scene"]["annotations"]["caption"], "row 2");
+        EXPECT_TRUE(exists("out/Jane/7-1.png"));
+    }
+    expectRefused("batch t.csv --scene scene.json -o out/{whom}.png", {"-o", "{whom}", "{who}"});
+    expectRefused("batch t.csv --scene scene.json -o out/{who.png", {"-o", "\"{\" alone"});
+    scene.replace(scene.find("{id}"), 4, "{ld}");
+    write("scene.json", scene);
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.png", {"annotations.title", "{ld}", "{id}"});
+}
+
+TEST_F(Batch, RefusesBeforeAnythingIsDrawn) {
+    expectTableRefused("id\na\nb\na\n", {"t.csv:4", "out/a.png", "t.csv:2"});
+    expectTableRefused("id,shading.ambiet\na,0.1\n", {"t.csv", "shading.ambiet", "shading.ambient"});
+    expectTableRefused("id,view\na,left\n", {"\"view\"", "camera.view"});
+    expectTableRefused("id,notes\na,x\n", {"\"notes\""});
+    expectTableRefused("id,window,--window\na,\"1,2\",\n", {"window", "both"});
+    for (const char* bad : {"../b", "/tmp/b", "", "..", ".", "x/y", "\"a\nb\"", "\x7f"})
+        expectTableRefused("id,shading.ambient\na,0.1\n" + std::string(bad) + ",0.1\n", {"t.csv:3"});
+    expectTableRefused("id\na\n" + std::string(300, 'x') + "\n", {"t.csv:3", "200 bytes"});
+    write("t.csv", "id\na\n");
+    expectRefused("batch t.csv --scene scene.json -o out/{id}/../../x.png", {"-o", "stays in its folder"});
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.jpg", {"a.jpg"});
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.png --report r.txt", {"--report", "r.txt"});
+    expectRefused("batch missing.csv --scene scene.json -o out/{id}.png", {"missing.csv"});
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.png --ram 8MiB --jobs 4",
+                  {"--ram", "4 rows at once", "24 x 16", "--jobs"});
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.png --claim --again", {"--again"});
+}
+
+// Tables of other programs are read; those that are no tables are refused, with their line.
+TEST_F(Batch, ReadsTablesStrictly) {
+    const auto drawn = [&](const std::string& table) {
+        write("t.csv", table);
+        fs::remove_all(folder_ / "out");
+        const Outcome outcome = batch("-q");
+        EXPECT_EQ(outcome.exitCode, 0) << table << outcome.problems;
+        std::set<std::string> names;
+        for (const auto& [name, bytes] : pictures())
+            names.insert(name);
+        return names;
+    };
+    using Names = std::set<std::string>;
+    EXPECT_EQ(drawn("\xef\xbb\xbfid,window\r\na,\r\n\r\nb,\r\n"), (Names{"a.png", "b.png"}));
+    EXPECT_EQ(drawn("id\tmode\na\tmaximum"), (Names{"a.png"}));
+    EXPECT_EQ(drawn("id;mode\na;maximum\r"), (Names{"a.png"}));
+    EXPECT_EQ(drawn("id,mode\n\"a, \"\"b\"\"\",maximum\n"), (Names{"a, \"b\".png"}));
+    EXPECT_EQ(drawn("id\n\xc3\xa4\n"), (Names{"\xc3\xa4.png"}));
+    EXPECT_EQ(drawn("id\n"), Names{});
+    fs::remove_all(folder_ / "out");
+    expectTableRefused("", {"t.csv", "names of columns"});
+    expectTableRefused("\n\n", {"t.csv", "names of columns"});
+    expectTableRefused("id,mode\na\n", {"t.csv:2", "2 cells", "found 1"});
+    expectTableRefused("id,mode\na,maximum\nb,maximum,7\n", {"t.csv:3", "2 cells", "found 3"});
+    expectTableRefused("id,mode\na,maximum\nb,\"maxi", {"t.csv:3", "quote"});
+    expectTableRefused("id,mode\na,maxi\"mum\n", {"t.csv:2", "quote"});
+    expectTableRefused("id,mode\na,\"maxi\"mum\n", {"t.csv:2", "quote"});
+    expectTableRefused(std::string("id\na\nb\0c\n", 9), {"t.csv:3", "byte of 0"});
+    expectTableRefused("id\na\n\xff\xfe\n", {"t.csv:3", "UTF-8"});
+    expectTableRefused("id\n\xed\xa0\x80\n", {"t.csv:2", "UTF-8"});
+    expectTableRefused("id,id\na,b\n", {"\"id\" twice"});
+    expectTableRefused("id,\na,b\n", {"column 2"});
+    expectTableRefused("id,mode\na," + std::string(100000, 'x') + "\n", {"t.csv:2", "64 KiB"});
+    write("t.csv", "id\na\n");
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.png --ram 4B", {"--ram"});
+}
+
+TEST_F(Batch, ADryRunChecksAllAndDrawsNothing) {
+    write("t.csv", "id,shading.ambient,volumes[0].path\na,0.1,\nb,7,\nc,0.1,missing.nii\n");
+    const Outcome outcome = batch("--dry-run");
+    EXPECT_EQ(outcome.exitCode, 1);
+    EXPECT_THAT(outcome.out, HasSubstr("row 1, a: out/a.png would be drawn\n"));
+    EXPECT_THAT(outcome.out, HasSubstr("3 rows: 1 would be drawn, 2 failed\n"));
+    EXPECT_THAT(outcome.out, HasSubstr("missing.nii"));
+    EXPECT_FALSE(exists("out"));
+    write("t.csv", "id,shading.ambient\na,0.1\nb,0.2\n");
+    ASSERT_EQ(batch().exitCode, 0);
+    EXPECT_THAT(batch("--dry-run").out, HasSubstr("2 rows: 0 would be drawn, 2 unchanged\n"));
+    EXPECT_THAT(batch("--dry-run --again").out, HasSubstr("2 rows: 2 would be drawn\n"));
+}
+
+TEST_F(Batch, ARowThatNeedsMoreThanItsShareIsDrawnAlone) {
+    write("t.csv", "id,image.size\na,24x16\nb,24x16\nc,24x16\n");
+    ASSERT_EQ(run("phantom sphere --size 96x96x96 -o s.zarr -q --force").exitCode, 0);
+    const Outcome alone = batch("--ram 48MiB --jobs 1 -q");
+    ASSERT_EQ(alone.exitCode, 0) << alone.problems;
+    const Outcome outcome = batch("--ram 48MiB --jobs 3 --again -q");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.problems;
+    EXPECT_THAT(outcome.out, HasSubstr("3 rows: 3 drawn\n"));
+}
+
+// Every row is drawn by one of them, and all end with every picture there.
+TEST_F(Batch, ProcessesShareRowsByClaims) {
+    std::string table = "id,shading.ambient\n";
+    for (int n = 10; n < 34; ++n)
+        table += "p" + std::to_string(n) + ",0." + std::to_string(n) + "\n";
+    write("t.csv", table);
+    const std::string command = "batch t.csv --scene scene.json -o out/{id}.png --no-check -q --claim ";
+    std::vector<pid_t> processes;
+    for (const char* name : {"a", "b", "c"})
+        processes.push_back(start(command + "--jobs 1 --report " + name + ".json"));
+    for (const pid_t process : processes) {
+        int status = 0;
+        ::waitpid(process, &status, 0);
+        EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << readAll(folder_ / ".err");
+    }
+    std::map<std::string, int> times;
+    for (const char* name : {"a.json", "b.json", "c.json"}) {
+        const auto rows = record(name);
+        EXPECT_EQ(rows.size(), 24u) << name;
+        for (const auto& [id, row] : rows)
+            times[id] += row["state"] == "drawn" ? 1 : 0;
+    }
+    for (const auto& [id, count] : times)
+        EXPECT_EQ(count, 1) << id;
+    EXPECT_EQ(pictures().size(), 24u) << "and no lock files";
+}
+
+// Ctrl-C leaves whole pictures, and says what was reached; the next run goes on.
+TEST_F(Batch, EndsCleanlyWhenInterrupted) {
+    std::string table = "id,shading.ambient,image.size\n";
+    for (int n = 100; n < 400; ++n)
+        table += "p" + std::to_string(n) + ",0." + std::to_string(n) + ",200x150\n";
+    write("t.csv", table);
+    const pid_t process =
+        start("batch t.csv --scene scene.json -o out/{id}.png --no-check -q --report r.json --jobs 2");
+    const auto whole = [&] {
+        const auto all = pictures();
+        return std::ranges::count_if(all, [](const auto& one) { return one.first[0] != '.'; });
+    };
+    for (int n = 0; n < 1000 && whole() < 4; ++n)
+        ::usleep(10000);
+    ::kill(process, SIGINT);
+    int status = 0;
+    ::waitpid(process, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    EXPECT_THAT(readAll(folder_ / ".out"), HasSubstr("not reached"));
+    const auto left = pictures();
+    EXPECT_GE(left.size(), 4u);
+    EXPECT_LT(left.size(), 300u);
+    for (const auto& [name, bytes] : left) {
+        EXPECT_EQ(name[0], 'p') << "an unfinished file";
+        EXPECT_EQ(picture("out/" + name).size, glm::ivec2(200, 150));
+        EXPECT_EQ(record("r.json").count(name.substr(0, name.find('.'))), 1u) << name;
+    }
+    write("t.csv", table.substr(0, table.find("p110")));
+    EXPECT_THAT(batch("-q --json").out, HasSubstr("\"failed\": 0"));
+}
+
+// Memory does not grow with the rows.
+TEST_F(Batch, MemoryIsThatOfTheRowsAtOnce) {
+    const auto peakKiB = [&](int rows) {
+        std::string table = "id,shading.ambient\n";
+        for (int n = 0; n < rows; ++n)
+            table += "p" + std::to_string(n) + ",0." + std::to_string(100 + n) + "\n";
+        write("t.csv", table);
+        fs::remove_all(folder_ / "out");
+        const Outcome outcome = batch("--jobs 2 -q --json");
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        rusage use{};
+        ::getrusage(RUSAGE_CHILDREN, &use); // the largest so far
+        return use.ru_maxrss;
+    };
+    const long few = peakKiB(20), many = peakKiB(200);
+    EXPECT_LT(many, few + 4096) << "KiB";
+}
+
+} // namespace
+} // namespace tessera::test

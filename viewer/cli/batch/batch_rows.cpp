@@ -1,0 +1,156 @@
+// viewer/cli/batch/batch_rows.cpp: see batch_rows.h.
+#include "viewer/cli/batch/batch_rows.h"
+
+#include "core/base/address.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "viewer/cli/options/scene_options.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <glm/common.hpp>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostLetters = 1000; // as a scene file may have
+
+/// Paths that a cell gave are relative to the table.
+void placePaths(Scene& scene, const fs::path& folder) {
+    const auto place = [&](fs::path& path) {
+        if (!path.empty() && path != Labels::kTotalSegmentator)
+            path = absolutePlace(folder, path);
+    };
+    for (SceneVolume& volume : scene.volumes) {
+        place(volume.path);
+        place(volume.labels.path);
+        place(volume.labels.names);
+    }
+    for (SceneMesh& mesh : scene.meshes)
+        place(mesh.path);
+    if (auto& sky = scene.lighting.environment; sky && !sky->file.path.empty())
+        sky->file.path = fs::absolute(folder / sky->file.path).lexically_normal();
+}
+
+} // namespace
+
+BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::string& pattern)
+    : table_(table), scene_(scene), output_(pattern, table.names()) {
+    const auto add = [&](const std::string& text, std::string Annotations::*member, std::size_t arrow,
+                         const std::string& where) {
+        TextPattern found(text, table.names(), where);
+        if (found.hasPlaces() || found.begin() != text)
+            texts_.push_back({std::move(found), member, arrow});
+    };
+    add(scene.annotations.title, &Annotations::title, 0, "annotations.title");
+    add(scene.annotations.caption, &Annotations::caption, 0, "annotations.caption");
+    for (std::size_t n = 0; n < scene.annotations.arrows.size(); ++n)
+        add(scene.annotations.arrows[n].text, nullptr, n,
+            "annotations.arrows[" + std::to_string(n) + "].text");
+
+    const std::vector<std::string>& names = table.names();
+    for (std::size_t n = 0; n < names.size(); ++n) {
+        columns_.push_back({keyNamed(names[n])});
+        const bool isUsed =
+            output_.uses(n) || names[n] == "id" ||
+            std::ranges::any_of(texts_, [&](const Text& text) { return text.pattern.uses(n); });
+        if (columns_.back().key.empty() && !isUsed)
+            throw badFile(table.path().string(),
+                          "columns that are keys of the scene, options that set one, or names in -o or in "
+                          "the scene's texts",
+                          "\"" + names[n].substr(0, 60) + "\"; nearest: \"" + nearestKeyName(names[n]) +
+                              "\"");
+    }
+    for (std::size_t n = 0; n < columns_.size(); ++n)
+        for (std::size_t before = 0; before < n; ++before)
+            if (!columns_[n].key.empty() && columns_[n].key == columns_[before].key)
+                throw badFile(table.path().string(), "one column for a key",
+                              "\"" + names[before] + "\" and \"" + names[n] + "\", which are both " +
+                                  columns_[n].key);
+}
+
+BatchRow BatchRows::named(std::size_t number, const std::vector<std::string>& cells) const {
+    BatchRow row;
+    row.number = number;
+    row.place = table_.placeOf(number);
+    row.output = output_.fill(cells, number, row.place + " (for -o)");
+    pictureFormat(row.output); // throws
+    const auto id = std::ranges::find(table_.names(), "id");
+    row.id = id != table_.names().end() ? cells[static_cast<std::size_t>(id - table_.names().begin())]
+                                        : row.output.stem().string();
+    return row;
+}
+
+BatchRow BatchRows::named(std::size_t number) const {
+    return named(number, table_.cells(number));
+}
+
+BatchRow BatchRows::row(std::size_t number) const {
+    const std::vector<std::string> cells = table_.cells(number);
+    BatchRow row = named(number, cells);
+    row.scene = scene_;
+    for (const Text& text : texts_) {
+        Annotations& all = row.scene.annotations;
+        std::string filled = text.pattern.fill(cells, number);
+        if (filled.size() > kMostLetters)
+            throw badFile(row.place, "a text of at most " + std::to_string(kMostLetters) + " letters",
+                          "more");
+        (text.member ? all.*text.member : all.arrows[text.arrow].text) = std::move(filled);
+    }
+    for (std::size_t n = 0; n < columns_.size(); ++n)
+        if (!columns_[n].key.empty() && !cells[n].empty())
+            setKeyFromText(row.scene, columns_[n].key, cells[n],
+                           row.place + " (" + table_.names()[n].substr(0, 60) + ")");
+    placePaths(row.scene, table_.path().parent_path());
+    if (row.scene.volumes.empty() || row.scene.volumes.front().path.empty())
+        throw badFile(row.place, "a volume (--scene, or a column \"volumes[0].path\")", "none");
+    return row;
+}
+
+glm::ivec2 BatchRows::largestSize() const {
+    glm::ivec2 largest = scene_.imageSize;
+    for (std::size_t column = 0; column < columns_.size(); ++column) {
+        if (!columns_[column].key.starts_with("image"))
+            continue;
+        for (std::size_t n = 0; n < size(); ++n) {
+            Scene alone;
+            try {
+                setKeyFromText(alone, columns_[column].key, table_.cells(n)[column], "");
+                largest = glm::max(largest, alone.imageSize);
+            } catch (const InputError&) {
+                checkInterrupted(); // the row says so itself
+            }
+        }
+    }
+    return largest;
+}
+
+void BatchRows::requireDistinctOutputs(MemoryBudget& ram) const {
+    struct Output {
+        std::uint64_t hash;
+        std::uint64_t row;
+    };
+    const Charge charge = ram.charge(size() * sizeof(Output), "the names of all outputs");
+    std::vector<Output> outputs;
+    outputs.reserve(size());
+    for (std::size_t n = 0; n < size(); ++n) {
+        checkInterrupted();
+        outputs.push_back({std::hash<std::string>()(named(n).output.lexically_normal().string()), n});
+    }
+    std::ranges::sort(outputs, [](const Output& a, const Output& b) {
+        return a.hash != b.hash ? a.hash < b.hash : a.row < b.row;
+    });
+    for (std::size_t n = 1; n < outputs.size(); ++n)
+        for (std::size_t before = n; before-- > 0 && outputs[before].hash == outputs[n].hash;) {
+            const BatchRow a = named(outputs[before].row), b = named(outputs[n].row);
+            if (a.output.lexically_normal() == b.output.lexically_normal())
+                throw badFile(b.place, "an output of its own",
+                              a.output.string() + ", which is also that of " + a.place);
+        }
+}
+
+} // namespace tessera

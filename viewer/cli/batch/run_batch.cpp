@@ -1,0 +1,347 @@
+// viewer/cli/batch/run_batch.cpp: see run_batch.h.
+#include "viewer/cli/batch/run_batch.h"
+
+#include "core/base/address.h"
+#include "core/base/claims.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/output_file.h"
+#include "core/base/shown_text.h"
+#include "core/base/threads.h"
+#include "render/backends/engine_maker.h"
+#include "render/picture/render_scene.h" // pictureBytesPerPixel
+#include "viewer/cli/batch/batch_record.h"
+#include "viewer/cli/batch/batch_rows.h"
+#include "viewer/cli/batch/csv_table.h"
+#include "viewer/cli/batch/done_before.h"
+#include "viewer/cli/batch/row_pool.h"
+#include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/input/remote_input.h"
+#include "viewer/cli/render/picture_files.h"
+#include "viewer/cli/render/run_render.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// What each of several rows at once has.
+struct Shares {
+    int jobs = 1, threads = 0; // threads: of a row; 0: all processors
+    std::size_t ram = 0, gpu = 0;
+};
+
+/// True if pictures are drawn by one device, which rows would wait for.
+bool drawsOnDevice(const BatchArguments& arguments) {
+    RenderArguments render;
+    render.engine = arguments.engine;
+    GlDeviceChoice device;
+    device.text = arguments.device;
+    return traitsOf(EngineMaker(engineOf(render), device, 1).kind()).onContext;
+}
+
+Shares sharesOf(const BatchArguments& arguments, const BatchRows& rows, const Scene& scene,
+                std::size_t ramBytes, std::size_t gpuBytes, const CommonOptions& common) {
+    constexpr std::size_t kLeastBytes = std::size_t{8} << 20;   // of a row beside its picture
+    constexpr std::size_t kUsualBytes = std::size_t{192} << 20; // with bricks of a volume
+    RenderArguments render;
+    render.engine = arguments.engine;
+    const EngineKind engine = engineOf(render);
+    const glm::ivec2 size = rows.largestSize();
+    const std::size_t ofPicture =
+        static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+        (pictureBytesPerPixel(engine, scene.quality.pixels) + kPictureBytesPerPixel);
+    const int processors = defaultThreads();
+    Shares shares;
+    if (arguments.jobs > 0 && !arguments.dryRun) { // which looks at them in their order
+        shares.jobs = arguments.jobs;
+        const std::size_t least = static_cast<std::size_t>(shares.jobs) * (ofPicture + kLeastBytes);
+        if (ramBytes < least)
+            throw InputError("--ram: " + std::to_string(shares.jobs) + " rows at once, of " +
+                             std::to_string(size.x) + " x " + std::to_string(size.y) +
+                             " pixels, need at least " + formatBytes(least) + ", but the budget has " +
+                             formatBytes(ramBytes) + " for them; fewer --jobs need less");
+    } else if (!arguments.dryRun && !drawsOnDevice(arguments)) {
+        const std::size_t room = ramBytes / (ofPicture + kUsualBytes);
+        shares.jobs = static_cast<int>(
+            std::clamp<std::size_t>(room, 1, static_cast<std::size_t>(std::max(1, processors))));
+    }
+    shares.jobs = static_cast<int>(
+        std::min<std::size_t>(static_cast<std::size_t>(shares.jobs), std::max<std::size_t>(1, rows.size())));
+    if (shares.jobs > 1)
+        shares.threads = std::max(1, processors / shares.jobs);
+    shares.ram = ramBytes / static_cast<std::size_t>(shares.jobs);
+    shares.gpu = gpuBytes / static_cast<std::size_t>(shares.jobs);
+    common.detail(std::to_string(shares.jobs) + (shares.jobs == 1 ? " row" : " rows") +
+                  " at once, each with " + formatBytes(shares.ram) + " of --ram, " + formatBytes(shares.gpu) +
+                  " of --gpu-memory and " + std::to_string(shares.threads > 0 ? shares.threads : processors) +
+                  " threads");
+    return shares;
+}
+
+class Batch {
+  public:
+    Batch(const BatchArguments& arguments, const BatchRows& rows, const Shares& shares, BatchRecord& record,
+          const CommonOptions& common)
+        : arguments_(arguments), rows_(rows), shares_(shares), record_(record), common_(common) {}
+
+    /// Draws all rows. Throws as doRows() does.
+    void run() {
+        std::vector<std::size_t> all(rows_.size());
+        std::iota(all.begin(), all.end(), std::size_t{0});
+        pass(all, shares_);
+        std::vector<std::size_t> again = std::exchange(tooSmall_, {});
+        Shares alone = shares_;
+        alone.ram *= static_cast<std::size_t>(shares_.jobs);
+        alone.gpu *= static_cast<std::size_t>(shares_.jobs);
+        alone.jobs = 1, alone.threads = 0;
+        isLastTry_ = true;
+        pass(again, alone);
+        for (std::size_t before = 0; !ofOthers_.empty();) { // they may still fail, or be killed
+            constexpr std::chrono::milliseconds kBetweenLooks{200};
+            if (ofOthers_.size() == before)
+                std::this_thread::sleep_for(kBetweenLooks);
+            before = ofOthers_.size();
+            isTakenAfter_ = true;
+            std::vector<std::size_t> open = std::exchange(ofOthers_, {});
+            std::ranges::sort(open);
+            pass(open, shares_);
+        }
+    }
+    const BatchTally& tally() const { return tally_; }
+
+  private:
+    void pass(const std::vector<std::size_t>& rows, const Shares& shares) {
+        if (rows.empty())
+            return;
+        doRows(
+            rows, std::min(shares.jobs, static_cast<int>(std::min<std::size_t>(rows.size(), 1 << 20))),
+            rows_.size(),
+            [&] {
+                const std::lock_guard lock(mutex_);
+                return tally_.all();
+            },
+            [&](std::size_t row, const auto& tell) { doRow(row, shares, tell); }, *common_.progress);
+    }
+
+    void doRow(std::size_t number, const Shares& shares, const std::function<void(RowAtWork)>& tell) {
+        const auto start = Clock::now();
+        RowResult result{.row = number};
+        CommonOptions mine = common_;
+        mine.shared = common_.progress;
+        mine.progress = std::make_shared<Progress>(Verbosity::quiet, true);
+        mine.kept = std::make_shared<std::vector<std::shared_ptr<void>>>();
+        try {
+            const BatchRow named = rows_.named(number);
+            result.id = named.id;
+            result.output = named.output.string();
+            mine.prefix = named.id + ": ";
+            tell({named.id, mine.progress});
+            const std::optional<RowState> state = draw(rows_.row(number), shares, mine);
+            if (!state) { // another process has it
+                const std::lock_guard lock(mutex_);
+                ofOthers_.push_back(number);
+                return;
+            }
+            result.state = *state;
+        } catch (const Interrupted&) {
+            throw;
+        } catch (const std::bad_alloc&) {
+            result.message = "out of memory";
+        } catch (const std::exception& error) {
+            result.message = error.what();
+        }
+        if (result.state == RowState::failed) {
+            if (isForWantOfMemory(result.message) && shares.jobs > 1 && !isLastTry_) {
+                const std::lock_guard lock(mutex_);
+                tooSmall_.push_back(number);
+                return;
+            }
+            mine.problem(result.message);
+        }
+        result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        record_.add(result);
+        const std::lock_guard lock(mutex_);
+        tally_.add(result);
+    }
+
+    /// A budget's own words (core/base/budget.cpp), or those of a scene's floor.
+    static bool isForWantOfMemory(const std::string& message) {
+        return message.find("raise --ram") != std::string::npos ||
+               message.find("raise --gpu-memory") != std::string::npos || message.starts_with("--ram: ") ||
+               message.starts_with("--gpu-memory: ");
+    }
+
+    RenderArguments argumentsOf(const BatchRow& row, const Shares& shares) const {
+        RenderArguments render;
+        render.in = row.place;
+        render.out = row.output.string();
+        render.scene = row.scene;
+        render.engine = arguments_.engine;
+        render.device = arguments_.device;
+        render.verify = arguments_.verify;
+        render.noCheck = arguments_.noCheck;
+        render.allowDamaged = arguments_.allowDamaged;
+        render.layers = arguments_.layers;
+        render.threads = shares.threads;
+        render.ram = std::to_string(shares.ram);
+        render.gpuMemory = std::to_string(shares.gpu);
+        return render;
+    }
+
+    /// Nullopt: another process is drawing it.
+    std::optional<RowState> draw(const BatchRow& row, const Shares& shares, const CommonOptions& mine) {
+        const RenderArguments render = argumentsOf(row, shares);
+        if (arguments_.dryRun)
+            return look(row, render, shares, mine);
+        const fs::path folder = row.output.has_parent_path() ? row.output.parent_path() : fs::path(".");
+        std::error_code failed;
+        fs::create_directories(folder, failed);
+        if (failed)
+            throw Error(printable(folder.string()) + ": cannot be made: " + failed.message());
+        std::unique_ptr<Claim> claim;
+        if (arguments_.claim) {
+            claim = Claims(folder).claim(row.output.filename().string());
+            if (!claim)
+                return std::nullopt;
+        }
+        if ((!arguments_.again || isTakenAfter_) && isDone(row, render, DoneCheck::imports, shares, mine))
+            return isTakenAfter_ ? RowState::byOthers : RowState::unchanged;
+        runRender(render, mine);
+        return RowState::drawn;
+    }
+
+    static bool isDone(const BatchRow& row, const RenderArguments& render, DoneCheck check,
+                       const Shares& shares, const CommonOptions& mine) {
+        MemoryBudget ram("RAM", "--ram", shares.ram);
+        return isDoneBefore(row.output, render, check, ram, mine);
+    }
+
+    /// Of --dry-run: checks what can be checked without importing and drawing.
+    RowState look(const BatchRow& row, const RenderArguments& render, const Shares& shares,
+                  const CommonOptions& mine) {
+        Scene scene = row.scene;
+        applyArguments(render, scene, mine);
+        const auto require = [&](const fs::path& path, const char* what) {
+            std::error_code ignored;
+            if (!path.empty() && path != Labels::kTotalSegmentator && !isAddress(path) &&
+                !fs::exists(path, ignored))
+                throw badFile(path.string(), what, "nothing there");
+        };
+        for (const SceneVolume& volume : scene.volumes) {
+            require(volume.path, "a store or source files");
+            require(volume.labels.path, "labels");
+            require(volume.labels.names, "names of labels");
+        }
+        for (const SceneMesh& mesh : scene.meshes)
+            require(mesh.path, "a mesh");
+        if (const auto& sky = scene.lighting.environment)
+            require(sky->file.path, "an environment");
+        const RowState state = !arguments_.again && isDone(row, render, DoneCheck::asItIs, shares, mine)
+                                   ? RowState::unchanged
+                                   : RowState::wouldBeDrawn;
+        const std::lock_guard lock(mutex_);
+        if (!arguments_.json)
+            std::printf("row %zu, %s: %s %s\n", row.number + 1, printable(row.id).c_str(),
+                        printable(row.output.string()).c_str(), nameOf(state));
+        return state;
+    }
+
+    const BatchArguments& arguments_;
+    const BatchRows& rows_;
+    const Shares shares_;
+    BatchRecord& record_;
+    const CommonOptions& common_;
+    std::mutex mutex_; // of all below
+    BatchTally tally_;
+    std::vector<std::size_t> tooSmall_, ofOthers_;  // rows: for a share of the budget; that others draw
+    bool isLastTry_ = false, isTakenAfter_ = false; // between passes: alone; after others had them
+};
+
+void printSummary(const BatchArguments& arguments, const BatchRows& rows, const BatchTally& tally,
+                  double seconds) {
+    if (arguments.json) {
+        nlohmann::json failures = nlohmann::json::array();
+        for (const RowResult& one : tally.failures)
+            failures.push_back({{"row", one.row + 1}, {"id", one.id}, {"message", one.message}});
+        printReport({{"rows", rows.size()},
+                     {"drawn", tally.drawn},
+                     {"unchanged", tally.unchanged},
+                     {"byOthers", tally.byOthers},
+                     {"wouldBeDrawn", tally.wouldBeDrawn},
+                     {"failed", tally.failed},
+                     {"failures", failures},
+                     {"seconds", seconds}});
+        return;
+    }
+    const auto part = [](std::size_t count, const char* what) {
+        return count > 0 ? ", " + std::to_string(count) + " " + what : std::string();
+    };
+    const std::string counts =
+        arguments.dryRun
+            ? std::to_string(tally.wouldBeDrawn) + " would be drawn" + part(tally.unchanged, "unchanged")
+            : std::to_string(tally.drawn) + " drawn" +
+                  part(tally.unchanged, "unchanged and left as they are") +
+                  part(tally.byOthers, "drawn by other processes");
+    std::printf("%zu rows: %s%s%s\n", rows.size(), counts.c_str(), part(tally.failed, "failed").c_str(),
+                part(rows.size() - tally.all(), "not reached").c_str());
+    for (const RowResult& one : tally.failures)
+        std::printf("  row %zu, %s: %s\n", one.row + 1,
+                    one.id.empty() ? "(no id)" : printable(one.id).c_str(), printable(one.message).c_str());
+    if (tally.failed > tally.failures.size())
+        std::printf("  and %zu more, which --report lists\n", tally.failed - tally.failures.size());
+}
+
+} // namespace
+
+void runBatch(const BatchArguments& arguments, const CommonOptions& common) {
+    const auto start = Clock::now();
+    const std::size_t gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
+    MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
+    Scene scene = sceneOf(arguments.scene.empty() ? "" : arguments.scene);
+    if (arguments.scene.empty())
+        scene.volumes.front().path.clear();
+    const CsvTable table(arguments.table, ram);
+    const BatchRows rows(table, scene, arguments.out);
+    common.progress->stage("checking the rows of " + arguments.table);
+    rows.requireDistinctOutputs(ram);
+    const Shares shares = sharesOf(arguments, rows, scene, ram.freeBytes(), gpuBytes, common);
+    BatchRecord record(arguments.report);
+    common.progress->stage((arguments.dryRun ? "checking " : "drawing ") + std::to_string(rows.size()) +
+                           (rows.size() == 1 ? " picture" : " pictures"));
+    Batch batch(arguments, rows, shares, record, common);
+    const auto summarise = [&] {
+        common.progress->end();
+        printSummary(arguments, rows, batch.tally(), secondsSince(start));
+        finishStandardOutput();
+    };
+    try {
+        batch.run();
+    } catch (...) {
+        summarise();
+        throw;
+    }
+    summarise();
+    if (batch.tally().failed > 0)
+        throw Error(arguments.table + ": " + std::to_string(batch.tally().failed) + " of " +
+                    std::to_string(rows.size()) + " rows failed");
+}
+
+} // namespace tessera
