@@ -26,6 +26,7 @@ function(tessera_module target)
   endif()
   install(TARGETS ${target} LIBRARY DESTINATION ${TESSERA_MODULE_FOLDER} COMPONENT ${ARG_COMPONENT}
     PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  set_property(GLOBAL APPEND PROPERTY TESSERA_MODULES ${target})
 endfunction()
 
 # tessera_shows_rooms(TARGET rooms...): programs that link TARGET hold all of these rooms, used or not, and show them to

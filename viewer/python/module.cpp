@@ -2,6 +2,7 @@
 // package's own files (tessera/*.py) give it its form.
 #include "viewer/python/call.h"
 #include "viewer/python/lumen.h"
+#include "viewer/python/parts.h"
 #include "viewer/python/picture.h"
 #include "viewer/python/volume.h"
 
@@ -12,4 +13,5 @@ PYBIND11_MODULE(_tessera, module) {
     tessera::python::addScenes(module);
     tessera::python::addPictures(module);
     tessera::python::addLumen(module);
+    tessera::python::addParts(module);
 }

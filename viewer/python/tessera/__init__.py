@@ -10,21 +10,29 @@ order x, y, z, in patient space: DICOM's LPS, millimetres.
 docs/python.md says more.
 """
 
-from ._tessera import Cancelled, Error, InputError, __version__
+import atexit as _atexit
+
+from ._tessera import Cancelled, Error, InputError, __version__, remove_temporary_stores as _remove
 from ._lumen import Centreline, Coverage, Line, centreline, coverage
-from ._picture import Picture, film, render
+from ._picture import Picture, film, png, render
 from ._scene import Scene, looks, presets, scene_keys, views
-from ._volume import Volume, open, phantom
+from ._volume import Body, Label, LabelMap, Table, Volume, open, phantom
+
+_atexit.register(_remove)
 
 __all__ = [
+    "Body",
     "Cancelled",
     "Centreline",
     "Coverage",
     "Error",
     "InputError",
+    "Label",
+    "LabelMap",
     "Line",
     "Picture",
     "Scene",
+    "Table",
     "Volume",
     "__version__",
     "centreline",
@@ -33,6 +41,7 @@ __all__ = [
     "looks",
     "open",
     "phantom",
+    "png",
     "presets",
     "render",
     "scene_keys",

@@ -39,6 +39,28 @@ _ELSEWHERE = {
 }
 
 
+def png(pixels: np.ndarray) -> bytes:
+    """A PNG file in memory of uint8 [y, x, 3] or [y, x, 4], sRGB: for sheets of several pictures."""
+    pixels = np.asarray(pixels)
+    if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or 0 in pixels.shape:
+        raise InputError(f"pixels: expected uint8 [y, x, 3] or [y, x, 4], found {pixels.dtype} {list(pixels.shape)}")
+    height, width, channels = pixels.shape
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = np.zeros((height, 1 + width * channels), dtype=np.uint8)  # a 0 first: no filter
+    rows[:, 1:] = pixels.reshape(height, -1)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2 if channels == 3 else 6, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", head)
+        + chunk(b"sRGB", b"\0")
+        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 4))
+        + chunk(b"IEND", b"")
+    )
+
+
 class Picture:
     """A picture in memory, with what its file would hold.
 
@@ -110,22 +132,7 @@ class Picture:
 
     def to_png(self) -> bytes:
         """A PNG file in memory, without the manifest."""
-        pixels = self.srgb()
-        height, width, channels = pixels.shape
-
-        def chunk(kind: bytes, data: bytes) -> bytes:
-            return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-        rows = np.zeros((height, 1 + width * channels), dtype=np.uint8)  # a 0 first: no filter
-        rows[:, 1:] = pixels.reshape(height, -1)
-        head = struct.pack(">IIBBBBB", width, height, 8, 2 if channels == 3 else 6, 0, 0, 0)
-        return (
-            b"\x89PNG\r\n\x1a\n"
-            + chunk(b"IHDR", head)
-            + chunk(b"sRGB", b"\0")
-            + chunk(b"IDAT", zlib.compress(rows.tobytes(), 4))
-            + chunk(b"IEND", b"")
-        )
+        return png(self.srgb())
 
     def _repr_png_(self) -> bytes:
         return self.to_png()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import dataclass
 from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -13,6 +14,77 @@ from ._tessera import InputError
 from ._words import Progress, ram_text, words_of
 
 Path = Union[str, "os.PathLike[str]"]
+
+
+@dataclass(frozen=True)
+class Label:
+    """A label of a segmentation; colour: sRGB in [0, 1], None where its file has none."""
+
+    value: int
+    name: str
+    group: str = ""
+    colour: Optional[Tuple[float, float, float]] = None
+
+
+class LabelMap:
+    """A segmentation on a volume's lattice. Labels may overlap: `sets` has the number of a set for every voxel,
+    [z, y, x], and `labels_of_sets` the labels of every set."""
+
+    def __init__(self, found: Dict[str, Any]) -> None:
+        self.labels: Tuple[Label, ...] = tuple(Label(**one) for one in found["labels"])
+        self.sets: np.ndarray = found["sets"]
+        self.labels_of_sets: Tuple[Tuple[Label, ...], ...] = tuple(
+            tuple(self.labels[n] for n in of_set) for of_set in found["of_sets"]
+        )
+        self.notes: Tuple[str, ...] = tuple(found["notes"])
+
+    @property
+    def overlaps(self) -> bool:
+        """True if a voxel has several labels."""
+        return any(len(of_set) > 1 for of_set in self.labels_of_sets)
+
+    @property
+    def values(self) -> np.ndarray:
+        """The label of every voxel by its value, 0 for none. Raises InputError where labels overlap."""
+        if self.overlaps:
+            raise InputError("values: expected labels that do not overlap, found some that do; mask() has each")
+        most = max((label.value for label in self.labels), default=0)
+        numbers = [of_set[0].value if of_set else 0 for of_set in self.labels_of_sets]
+        return np.array(numbers, dtype=np.min_scalar_type(most))[self.sets]
+
+    def mask(self, label: Union[str, int, Label]) -> np.ndarray:
+        """The voxels of a label, by its name or value: bool [z, y, x]."""
+        key = label.value if isinstance(label, Label) else label
+        chosen = [one for one in self.labels if key in (one.name, one.value)]
+        if not chosen:
+            names = ", ".join(one.name for one in self.labels[:20])
+            raise InputError(f"label: expected a name or value of {names}, found {label!r}")
+        return np.array([any(one in of_set for one in chosen) for of_set in self.labels_of_sets])[self.sets]
+
+    def __repr__(self) -> str:
+        z, y, x = self.sets.shape
+        return f"<tessera.LabelMap of {len(self.labels)} labels, {z} x {y} x {x} (z, y, x)>"
+
+
+@dataclass(frozen=True)
+class Body:
+    """The box of the patient in a CT: corners in patient space, mm; litres of body, and of what is none."""
+
+    low: Tuple[float, float, float]
+    high: Tuple[float, float, float]
+    litres: float
+    litres_left_out: float
+
+
+@dataclass(frozen=True)
+class Table:
+    """The table under a patient. mask: uint8 [z, y, x] of samples of `level`, 0 shown to 255 hidden; None, and the
+    reason in `why`, where it is not sure that something is a table."""
+
+    litres: float
+    why: str
+    mask: Optional[np.ndarray]
+    level: Optional[int]
 
 
 class Volume:
@@ -151,6 +223,32 @@ class Volume:
         except (TypeError, ValueError):
             raise InputError("box: expected ((z0, z1), (y0, y1), (x0, x1)), found " + repr(box)[:80]) from None
         return self._opened.read(level, (x0, y0, z0), (x1, y1, z1), stored, progress)
+
+    def labels(
+        self,
+        path: Path,
+        *,
+        same_frame: bool = False,
+        level: int = 0,
+        ram: Union[str, int, None] = None,
+        progress: Progress = None,
+    ) -> LabelMap:
+        """A segmentation of this volume on its lattice: a file or folder that --labels takes, imported to the cache.
+
+        level: of detail; coarser ones by majority. same_frame: though the frames of reference differ.
+        """
+        where = os.fspath(path)
+        if "://" not in where:
+            where = os.path.abspath(where)
+        return LabelMap(_tessera.labels(self._opened, where, same_frame, level, ram_text(ram), progress))
+
+    def body(self) -> Body:
+        """The box of the patient in a CT, without the table. Raises InputError for values without HU, and none."""
+        return Body(**_tessera.body(self._opened))
+
+    def table(self) -> Table:
+        """The table under the patient in a CT, as pictures leave it out."""
+        return Table(**_tessera.table(self._opened))
 
     def __getitem__(self, index: Any) -> np.ndarray:
         """volume[z, y, x] of level 0 by numbers and slices, as arrays have it. Only the box around is decoded."""

@@ -1,0 +1,109 @@
+"""Parts of volumes in Python's package: centre-lines, coverage, labels, body and table."""
+
+import os
+import tempfile
+import unittest
+
+import numpy as np
+
+import tessera
+
+
+def tube(shape=(80, 48, 48), radius=7.0):
+    """Air in tissue: a tube along z whose middle moves sideways."""
+    z, y, x = np.indices(shape)
+    middle = 24 + 6 * np.sin(z / 25.0)
+    air = (x - middle) ** 2 + (y - 24) ** 2 < radius**2
+    air &= (z > 4) & (z < shape[0] - 5)
+    return np.where(air, -950, 40).astype(np.int16)
+
+
+class Lumen(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.volume = tessera.open(tube(), unit="HU", spacing=(1, 1, 1))
+        cls.line = tessera.centreline(cls.volume, (24 + 6 * np.sin(8 / 25), 24, 8), (24 + 6 * np.sin(70 / 25), 24, 70))
+
+    def test_a_line_is_the_middle_of_its_tube(self):
+        x, y, z = self.line.points.T
+        self.assertGreater(len(z), 50)
+        self.assertLess(np.abs(y - 24).max(), 1.0)
+        self.assertLess(np.abs(x - 24 - 6 * np.sin(z / 25)).max(), 1.5)
+        self.assertEqual(self.line.radii.shape, z.shape)
+        self.assertTrue(5 < np.median(self.line.radii) < 8)
+        self.assertAlmostEqual(self.line.length, np.linalg.norm(np.diff(self.line.points, axis=0), axis=1).sum(), delta=1)
+
+    def test_its_path_is_the_command_lines(self):
+        self.assertEqual(self.line.path["volume"]["contentHash"], self.volume.content_hash)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "path.json")
+            self.line.save(path)
+            frames = os.path.join(folder, "frames")
+            tessera.film(self.volume, frames, path=path, size=(32, 24), frames="0-1", engine="native")
+            tessera.film(self.volume, frames, path=self.line, size=(32, 24), frames="0-2", engine="native")
+            self.assertEqual(sum(name.endswith(".png") for name in os.listdir(frames)), 3)
+            seen = tessera.coverage(self.volume, self.line, every=4)
+            self.assertTrue(0.5 < seen.share <= 1)
+            self.assertEqual(tessera.coverage(self.volume, path, every=4), seen)
+        self.assertAlmostEqual(seen.seen_mm2 / seen.wall_mm2, seen.share)
+        with self.assertRaisesRegex(tessera.InputError, "another volume"):
+            tessera.coverage(tessera.open(tube() + 1, unit="HU"), self.line)
+
+    def test_wrong_requests_are_refused(self):
+        inside = tuple(self.line.points[10])
+        for arguments, options, words in [
+            (((1, 2),), {}, "a point"),
+            (((1e9, 0, 0),), {}, "a point"),
+            (((500, 2, 40),), {}, "start"),
+            ((inside,), {"tree": True, "end": inside}, "tree"),
+            ((inside,), {"through": [inside]}, "through"),
+            ((inside,), {"may_leak": True}, "may_leak"),
+            ((inside,), {"spacing": 0}, "spacing"),
+            ((inside,), {"generations": -1}, "generations"),
+        ]:
+            with self.subTest(words), self.assertRaisesRegex(tessera.InputError, words):
+                tessera.centreline(self.volume, *arguments, **options)
+
+
+class Parts(unittest.TestCase):
+    def nrrd(self, folder, array):
+        path = os.path.join(folder, "labels.nrrd")
+        with open(path, "wb") as file:
+            file.write(
+                b"NRRD0005\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: %d %d %d\n"
+                b"space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\nendian: little\n\n"
+                % array.shape[::-1]
+            )
+            file.write(array.tobytes())
+        return path
+
+    def test_labels_are_arrays_on_the_volumes_lattice(self):
+        values = np.zeros((20, 22, 24), np.uint8)
+        values[2:9, 3:12, 4:10], values[12:18, 3:12, 4:10] = 3, 200
+        volume = tessera.open(np.zeros(values.shape, np.int16))
+        with tempfile.TemporaryDirectory() as folder:
+            labels = volume.labels(self.nrrd(folder, values))
+            np.testing.assert_array_equal(labels.values, values)
+            self.assertEqual([one.value for one in labels.labels], [3, 200])
+            np.testing.assert_array_equal(labels.mask(200), values == 200)
+            np.testing.assert_array_equal(labels.mask(labels.labels[0].name), values == 3)
+            self.assertFalse(labels.overlaps)
+            self.assertEqual(volume.labels(self.nrrd(folder, values), level=1).sets.shape, volume.levels[1])
+            with self.assertRaisesRegex(tessera.InputError, "a name or value"):
+                labels.mask(7)
+            with self.assertRaisesRegex(tessera.InputError, "nothing there"):
+                volume.labels(os.path.join(folder, "none"))
+
+    def test_a_body_has_a_box(self):
+        torso = tessera.phantom("torso", (64, 48, 75))
+        body = torso.body()
+        self.assertGreater(body.litres, 5)
+        self.assertTrue(all(low < high for low, high in zip(body.low, body.high)))
+        table = torso.table()
+        self.assertEqual(table.mask is None, bool(table.why))
+        with self.assertRaisesRegex(tessera.InputError, "HU"):
+            tessera.open(np.zeros((4, 4, 4), np.int16)).body()
+
+
+if __name__ == "__main__":
+    unittest.main()
