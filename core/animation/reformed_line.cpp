@@ -17,7 +17,7 @@ namespace {
 
 /// Curvature is that over so much of the line to either side: below it centre-lines carry the noise of the
 /// voxels that they were found in.
-constexpr double kCurvatureMm = 2;
+constexpr double kCurvatureMm = 4;
 /// Places of the line for each row, where the length of its projection is summed.
 constexpr double kPlacesPerRow = 2;
 

@@ -33,6 +33,9 @@ namespace {
 
 constexpr glm::ivec2 kPatch{64, 16}; // pixels that a thread draws together: few chunks at a time
 constexpr double kSlabStepVoxels = 0.5;
+/// Folded pixels are hatched: air is black, too.
+constexpr int kHatchPixels = 8;
+constexpr glm::vec4 kHatch{0.12F, 0.12F, 0.12F, 1};
 
 /// What turns a place into a colour.
 struct ReformedLook {
@@ -105,8 +108,12 @@ void drawPatch(const ReformedLook& look, LatticeReader& samples, const Reformati
                 }
             }
             const int all = picture.samples * picture.samples;
-            image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.size.x) +
-                         static_cast<std::size_t>(left + x)] = glm::vec4(sum / static_cast<double>(all));
+            glm::vec4& pixel =
+                image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.size.x) +
+                             static_cast<std::size_t>(left + x)];
+            pixel = glm::vec4(sum / static_cast<double>(all));
+            if (folded == all && (x + y) % kHatchPixels == 0)
+                pixel = kHatch;
             ++share.pixels;
             share.folded += folded == all ? 1 : 0;
             share.outside += folded < all && sum.a == 0 ? 1 : 0;

@@ -14,7 +14,7 @@ namespace tessera {
 struct ReformedShare {
     std::size_t pixels = 0;  // between pictures none
     std::size_t outside = 0; // nowhere in the drawn part of the volume: transparent
-    std::size_t folded = 0;  // where rows cross one another: transparent, too
+    std::size_t folded = 0;  // where rows cross one another: hatched
 };
 
 /// Pixels between pictures that lie side by side.

@@ -202,7 +202,7 @@ void renderReformedLine(const RenderTask& task) {
     finishStandardOutput();
     if (share.folded > 0)
         task.common.note(percent(share.folded, share.pixels) +
-                         " of the pixels are left out: they lie beyond the line's centre of curvature, where "
+                         " of the pixels are hatched: they lie beyond the line's centre of curvature, where "
                          "rows cross one another");
     noteWritten(task, scene, result, arguments.straighten ? ", straightened" : ", stretched");
 }
