@@ -1,6 +1,6 @@
 #!/bin/sh
 # A colon to a film: a flight along its centre-line, what of the wall the flight sees, and the wall laid flat.
-#   colon.sh SCAN OUT FROM TO [options of render]
+#   colon.sh SCAN OUT FROM TO [options of the film]
 # SCAN  a CT whose colon is filled with air: a DICOM folder, a file or a store
 # OUT   a folder for results
 # FROM, TO  points in the lumen, x,y,z in mm, as the window shows them under the pointer
@@ -16,7 +16,7 @@ tessera centreline "$scan" --from="$from" --to="$to" -o "$out/colon.json"
 tessera coverage "$scan" --path "$out/colon.json" --both-ways -o "$out/unseen.json"
 
 # The wall around the line, cut open: polyps are bumps, folds are bands.
-tessera render "$scan" --path "$out/colon.json" --unfold -o "$out/wall.png" "$@"
+tessera render "$scan" --path "$out/colon.json" --unfold -o "$out/wall.png"
 
 # The film, lit by a lamp at the eye. Without ffmpeg its frames alone.
 film="$out/film.mp4"
