@@ -85,61 +85,49 @@ struct Sheet {
     }
 };
 
-/// What is known of a panel before it is drawn.
-struct Fitted {
-    Camera camera;
-    Annotations annotations;
-};
-
 /// As its picture would have it.
 Camera cameraOf(const RenderTask& task) {
     return std::get<Camera>(
         resolved(task.scene, task.stores, task.ram, task.options.threads, kPictureBytesPerPixel).camera);
 }
 
-/// Words that all panels have stand once, above and below all of them.
-struct SharedWords {
-    Annotations all = {};
+/// Words that all panels have stand once, above and below all of them: takes them from the panels.
+Annotations takeShared(std::vector<FittedPanel>& panels) {
+    Annotations all;
+    all.textPoints = panels.front().annotations.textPoints;
+    all.dpi = panels.front().annotations.dpi;
+    for (std::string Annotations::*const words : {&Annotations::title, &Annotations::caption}) {
+        const std::string first = panels.front().annotations.*words;
+        if (!std::ranges::all_of(panels,
+                                 [&](const FittedPanel& panel) { return panel.annotations.*words == first; }))
+            continue;
+        all.*words = first;
+        for (FittedPanel& panel : panels)
+            (panel.annotations.*words).clear();
+    }
+    return all;
+}
 
-    explicit SharedWords(const std::vector<Fitted>& panels) {
-        const auto shared = [&](std::string Annotations::*words) {
-            const std::string& first = panels.front().annotations.*words;
-            const bool same = std::ranges::all_of(
-                panels, [&](const Fitted& panel) { return panel.annotations.*words == first; });
-            return same ? first : std::string();
-        };
-        all.title = shared(&Annotations::title);
-        all.caption = shared(&Annotations::caption);
-        all.textPoints = panels.front().annotations.textPoints;
-        all.dpi = panels.front().annotations.dpi;
-    }
-    Annotations without(Annotations panel) const {
-        if (!all.title.empty())
-            panel.title.clear();
-        if (!all.caption.empty())
-            panel.caption.clear();
-        return panel;
-    }
-    /// Room for lines of them, pixels.
-    int height(const std::string& words, int width) const {
-        constexpr double kLetterWidth = 0.62, kLine = 1.4, kMargins = 2; // parts of a letter's height
-        if (words.empty())
-            return 0;
-        const double letter = all.textPoints / 72 * all.dpi;
-        const double lines = std::ceil(kLetterWidth * letter * static_cast<double>(words.size()) /
-                                       std::max(1.0, width - kMargins * letter));
-        return static_cast<int>(std::ceil(letter * (kLine * lines + kMargins)));
-    }
-    /// Beside the panels of a figure.
-    void addTo(Figure& figure) const {
-        FigurePart part;
-        part.size = figure.size;
-        part.annotations = all;
-        part.orientationKnown = false;
-        part.onLight = figure.parts.front().onLight;
-        figure.parts.push_back(part);
-    }
-};
+/// Room for lines of words, pixels.
+int heightOf(const std::string& words, const Annotations& all, int width) {
+    constexpr double kLetterWidth = 0.62, kLine = 1.4, kMargins = 2; // parts of a letter's height
+    if (words.empty())
+        return 0;
+    const double letter = all.textPoints / 72 * all.dpi;
+    const double lines = std::ceil(kLetterWidth * letter * static_cast<double>(words.size()) /
+                                   std::max(1.0, width - kMargins * letter));
+    return static_cast<int>(std::ceil(letter * (kLine * lines + kMargins)));
+}
+
+/// The words of all panels, beside those of each.
+FigurePart partOf(const Annotations& words, const Figure& figure) {
+    FigurePart part;
+    part.size = figure.size;
+    part.annotations = words;
+    part.orientationKnown = false;
+    part.onLight = figure.parts.front().onLight;
+    return part;
+}
 
 /// "A", "B", ... "Z", "AA".
 std::string letterOf(int panel) {
@@ -149,7 +137,7 @@ std::string letterOf(int panel) {
 }
 
 /// Draws a panel into the figure.
-void drawPanel(const RenderTask& whole, const Fitted& fitted, int panel, Sheet& sheet) {
+void drawPanel(const RenderTask& whole, const FittedPanel& fitted, int panel, Sheet& sheet) {
     RenderTask task = whole;
     task.scene.camera = fitted.camera;
     task.scene.annotations = fitted.annotations;
@@ -171,69 +159,70 @@ void drawPanel(const RenderTask& whole, const Fitted& fitted, int panel, Sheet& 
 
 void renderPanels(const RenderArguments& arguments, const CommonOptions& common, const WithTask& withTask) {
     checkPanelOptions(arguments);
-    const std::vector<Panel> panels = panelsOf(arguments.panels);
-    const int count = static_cast<int>(panels.size());
+    PanelFigure figure;
     CommonOptions quiet = common; // what is told when a panel is drawn is not told when it is fitted
     quiet.quiet = true;
-    std::vector<Fitted> fitted;
+    std::vector<Camera> cameras;
     glm::ivec2 size{0};
-    for (const Panel& panel : panels)
-        withTask(argumentsOf(panel, arguments), quiet, [&](const RenderTask& task) {
+    for (const Panel& panel : panelsOf(arguments.panels)) {
+        const RenderArguments one = argumentsOf(panel, arguments);
+        withTask(one, quiet, [&](const RenderTask& task) {
             if (size != glm::ivec2(0) && size != task.scene.imageSize)
                 throw badFile(kPanelOfFigure, "panels of one size (--size)", "others");
             size = task.scene.imageSize;
-            fitted.push_back({cameraOf(task), task.scene.annotations});
+            cameras.push_back(cameraOf(task));
+            figure.panels.push_back({one, cameras.back(), task.scene.annotations});
         });
-    if (!arguments.ownScales) {
-        std::vector<Camera> cameras;
-        for (const Fitted& panel : fitted)
-            cameras.push_back(panel.camera);
+    }
+    figure.oneScale = !arguments.ownScales;
+    if (figure.oneScale)
         shareScale(cameras);
-        for (std::size_t n = 0; n < cameras.size(); ++n)
-            fitted[n].camera = cameras[n];
-    }
-    const SharedWords words(fitted);
-    for (std::size_t n = 0; n < fitted.size(); ++n) {
-        Annotations& own = fitted[n].annotations = words.without(fitted[n].annotations);
+    figure.words = takeShared(figure.panels);
+    for (std::size_t n = 0; n < cameras.size(); ++n) {
+        FittedPanel& panel = figure.panels[n];
+        panel.camera = cameras[n];
         if (arguments.panelLetters)
-            own.title = letterOf(static_cast<int>(n)) + (own.title.empty() ? "" : "  " + own.title);
+            panel.annotations.title = letterOf(static_cast<int>(n)) +
+                                      (panel.annotations.title.empty() ? "" : "  " + panel.annotations.title);
     }
+    figure.grid = gridOf(static_cast<int>(cameras.size()), arguments.columns, arguments.gap, size);
+    figure.grid.above = heightOf(figure.words.title, figure.words, figure.grid.size().x);
+    figure.grid.below = heightOf(figure.words.caption, figure.words, figure.grid.size().x);
 
-    Sheet sheet;
-    sheet.grid = gridOf(count, arguments.columns, arguments.gap, size);
-    sheet.grid.above = words.height(words.all.title, sheet.grid.size().x);
-    sheet.grid.below = words.height(words.all.caption, sheet.grid.size().x);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
-    const glm::ivec2 whole = sheet.grid.size();
-    const std::size_t bytes =
-        kPictureBytesPerPixel * static_cast<std::size_t>(whole.x) * static_cast<std::size_t>(whole.y);
-    const Charge charge = ram.charge(bytes, "the figure");
+    const Charge charge = ram.charge(bytesOf(figure.grid), "the figure");
+    for (FittedPanel& panel : figure.panels)
+        panel.arguments.ram = std::to_string(ram.limitBytes() - charge.bytes());
+    drawPanels(figure, arguments, common, ram, withTask);
+}
+
+std::size_t bytesOf(const PanelGrid& grid) {
+    return kPictureBytesPerPixel * static_cast<std::size_t>(grid.size().x) *
+           static_cast<std::size_t>(grid.size().y);
+}
+
+void drawPanels(const PanelFigure& figure, const RenderArguments& arguments, const CommonOptions& common,
+                MemoryBudget& ram, const WithTask& withTask) {
+    const int count = figure.grid.panels;
+    const glm::ivec2 whole = figure.grid.size();
+    Sheet sheet;
+    sheet.grid = figure.grid;
     sheet.image = Image(whole);
     sheet.figure.size = whole;
-    sheet.figure.dpi = words.all.dpi;
+    sheet.figure.dpi = figure.words.dpi;
     for (int n = 0; n < count; ++n) {
-        RenderArguments one = argumentsOf(panels[static_cast<std::size_t>(n)], arguments);
-        one.ram = std::to_string(ram.limitBytes() - bytes);
+        const FittedPanel& panel = figure.panels[static_cast<std::size_t>(n)];
+        RenderArguments one = panel.arguments;
         one.json = false;
-        withTask(one, common, [&](const RenderTask& task) {
-            drawPanel(task, fitted[static_cast<std::size_t>(n)], n, sheet);
-        });
+        withTask(one, common, [&](const RenderTask& task) { drawPanel(task, panel, n, sheet); });
     }
     sheet.fillRest();
-    words.addTo(sheet.figure);
+    sheet.figure.parts.push_back(partOf(figure.words, sheet.figure));
     common.progress->stage("writing the figure");
     nlohmann::json report = {{"tesseraManifest", 1},
                              {"notice", "not for diagnosis"},
                              {"program", "tessera " TESSERA_VERSION},
-                             {"figure",
-                              {{"columns", sheet.grid.columns},
-                               {"gap", sheet.grid.gap},
-                               {"panelSize", {size.x, size.y}},
-                               {"above", sheet.grid.above},
-                               {"below", sheet.grid.below},
-                               {"title", words.all.title},
-                               {"caption", words.all.caption},
-                               {"oneScale", !arguments.ownScales}}},
+                             {"figure", figureJson(figure)},
                              {"panels", sheet.panels}};
     tellAnnotations(report, sheet.figure);
     writeFigure(arguments.out, std::move(sheet.image), sheet.figure, manifestText(report), {}, ram);
@@ -244,10 +233,49 @@ void renderPanels(const RenderArguments& arguments, const CommonOptions& common,
         report["output"] = arguments.out;
         report["blank"] = sheet.blank == count;
         printReport(report);
+        finishStandardOutput();
     }
-    finishStandardOutput();
     common.note("wrote " + arguments.out + ": " + std::to_string(whole.x) + " x " + std::to_string(whole.y) +
                 ", " + std::to_string(count) + " panels");
+}
+
+nlohmann::json figureJson(const PanelFigure& figure) {
+    const PanelGrid& grid = figure.grid;
+    return {{"columns", grid.columns},
+            {"gap", grid.gap},
+            {"panelSize", {grid.panelSize.x, grid.panelSize.y}},
+            {"above", grid.above},
+            {"below", grid.below},
+            {"title", figure.words.title},
+            {"caption", figure.words.caption},
+            {"textPoints", figure.words.textPoints},
+            {"dpi", figure.words.dpi},
+            {"oneScale", figure.oneScale}};
+}
+
+PanelFigure figureOfJson(const nlohmann::json& said, int panels, const std::string& where) {
+    const auto wrong = [&] { return badFile(where, "\"figure\" as tessera writes it", "another"); };
+    PanelFigure figure;
+    try {
+        PanelGrid& grid = figure.grid;
+        const auto within = [&](int number, int most) {
+            return number >= 0 && number <= most ? number : throw wrong();
+        };
+        grid.panelSize = {within(said.at("panelSize").at(0).get<int>(), Scene::kMaxImageExtent),
+                          within(said.at("panelSize").at(1).get<int>(), Scene::kMaxImageExtent)};
+        grid = gridOf(panels, within(said.at("columns").get<int>(), panels),
+                      within(said.at("gap").get<int>(), Scene::kMaxImageExtent), grid.panelSize);
+        grid.above = within(said.at("above").get<int>(), Scene::kMaxImageExtent);
+        grid.below = within(said.at("below").get<int>(), Scene::kMaxImageExtent);
+        figure.words.title = said.at("title").get<std::string>();
+        figure.words.caption = said.at("caption").get<std::string>();
+        figure.words.textPoints = said.at("textPoints").get<double>();
+        figure.words.dpi = said.at("dpi").get<double>();
+        figure.oneScale = said.at("oneScale").get<bool>();
+    } catch (const nlohmann::json::exception&) {
+        throw wrong();
+    }
+    return figure;
 }
 
 } // namespace tessera

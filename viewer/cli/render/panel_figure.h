@@ -3,10 +3,15 @@
 #pragma once
 
 #include "viewer/cli/options/options.h"
+#include "viewer/cli/render/panels.h"
 #include "viewer/cli/render/render_task.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <cstddef>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -14,8 +19,34 @@ namespace tessera {
 using WithTask = std::function<void(const RenderArguments& arguments, const CommonOptions& common,
                                     const std::function<void(const RenderTask&)>& draw)>;
 
-/// Draws all panels, one after the other within the budgets of one picture, and writes their figure. Throws
-/// InputError naming an option that figures of panels cannot have.
+/// A panel whose camera and words are known.
+struct FittedPanel {
+    RenderArguments arguments;
+    Camera camera;
+    Annotations annotations;
+};
+
+struct PanelFigure {
+    std::vector<FittedPanel> panels;
+    PanelGrid grid;
+    Annotations words; // the title and the caption of all panels, and their size
+    bool oneScale = true;
+};
+/// RAM that the figure takes while its panels are drawn.
+std::size_t bytesOf(const PanelGrid& grid);
+
+/// Fits and draws the panels of arguments, one after the other within the budgets of one picture, and writes
+/// their figure. Throws InputError naming an option that figures of panels cannot have.
 void renderPanels(const RenderArguments& arguments, const CommonOptions& common, const WithTask& withTask);
+
+/// Draws panels that are fitted.
+/// @param arguments  its output, and whether the manifest is printed; that of a panel has its budgets
+/// @param ram  charged with bytesOf() by the caller
+void drawPanels(const PanelFigure& figure, const RenderArguments& arguments, const CommonOptions& common,
+                MemoryBudget& ram, const WithTask& withTask);
+
+/// The manifest's "figure", and the figure of one, without its panels. Throws InputError naming where.
+nlohmann::json figureJson(const PanelFigure& figure);
+PanelFigure figureOfJson(const nlohmann::json& said, int panels, const std::string& where);
 
 } // namespace tessera
