@@ -55,15 +55,41 @@ TEST_F(Redraw, IsEqualToTheBitInEveryFormat) {
     }
 }
 
+// A figure of panels, of two scans as well: all of it, and what is changed in all of them.
+TEST_F(Redraw, FiguresOfPanelsToo) {
+    ASSERT_EQ(run("phantom ramp -q --size 20x20x20 -o other.zarr").exitCode, 0);
+    draw("a.png", "--panel left,other.zarr --panel-letters --title Both --caption Words --scale-bar "
+                  "--ram 200MiB --gap 3 --engine native");
+    const Outcome outcome = run("redraw a.png");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_THAT(outcome.out, HasSubstr("settings: the same\npixels:   equal (83 x"));
+    fs::rename(folder_ / "other.zarr", folder_ / "elsewhere");
+    fs::create_directory(folder_ / "away");
+    fs::rename(folder_ / "elsewhere", folder_ / "away" / "x.zarr");
+    EXPECT_EQ(run("redraw a.png").exitCode, 2) << "one of the scans is away";
+    const Outcome named = run("redraw a.png --data away/x.zarr");
+    ASSERT_EQ(named.exitCode, 0) << named.problems;
+    EXPECT_THAT(named.out, HasSubstr("pixels:   equal"));
+    const Outcome changed = run("redraw a.png -q --data away/x.zarr --with shading.ambient=0.4 -o b.png");
+    ASSERT_EQ(changed.exitCode, 0) << changed.problems;
+    EXPECT_THAT(changed.out, HasSubstr("panel 1, shading.ambient: "));
+    EXPECT_THAT(changed.out, HasSubstr("panel 2, shading.ambient: "));
+    EXPECT_THAT(run("info b.png").out, HasSubstr("panels:        2"));
+    rewrite("a.png", [](json& manifest, Image&) { manifest["figure"]["columns"] = -1; });
+    expectRefused("redraw a.png --data away/x.zarr", {"a.png", "figure"});
+    rewrite("a.png", [](json& manifest, Image&) { manifest["panels"] = json::array(); });
+    expectRefused("redraw a.png", {"a.png", "panels"});
+}
+
 // Whatever it was drawn with.
 TEST_F(Redraw, IsEqualForAnyOptions) {
     for (const char* options :
          {"--samples 4 --verify none", "--view left --fit volume --engine mirror --no-check",
-          "--mode maximum --value-colour transferFunction", "--slice axial --slab 5", "--light studio --samples 1",
-          "--isosurface 300:ivory:0.5 --cut-plane 0,0,0,1,0,0", "--background transparent",
-          "--tiles 64 --samples 2", "--ram 200MiB --gpu-memory 64MiB --step 1", "--max-error 0",
-          "--projection parallel --mm-per-pixel 1.5 --scale-bar", "--light cinematic --samples 4 --seed 3",
-          "--gl-device software --engine gpu --samples 1"}) {
+          "--mode maximum --value-colour transferFunction", "--slice axial --slab 5",
+          "--light studio --samples 1", "--isosurface 300:ivory:0.5 --cut-plane 0,0,0,1,0,0",
+          "--background transparent", "--tiles 64 --samples 2", "--ram 200MiB --gpu-memory 64MiB --step 1",
+          "--max-error 0", "--projection parallel --mm-per-pixel 1.5 --scale-bar",
+          "--light cinematic --samples 4 --seed 3", "--gl-device software --engine gpu --samples 1"}) {
         draw("a.png", options);
         const Outcome outcome = run("redraw a.png --json -q");
         ASSERT_EQ(outcome.exitCode, 0) << options << "\n" << outcome.problems;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstddef>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <tuple>
@@ -81,6 +82,27 @@ void printFilePart(const json& volume, const char* key) {
                        "; errors are against this level");
 }
 
+/// What a manifest says of its picture.
+void printPicture(const json& manifest) {
+    printLine("made by", manifest.at("program").get<std::string>() + ", engine " +
+                             manifest.at("engine").get<std::string>() + ", " +
+                             manifest.at("device").get<std::string>());
+    printFilePart(manifest.at("store"), "file level");
+    for (const json& volume : manifest.value("furtherVolumes", json::array()))
+        printFilePart(volume, "of a further");
+    const json& pixels = manifest.at("pixels");
+    printLine("samples", numberText(pixels.at("samplesTaken")) + " per pixel in the mean, " +
+                             numberText(pixels.at("samplesTakenAtMost")) + " at most");
+    const json& segments = manifest.at("segments");
+    printLine("segments", numberText(segments.at("stepVoxels")) + " voxels, " +
+                              segments.at("integrator").get<std::string>());
+    if (manifest.contains("paths") && pixels.contains("standardError")) // not measured, but told
+        printLine("noise", "rms " + numberText(pixels.at("standardError").at("rms")) + ", L*u*v* " +
+                               numberText(pixels.at("standardError").at("luvPercentile99")) +
+                               " at the 99th percentile (standard error of the samples' mean)");
+    printErrors(manifest.at("errors"));
+}
+
 } // namespace
 
 void printLine(const char* key, const std::string& value) {
@@ -107,23 +129,14 @@ void infoPicture(const std::filesystem::path& path, bool asJson) {
     }
     try {
         printLine("picture", path.string());
-        printLine("made by", manifest.at("program").get<std::string>() + ", engine " +
-                                 manifest.at("engine").get<std::string>() + ", " +
-                                 manifest.at("device").get<std::string>());
-        printFilePart(manifest.at("store"), "file level");
-        for (const json& volume : manifest.value("furtherVolumes", json::array()))
-            printFilePart(volume, "of a further");
-        const json& pixels = manifest.at("pixels");
-        printLine("samples", numberText(pixels.at("samplesTaken")) + " per pixel in the mean, " +
-                                 numberText(pixels.at("samplesTakenAtMost")) + " at most");
-        const json& segments = manifest.at("segments");
-        printLine("segments", numberText(segments.at("stepVoxels")) + " voxels, " +
-                                  segments.at("integrator").get<std::string>());
-        if (manifest.contains("paths") && pixels.contains("standardError")) // not measured, but told
-            printLine("noise", "rms " + numberText(pixels.at("standardError").at("rms")) + ", L*u*v* " +
-                                   numberText(pixels.at("standardError").at("luvPercentile99")) +
-                                   " at the 99th percentile (standard error of the samples' mean)");
-        printErrors(manifest.at("errors"));
+        if (!manifest.contains("panels"))
+            return printPicture(manifest);
+        const json& panels = manifest.at("panels");
+        printLine("panels", std::to_string(panels.size()));
+        for (std::size_t n = 0; n < panels.size(); ++n) {
+            printLine("panel", std::to_string(n + 1));
+            printPicture(panels.at(n));
+        }
     } catch (const json::exception&) {
         throw badFile(path.string(), "the manifest of this version of tessera", "another; --json prints it");
     }

@@ -26,24 +26,9 @@ SourceChoice sourceOf(const json& chosen, const std::string& where) {
     return parseScene(scene.dump(), {}, where).volumes.front().source;
 }
 
-} // namespace
-
-json manifestJsonOf(const std::filesystem::path& picture) {
-    const std::string text = manifestOf(picture);
-    if (text.empty())
-        throw badFile(picture.string(), "a picture that tessera made", "one without its manifest");
-    json manifest = parseStrictJson(text, picture.string());
-    if (!manifest.is_object() || !manifest.contains("tesseraManifest"))
-        throw badFile(picture.string(), "a picture that tessera made", "one with another description");
-    return manifest;
-}
-
-FigureRecord readFigure(const std::filesystem::path& figure) {
+FigureRecord recordOf(const json& manifest, const std::filesystem::path& figure) {
     FigureRecord record;
-    record.manifest = manifestJsonOf(figure);
-    const json& manifest = record.manifest;
-    if (manifest["tesseraManifest"] != 1)
-        throw badFile(figure.string(), "a manifest of version 1", manifest["tesseraManifest"].dump());
+    record.manifest = manifest;
     if (manifest.contains("unfolded"))
         throw badFile(figure.string(), "a picture by a camera",
                       "an unfolded wall, whose path its manifest does not hold; tessera render --unfold");
@@ -63,6 +48,32 @@ FigureRecord readFigure(const std::filesystem::path& figure) {
         throw badFile(figure.string(), kExpected, "another");
     }
     return record;
+}
+
+} // namespace
+
+json manifestJsonOf(const std::filesystem::path& picture) {
+    const std::string text = manifestOf(picture);
+    if (text.empty())
+        throw badFile(picture.string(), "a picture that tessera made", "one without its manifest");
+    json manifest = parseStrictJson(text, picture.string());
+    if (!manifest.is_object() || !manifest.contains("tesseraManifest"))
+        throw badFile(picture.string(), "a picture that tessera made", "one with another description");
+    return manifest;
+}
+
+std::vector<FigureRecord> readFigure(const std::filesystem::path& figure) {
+    const json manifest = manifestJsonOf(figure);
+    if (manifest["tesseraManifest"] != 1)
+        throw badFile(figure.string(), "a manifest of version 1", manifest["tesseraManifest"].dump());
+    if (!manifest.contains("panels"))
+        return {recordOf(manifest, figure)};
+    if (!manifest["panels"].is_array() || manifest["panels"].empty())
+        throw badFile(figure.string(), kExpected, "one without panels");
+    std::vector<FigureRecord> panels;
+    for (const json& panel : manifest["panels"])
+        panels.push_back(recordOf(panel, figure));
+    return panels;
 }
 
 std::string verifyOfManifest(const json& manifest) {

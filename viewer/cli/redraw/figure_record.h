@@ -22,9 +22,10 @@ struct FigureRecord {
     std::size_t ramBytes = 0, gpuBytes = 0;
 };
 
-/// Throws InputError naming the file: for one that is no picture of this program, for a manifest that cannot
-/// be understood, and for pictures that their manifest alone does not describe (unfolded walls).
-FigureRecord readFigure(const std::filesystem::path& figure);
+/// A picture's own, or those of the panels of a figure. Throws InputError naming the file: for one that is no
+/// picture of this program, for a manifest that cannot be understood, and for pictures that their manifest
+/// alone does not describe (unfolded walls).
+std::vector<FigureRecord> readFigure(const std::filesystem::path& figure);
 
 /// The manifest of a picture that was just drawn.
 nlohmann::json manifestJsonOf(const std::filesystem::path& picture);

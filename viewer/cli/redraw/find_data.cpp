@@ -152,9 +152,10 @@ class Search {
     std::vector<fs::path> beside_;
 };
 
-/// The named path of each datum; "": none. Stores by their content first, the rest in order.
-std::vector<std::string> assign(const std::vector<PictureData>& wanted, const std::vector<std::string>& named,
-                                MemoryBudget& ram) {
+} // namespace
+
+std::vector<std::string> assignData(const std::vector<PictureData>& wanted,
+                                    const std::vector<std::string>& named, MemoryBudget& ram) {
     std::vector<std::string> paths(wanted.size());
     std::vector<std::string> rest;
     for (const std::string& path : named) {
@@ -180,13 +181,11 @@ std::vector<std::string> assign(const std::vector<PictureData>& wanted, const st
     return paths;
 }
 
-} // namespace
-
 std::vector<FoundData> findData(const fs::path& figure, const std::vector<PictureData>& wanted,
                                 const std::vector<SourceChoice>& sources,
-                                const std::vector<std::string>& named, Scene& scene, MemoryBudget& ram,
+                                const std::vector<std::string>& paths, Scene& scene, MemoryBudget& ram,
                                 const CommonOptions& common) {
-    const std::vector<std::string> paths = assign(wanted, named, ram);
+    TESSERA_CHECK(paths.size() == wanted.size());
     Search search(figure, sources, scene, ram, common);
     std::vector<FoundData> all;
     for (std::size_t n = 0; n < wanted.size(); ++n) {

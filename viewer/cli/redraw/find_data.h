@@ -19,15 +19,19 @@ struct FoundData {
     std::string where;       // "--data", "beside the picture", "the cache of imports"
 };
 
-/// Sets all paths of the scene to the data that are found. Named paths are taken in order for data of their
-/// kind, stores by their content first, and are taken with another content, too. Other places count only
-/// with the same content.
+/// The named path of each datum; "": none is named. Stores by their content first, the rest in order for data
+/// of their kind. Throws InputError naming a path for which there is no datum.
+std::vector<std::string> assignData(const std::vector<PictureData>& wanted,
+                                    const std::vector<std::string>& named, MemoryBudget& ram);
+
+/// Sets all paths of the scene to the data that are found. Named paths are taken with another content, too.
+/// Other places count only with the same content.
 /// @param sources  what to choose among source files, of each volume
-/// Throws InputError naming the picture, and the content, for data that are nowhere; and a named path for
-/// which there is no data.
+/// @param paths    of assignData()
+/// Throws InputError naming the picture, and the content, for data that are nowhere.
 std::vector<FoundData> findData(const std::filesystem::path& figure, const std::vector<PictureData>& wanted,
                                 const std::vector<SourceChoice>& sources,
-                                const std::vector<std::string>& named, Scene& scene, MemoryBudget& ram,
+                                const std::vector<std::string>& paths, Scene& scene, MemoryBudget& ram,
                                 const CommonOptions& common);
 
 } // namespace tessera

@@ -9,15 +9,20 @@
 #include "viewer/cli/redraw/differences.h"
 #include "viewer/cli/redraw/figure_record.h"
 #include "viewer/cli/redraw/find_data.h"
+#include "viewer/cli/render/panel_figure.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/run_render.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -142,22 +147,8 @@ json reportJson(const RedrawArguments& arguments, const Report& report) {
     return out;
 }
 
-} // namespace
-
-void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
-    const fs::path figure = arguments.figure;
-    FigureRecord record = readFigure(figure);
-    std::optional<ScratchFolder> scratch;
-    fs::path out = arguments.out;
-    if (out.empty()) {
-        scratch.emplace();
-        out = *scratch / ("redrawn" + figure.extension().string());
-    }
-    checkPictureOutput(out);
-    if (outputTarget(out) == outputTarget(figure))
-        throw badFile("-o", "another file than the picture that is drawn again", arguments.out);
-    change(arguments.changes, record.scene);
-
+/// What draws a picture of the figure again.
+RenderArguments drawingOf(const FigureRecord& record, const RedrawArguments& arguments, const fs::path& out) {
     RenderArguments render = argumentsOf(record);
     for (const auto& [given, to] : {std::pair{&arguments.engine, &render.engine},
                                     {&arguments.device, &render.device},
@@ -167,27 +158,129 @@ void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
             *to = *given;
     render.in = arguments.figure;
     render.out = out.string();
-    Report report;
-    {
-        MemoryBudget ram("RAM", "--ram", budgetBytes(render.ram, "--ram", common));
-        report.data =
-            findData(figure, record.data, record.sources, arguments.data, record.scene, ram, common);
+    return render;
+}
+
+/// Finds the data of all pictures, and sets the paths of their scenes. What several have is told once.
+std::vector<FoundData> findAll(std::vector<FigureRecord>& records, const RedrawArguments& arguments,
+                               const std::string& ramText, const CommonOptions& common) {
+    MemoryBudget ram("RAM", "--ram", budgetBytes(ramText, "--ram", common));
+    std::vector<PictureData> all; // of all pictures, each once
+    const auto indexOf = [&all](const PictureData& data) {
+        std::size_t n = 0;
+        while (n < all.size() && !(all[n].kind == data.kind && all[n].contentHash == data.contentHash &&
+                                   (!data.contentHash.empty() || all[n].number == data.number)))
+            ++n;
+        return n;
+    };
+    for (const FigureRecord& record : records)
+        for (const PictureData& data : record.data)
+            if (indexOf(data) == all.size())
+                all.push_back(data);
+    const std::vector<std::string> named = assignData(all, arguments.data, ram);
+    std::vector<FoundData> found(all.size());
+    for (FigureRecord& record : records) {
+        std::vector<std::string> paths;
+        for (const PictureData& data : record.data)
+            paths.push_back(named[indexOf(data)]);
+        for (FoundData& one :
+             findData(arguments.figure, record.data, record.sources, paths, record.scene, ram, common))
+            found[indexOf(one.wanted)] = std::move(one);
     }
-    render.scene = record.scene;
+    return found;
+}
+
+/// Draws the panels of a figure again.
+/// @return its size
+glm::ivec2 redrawPanels(const json& before, const std::vector<FigureRecord>& records,
+                        const RedrawArguments& arguments, const fs::path& out, const CommonOptions& common) {
+    PanelFigure figure = figureOfJson(before.value("figure", json::object()),
+                                      static_cast<int>(records.size()), arguments.figure);
+    figure.grid.panelSize = records.front().scene.imageSize;
+    for (const FigureRecord& record : records) {
+        if (record.scene.imageSize != figure.grid.panelSize)
+            throw badFile(arguments.figure, "panels of one size", "others");
+        RenderArguments render = drawingOf(record, arguments, out);
+        render.scene = record.scene;
+        figure.panels.push_back({std::move(render), std::nullopt, record.scene.annotations});
+    }
+    const std::size_t bytes = bytesOf(figure.grid);
+    const RenderArguments& first = figure.panels.front().arguments;
+    // That of a panel is what the figure left of --ram.
+    const std::size_t limit =
+        arguments.ram.empty() ? parseBytes(first.ram, "--ram") + bytes : parseBytes(arguments.ram, "--ram");
+    MemoryBudget ram("RAM", "--ram", limit);
+    const Charge charge = ram.charge(bytes, "the figure");
+    if (!arguments.ram.empty())
+        for (FittedPanel& panel : figure.panels)
+            panel.arguments.ram = std::to_string(limit - bytes);
+    RenderArguments whole;
+    whole.out = out.string();
+    drawPanels(figure, whole, common, ram, withRenderTask);
+    return figure.grid.size();
+}
+
+/// Of all pictures; those of a panel with its number.
+ManifestDifferences compareAll(const json& before, const json& now) {
+    if (!before.contains("panels") || !now.contains("panels"))
+        return compareManifests(before, now);
+    ManifestDifferences all;
+    for (std::size_t n = 0; n < std::min(before["panels"].size(), now["panels"].size()); ++n) {
+        const ManifestDifferences one = compareManifests(before["panels"][n], now["panels"][n]);
+        const auto add = [n](const std::vector<Difference>& from, std::vector<Difference>& to) {
+            for (Difference difference : from) {
+                difference.key = "panel " + std::to_string(n + 1) + ", " + difference.key;
+                to.push_back(std::move(difference));
+            }
+        };
+        add(one.program, all.program);
+        add(one.device, all.device);
+        add(one.settings, all.settings);
+    }
+    return all;
+}
+
+} // namespace
+
+void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
+    const fs::path figure = arguments.figure;
+    const json before = manifestJsonOf(figure);
+    std::vector<FigureRecord> records = readFigure(figure);
+    std::optional<ScratchFolder> scratch;
+    fs::path out = arguments.out;
+    if (out.empty()) {
+        scratch.emplace();
+        out = *scratch / ("redrawn" + figure.extension().string());
+    }
+    checkFigureOutput(out);
+    if (outputTarget(out) == outputTarget(figure))
+        throw badFile("-o", "another file than the picture that is drawn again", arguments.out);
+    for (FigureRecord& record : records)
+        change(arguments.changes, record.scene);
+
+    RenderArguments render = drawingOf(records.front(), arguments, out);
+    Report report;
+    report.data = findAll(records, arguments, render.ram, common);
     CommonOptions drawing = common;
     drawing.quiet = common.quiet || scratch.has_value(); // of a picture that nobody gets
-    runRender(render, drawing);
+    glm::ivec2 size = records.front().scene.imageSize;
+    if (before.contains("panels")) {
+        size = redrawPanels(before, records, arguments, out, drawing);
+    } else {
+        render.scene = records.front().scene;
+        runRender(render, drawing);
+    }
 
     common.progress->stage("comparing the pictures");
     const json now = manifestJsonOf(out);
-    report.differences = compareManifests(record.manifest, now);
+    report.differences = compareAll(before, now);
     MemoryBudget ram("RAM", "--ram", budgetBytes(render.ram, "--ram", common));
-    report.pixels = comparePixels(figure, out, record.scene.imageSize, ram);
+    report.pixels = comparePixels(figure, out, size, ram);
     common.progress->end();
     if (arguments.json)
         tessera::printReport(reportJson(arguments, report));
     else
-        printReport(report, now);
+        printReport(report, now.contains("panels") ? now["panels"][0] : now);
     finishStandardOutput();
     if (report.pixels.notCompared.empty() && report.pixels.differing > 0 && !report.isKnownToDiffer())
         throw Error(figure.string() + ": its pixels differ, though nothing that is known does");

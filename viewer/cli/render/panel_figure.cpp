@@ -139,7 +139,8 @@ std::string letterOf(int panel) {
 /// Draws a panel into the figure.
 void drawPanel(const RenderTask& whole, const FittedPanel& fitted, int panel, Sheet& sheet) {
     RenderTask task = whole;
-    task.scene.camera = fitted.camera;
+    if (fitted.camera)
+        task.scene.camera = *fitted.camera;
     task.scene.annotations = fitted.annotations;
     task.take = [&](const RenderTask& drawn, RenderResult& result, const nlohmann::json& manifest) {
         const FigureMaker maker(drawn.scene, drawn.stores, drawn.ram, drawn.options.threads);

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ using WithTask = std::function<void(const RenderArguments& arguments, const Comm
 /// A panel whose camera and words are known.
 struct FittedPanel {
     RenderArguments arguments;
-    Camera camera;
+    std::optional<Camera> camera; // none: as its scene has it
     Annotations annotations;
 };
 

@@ -245,11 +245,14 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
 
 } // namespace
 
+void withRenderTask(const RenderArguments& arguments, const CommonOptions& common,
+                    const std::function<void(const RenderTask&)>& draw) {
+    renderBy(nullptr, arguments, common, draw);
+}
+
 void runRender(const RenderArguments& arguments, const CommonOptions& common) {
     if (!arguments.panels.empty())
-        return renderPanels(arguments, common, [](const auto& one, const auto& mine, const auto& draw) {
-            renderBy(nullptr, one, mine, draw);
-        });
+        return renderPanels(arguments, common, withRenderTask);
     if (!arguments.ranks)
         return renderBy(nullptr, arguments, common);
     renderInGroup(common,

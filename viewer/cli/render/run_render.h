@@ -6,6 +6,8 @@
 #include "viewer/cli/render/render_task.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <functional>
+
 namespace tessera {
 
 /// Throws InputError naming an option or a file, and as drawing does.
@@ -15,5 +17,9 @@ void runRender(const RenderArguments& arguments, const CommonOptions& common);
 /// @param scene  in place of the one that the arguments name; null: that one
 void runRender(const RenderArguments& arguments, const CommonOptions& common, const Scene* scene,
                const TakePicture& take);
+
+/// Prepares a picture of arguments as runRender() does, and hands it over to be drawn.
+void withRenderTask(const RenderArguments& arguments, const CommonOptions& common,
+                    const std::function<void(const RenderTask&)>& draw);
 
 } // namespace tessera
