@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMostManifestBytes = 16u << 20; // one has some thousands
+constexpr std::uint64_t kMostManifestBytes = 32u << 20; // one has some thousands, four times that as digits
 constexpr std::uint64_t kMostObjects = 1u << 20;        // of a PDF; a figure has tens
 
 /// A file of which parts are read.
@@ -108,6 +108,28 @@ class PdfWords {
         return std::nullopt;
     }
 
+    /// "<FEFF...>", digits of UTF-16, big endian, of ASCII alone; "" for other bytes, nullopt where it has no
+    /// end.
+    std::optional<std::string> digits() {
+        constexpr std::string_view kMark = "<FEFF";
+        const std::size_t end = text_.find('>');
+        if (end == std::string_view::npos)
+            return std::nullopt;
+        std::string_view units = text_.substr(0, end);
+        text_.remove_prefix(end + 1);
+        if (!units.starts_with(kMark))
+            return std::string();
+        std::string out;
+        for (units.remove_prefix(kMark.size()); units.size() >= 4; units.remove_prefix(4)) {
+            unsigned unit = 0;
+            const auto [last, error] = std::from_chars(units.data(), units.data() + 4, unit, 16);
+            if (error != std::errc() || last != units.data() + 4 || unit == 0 || unit > 127)
+                return std::string();
+            out += static_cast<char>(unit);
+        }
+        return units.empty() ? out : std::string();
+    }
+
   private:
     char octal(char first) {
         int value = first - '0';
@@ -173,18 +195,17 @@ std::string keywordsOf(std::string_view object, std::uint64_t number) {
             throw PictureProblem(kOtherPdf);
         const std::string_view key = words.name();
         words.skipSpace();
-        if (words.left().starts_with('(')) {
-            std::optional<std::string> value = words.literal();
+        if (const bool literal = words.left().starts_with('('); literal || words.left().starts_with('<')) {
+            std::optional<std::string> value = literal ? words.literal() : words.digits();
             if (!value)
                 throw PictureProblem(kTooSoon);
             if (key == "Keywords")
                 return *std::move(value);
-        } else { // a number, a name, a reference, digits of bytes: up to the next key or the end
+        } else { // a number, a name, a reference: up to the next key or the end
             const std::size_t end = words.left().find_first_of("/>", 1);
             if (end == std::string_view::npos)
                 throw PictureProblem(kTooSoon);
-            const bool digits = words.left().front() == '<';
-            words = PdfWords(words.left().substr(end + (digits ? 1 : 0)));
+            words = PdfWords(words.left().substr(end));
         }
     }
     return {};

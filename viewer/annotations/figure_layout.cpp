@@ -58,7 +58,7 @@ void layTitle(PartLayout& in) {
 }
 
 void layCaption(PartLayout& in) {
-    if (!in.part.error.empty())
+    if (in.part.annotations.error && !in.part.error.empty())
         layAtBottom(in, in.part.error, "the measured error");
     if (!in.part.annotations.caption.empty())
         layAtBottom(in, in.part.annotations.caption, "the caption");

@@ -46,34 +46,29 @@ std::vector<std::string> brokenWords(const std::string& words, double pixels, do
                                      const MeasureWords& measure) {
     std::vector<std::string> lines;
     std::istringstream paragraphs(words);
-    bool more = false; // words that no line holds
-    for (std::string paragraph; !more && std::getline(paragraphs, paragraph);) {
+    bool full = most == 0; // the last line holds more than it has room for
+    for (std::string paragraph; !full && std::getline(paragraphs, paragraph);) {
         std::istringstream parts(paragraph);
         std::string line;
-        for (std::string word; !more && parts >> word;) {
+        for (std::string word; !full && parts >> word;) {
             const std::string longer = line.empty() ? word : line + " " + word;
-            if (line.empty() || measure(longer, pixels).width <= width) {
+            const bool fits = line.empty() || measure(longer, pixels).width <= width;
+            if (fits || lines.size() + 1 >= most) {
                 line = longer;
-            } else if (lines.size() + 1 < most) {
-                lines.push_back(std::exchange(line, word));
+                full = !fits;
             } else {
-                line = longer;
-                more = true;
+                lines.push_back(std::exchange(line, word));
             }
         }
         if (line.empty())
             continue;
-        if (lines.size() == most) {
-            more = true;
-            lines.back() += " " + line;
-        } else {
+        if (lines.size() < most)
             lines.push_back(line);
-        }
+        else
+            lines.back() += " " + line;
     }
-    for (std::string& line : lines) // a single word may be wider, and the last line holds what follows
+    for (std::string& line : lines) // a word may be wider, and so may the last line
         line = cutWords(line, pixels, width, measure);
-    if (more && !lines.empty() && !lines.back().ends_with(kEllipsis) && !lines.back().empty())
-        lines.back() = cutWords(lines.back() + kEllipsis, pixels, width, measure);
     std::erase(lines, "");
     return lines;
 }

@@ -114,7 +114,8 @@ bool isPictureName(const std::filesystem::path& path) {
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code ignored;
-    return (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff") &&
+    return (extension == ".png" || extension == ".exr" || extension == ".tif" || extension == ".tiff" ||
+            extension == ".pdf" || extension == ".svg") &&
            std::filesystem::is_regular_file(path, ignored);
 }
 

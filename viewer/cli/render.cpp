@@ -33,7 +33,8 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     command.option("X", a->in, "scene (.json), store (.zarr), DICOM folder, .nii, ...").required();
     command
         .option("-o,--output", a->out,
-                "picture to write: .png, .exr, .tif; replaced if it exists. With --path or --turn a folder "
+                "picture to write: .png, .exr, .tif, .pdf, .svg; replaced if it exists. With --path or "
+                "--turn a folder "
                 "for frames, or "
                 "a film: .mp4, .mov, .mkv")
         .required();

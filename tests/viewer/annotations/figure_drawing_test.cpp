@@ -33,7 +33,7 @@ double longestRun(const Image& image) {
             const double part = x < image.size.x ? white(image.at(x, y)) : 0;
             if (part > 0) {
                 run += part;
-                whole = whole || part == 1;
+                whole = whole || part > 0.99;
                 continue;
             }
             longest = whole ? std::max(longest, run) : longest;
@@ -135,7 +135,7 @@ TEST(FigureDrawing, ALayerOverThePictureIsThePictureAnnotated) {
     Image picture(figure.size), layer(figure.size);
     for (int y = 0; y < figure.size.y; ++y)
         for (int x = 0; x < figure.size.x; ++x)
-            picture.at(x, y) = glm::vec4(x / 600.0f, y / 600.0f, 0.3f, 0.5f + x / 1000.0f);
+            picture.at(x, y) = glm::vec4(glm::dvec4(x / 600.0, y / 600.0, 0.3, 0.5 + x / 1000.0));
     Image annotated = picture;
     drawAnnotations(figure, annotated);
     drawAnnotations(figure, layer);

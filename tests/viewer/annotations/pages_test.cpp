@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kManifest = R"({"notice":"not (for) diagnosis","a":"<b>&\"\\c) (","more":[1,2.5,")"]
-})";
+const char* const kManifest =
+    R"json({"notice":"not (for) diagnosis","a":"<b>&\"\\c) (","more":[1,2.5,")"]})json";
 
 class Pages : public testing::TestWithParam<const char*> {
   protected:
@@ -81,7 +81,7 @@ TEST_P(Pages, ThatEndTooSoonAreRefused) {
     const std::string whole =
         bytesOf(write("a", picture({40, 30}, 1), test::fullFigure({40, 30}, {}), kManifest));
     const fs::path cut = file("cut");
-    const std::size_t step = std::max<std::size_t>(1, whole.size() / 300);
+    const std::size_t step = std::max<std::size_t>(1, whole.size() / 150);
     for (std::size_t size = 0; size + 8 < whole.size(); size += step) {
         writeBytes(cut, whole.substr(0, size));
         EXPECT_THAT(test::refusalOf([&] { readManifest(cut); }),
@@ -96,7 +96,7 @@ TEST_P(Pages, ThatLieAreRefusedOrHaveNoManifest) {
         bytesOf(write("a", picture({8, 6}, 1), test::fullFigure({8, 6}, {}), kManifest));
     const fs::path changed = file("changed");
     std::size_t refused = 0;
-    for (std::size_t at = 0; at < whole.size(); at += at + 3000 < whole.size() ? 41 : 1)
+    for (std::size_t at = 0; at < whole.size(); at += at + 1200 < whole.size() ? whole.size() / 100 + 1 : 3)
         for (const char byte : {'9', '(', '\0'}) {
             std::string bytes = whole;
             bytes[at] = byte;
@@ -157,8 +157,8 @@ class SvgPages : public Pages {};
 
 TEST_P(SvgPages, HoldThePictureAsPng) {
     for (const float alpha : {1.0f, 0.6f}) {
-        const Image image = picture({57, 33}, alpha);
-        const std::string svg = bytesOf(write("a", image, test::fullFigure({57, 33}, {}), "{}"));
+        const Image image = picture({357, 233}, alpha);
+        const std::string svg = bytesOf(write("a", image, test::fullFigure(image.size, {}), "{}"));
         writeBytes(folder_ / "inside.png", decoded(svg, "data:image/png;base64,"));
         writeImage(folder_ / "alone.png", image, "{}");
         const Image inside = readImage(folder_ / "inside.png"), alone = readImage(folder_ / "alone.png");
@@ -178,9 +178,9 @@ class PdfPages : public Pages {};
 TEST_P(PdfPages, AreDrawnByPopplerAsTheyAre) {
     if (std::system("command -v pdftoppm pdftotext > /dev/null") != 0)
         GTEST_SKIP() << "no pdftoppm and pdftotext (poppler-utils)";
-    Figure figure = test::fullFigure({300, 240}, {});
+    Figure figure = test::fullFigure({1200, 960}, {});
     figure.dpi = 300;
-    const Image image = picture({300, 240}, 1);
+    const Image image = picture({1200, 960}, 1);
     const fs::path pdf = write("a", image, figure, kManifest), drawn = folder_ / "drawn";
     ASSERT_EQ(
         std::system(("pdftoppm -png -r 300 -singlefile " + pdf.string() + " " + drawn.string()).c_str()), 0);
@@ -192,18 +192,26 @@ TEST_P(PdfPages, AreDrawnByPopplerAsTheyAre) {
     drawAnnotations(figure, annotated);
     const Image page = readImage(drawn.string() + ".png");
     ASSERT_EQ(page.size, image.size);
-    std::size_t outside = 0, unlike = 0, inside = 0;
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        const float apart = glm::length(page.pixels[i] - annotated.pixels[i]);
-        if (layer.pixels[i].a > 0) {
-            ++inside;
-            unlike += apart > 0.3f;
-        } else if (++outside, apart > 0.02f) {
-            ++unlike;
+    // Letters have other edges than Cairo's; a pixel beside them may be touched.
+    std::size_t outside = 0, inside = 0;
+    double apart = 0;
+    for (int y = 1; y + 1 < image.size.y; ++y)
+        for (int x = 1; x + 1 < image.size.x; ++x) {
+            bool near = false;
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx)
+                    near = near || layer.at(x + dx, y + dy).a > 0;
+            const float difference = glm::length(page.at(x, y) - annotated.at(x, y));
+            if (near) {
+                ++inside;
+                apart += static_cast<double>(difference);
+            } else {
+                ++outside;
+                ASSERT_LT(difference, 1e-6f) << x << ", " << y;
+            }
         }
-    }
-    EXPECT_GT(outside, 20000u);
-    EXPECT_LT(unlike, inside / 10) << "edges of letters alone differ";
+    EXPECT_GT(outside, 500000u);
+    EXPECT_LT(apart / static_cast<double>(inside), 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PdfPages, testing::Values(".pdf"), [](const auto&) { return "pdf"; });

@@ -112,10 +112,12 @@ TEST(PatientLetters, AreThoseOfVoxelsPlaces) {
                     glm::dvec2 at(0);
                     ASSERT_TRUE(pictureFromPatient(camera, size, place, at));
                     const glm::dvec2 by = at - glm::dvec2(size) / 2.0;
-                    if (std::abs(by.x) > 10)
+                    if (std::abs(by.x) > 10) {
                         EXPECT_EQ(letter, by.x > 0 ? letters.right : letters.left);
-                    if (std::abs(by.y) > 10)
+                    }
+                    if (std::abs(by.y) > 10) {
                         EXPECT_EQ(letter, by.y > 0 ? letters.bottom : letters.top);
+                    }
                 }
             }
 }
