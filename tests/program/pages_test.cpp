@@ -107,10 +107,12 @@ TEST_F(Pages, AreUnderstoodByMan) {
         if (entry.path().extension() != ".1")
             continue;
         const std::string page = entry.path().string();
-        if (has("groff"))
+        if (has("groff")) {
             EXPECT_THAT(linesOf("groff -man -Tutf8 -ww -z " + page + " 2>&1"), IsEmpty());
-        if (has("mandoc"))
+        }
+        if (has("mandoc")) {
             EXPECT_THAT(linesOf("mandoc -T lint -W warning " + page + " 2>&1"), IsEmpty());
+        }
         ++read;
     }
     EXPECT_GT(read, 10);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <glm/vec3.hpp>
 
 namespace tessera::test {
 namespace {
