@@ -92,7 +92,7 @@ class Licences:
 
 
 def dpkg_fields(packages):
-    form = "\t".join("${%s}" % f for f in ("Package", "Version", "source:Package", "source:Version", "Maintainer", "Homepage",
+    form = "\t".join("${%s}" % f for f in ("Package", "Version", "source:Package", "source:Version", "Homepage",
                                             "Architecture")) + "\n"
     listed = subprocess.run(["dpkg-query", "-W", "-f", form, *packages], capture_output=True, text=True, check=True).stdout
     return [line.split("\t") for line in listed.splitlines()]
@@ -117,10 +117,11 @@ def verification_code(files):
 
 
 def package_entry(fields, licences, files):
-    name, version, source, source_version, maintainer, homepage, architecture = fields
+    name, version, source, source_version, homepage, architecture = fields
     declared, holders = licences.of(name)
     entry = {"name": name, "SPDXID": spdx_id("Package", name), "versionInfo": version,
-             "supplier": f"Organization: {maintainer}", "downloadLocation": f"https://snapshot.debian.org/package/{source}/{source_version}/",
+             "supplier": "Organization: Debian",
+             "downloadLocation": f"https://snapshot.debian.org/package/{source}/{source_version}/",
              "filesAnalyzed": bool(files), "sourceInfo": f"Debian source package {source} {source_version}",
              "licenseConcluded": "NOASSERTION", "licenseDeclared": declared, "copyrightText": holders,
              "externalRefs": [{"referenceCategory": "PACKAGE-MANAGER", "referenceType": "purl",

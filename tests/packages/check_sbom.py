@@ -11,6 +11,10 @@ KNOWN = set("""AND OR NOASSERTION Apache-2.0 Artistic-2.0 BSD-2-Clause BSD-3-Cla
 GPL-2.0-only GPL-2.0-or-later GPL-3.0-only GPL-3.0-or-later HPND IJG ISC LGPL-2.0-only LGPL-2.0-or-later LGPL-2.1-only
 LGPL-2.1-or-later LGPL-3.0-only LGPL-3.0-or-later Libpng libtiff MIT MPL-1.1 MPL-2.0 OpenSSL PostgreSQL Unicode-DFS-2016 X11
 Zlib""".split())
+# Fields that the schema of SPDX 2.3 knows, of those that are written.
+PACKAGE = set("""name SPDXID versionInfo supplier downloadLocation filesAnalyzed sourceInfo licenseConcluded licenseDeclared copyrightText
+externalRefs homepage packageVerificationCode licenseInfoFromFiles primaryPackagePurpose""".split())
+FILE = {"fileName", "SPDXID", "fileTypes", "checksums", "licenseConcluded", "copyrightText"}
 found = []
 
 
@@ -32,6 +36,7 @@ def main():
         ids.append(package["SPDXID"])
         for field in ("name", "versionInfo", "downloadLocation", "supplier", "licenseConcluded", "licenseDeclared", "copyrightText"):
             expect(package.get(field), f"{package['name']}: {field}")
+        expect(set(package) <= PACKAGE, f"{package['name']}: fields {set(package) - PACKAGE}")
         unknown = set(package["licenseDeclared"].split()) - KNOWN - refs
         expect(not unknown, f"{package['name']}: licence {unknown}")
         expect(package["filesAnalyzed"] == ("packageVerificationCode" in package), f"{package['name']}: its files' code")
@@ -40,6 +45,7 @@ def main():
         ids.append(file["SPDXID"])
         path = folder / file["fileName"]
         listed.add(path.resolve())
+        expect(set(file) == FILE, f"{path}: fields {set(file) ^ FILE}")
         sums = {one["algorithm"]: one["checksumValue"] for one in file["checksums"]}
         expect(path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == sums["SHA256"], f"{path}: its sum")
         expect("SHA1" in sums, f"{path}: SHA1")

@@ -2,8 +2,10 @@
 // word that help has, and other programs understand them.
 #include "tests/support/program_fixture.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <map>
 #include <regex>
 #include <set>
 
@@ -22,8 +24,8 @@ std::vector<std::string> listedIn(const std::string& help, const std::string& pa
         help.substr(std::min(help.size(), help.find("\n" + part + "\n") + part.size() + 2)));
     std::string word;
     for (std::string line; std::getline(lines, line) && !line.empty();)
-        if (std::istringstream(line) >> word)
-            words.push_back(word);
+        if (line.starts_with("  ") && !line.starts_with("   ") && std::istringstream(line) >> word)
+            words.push_back(word); // what is indented further goes on about the line before
     return words;
 }
 
