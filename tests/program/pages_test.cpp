@@ -97,7 +97,7 @@ TEST_F(Pages, HaveEveryOptionOfHelp) {
             ++options;
         }
         for (const std::string& argument : listedIn(help, "Positionals:"))
-            EXPECT_THAT(page, HasSubstr("\\fI" + argument + "\\fR")) << command;
+            EXPECT_THAT(page, HasSubstr(".TP\n\\fI" + argument + "\\fR\n")) << command;
     }
     EXPECT_GT(options, 150u);
 }
