@@ -9,9 +9,8 @@ cd "$root"
 git diff --quiet HEAD || { echo "same_bytes.sh: expected a folder as committed, found changes"; exit 2; }
 objects=("$@")
 ((${#objects[@]})) || objects=(core/CMakeFiles/tessera_base.dir/Unity/unity_0_cxx.cxx.o
-    render/CMakeFiles/tessera_gl.dir/Unity/unity_0_cxx.cxx.o render/CMakeFiles/tessera_packets.dir/backends/native/packet_baseline.cpp.o
-    viewer/CMakeFiles/tessera_commands.dir/Unity/unity_0_cxx.cxx.o viewer/CMakeFiles/tessera_window.dir/Unity/unity_0_cxx.cxx.o
-    viewer/CMakeFiles/tessera_pictures.dir/cli/modules/picture_module.cpp.o)
+    render/CMakeFiles/tessera_gl.dir/Unity/unity_0_cxx.cxx.o viewer/CMakeFiles/tessera_command_pages.dir/Unity/unity_0_cxx.cxx.o
+    viewer/CMakeFiles/tessera_window.dir/Unity/unity_0_cxx.cxx.o viewer/CMakeFiles/tessera_pictures.dir/cli/modules/picture_module.cpp.o)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 other=$work/a/folder/of/another/depth
