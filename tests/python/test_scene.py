@@ -68,6 +68,16 @@ class Scenes(unittest.TestCase):
         copy["mode"] = "composite"
         self.assertEqual(scene["mode"], "maximum")
 
+    def test_volumes_stay_as_long_as_their_scene(self):
+        scene = tessera.Scene(tessera.phantom("sphere", (16, 16, 16)))
+        more = tessera.Scene({"volumes": [{"path": tessera.phantom("ramp", (16, 16, 16)), "transferFunction": "auto"}]})
+        for one in [scene, more, more.copy()]:
+            self.assertEqual(tessera.render(one, size=(16, 12), engine="native").size, (16, 12))
+        path = scene["volumes"][0]["path"]
+        self.assertTrue(os.path.exists(path))
+        del scene, one
+        self.assertFalse(os.path.exists(path))
+
     def test_names_are_known(self):
         self.assertIn("bone-1", tessera.presets())
         self.assertIn("anterior", tessera.views())
