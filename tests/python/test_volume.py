@@ -5,7 +5,9 @@ import os
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -67,6 +69,39 @@ class Arrays(unittest.TestCase):
         self.assertEqual(whole.spacing, (0.5, 0.75, 2.0))
         self.assertEqual(whole.origin, (-3.0, 4.0, 5.0))
         np.testing.assert_allclose(whole.direction, np.eye(3))
+
+    def test_images_of_others_say_their_place(self):
+        array = ramp((8, 9, 10))
+        direction = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]], dtype=float)
+        expected = tessera.open(array, spacing=(0.5, 0.7, 2), origin=(10, 20, 30), direction=direction)
+
+        class Itk:
+            GetSpacing = staticmethod(lambda: (0.5, 0.7, 2.0))
+            GetOrigin = staticmethod(lambda: (10.0, 20.0, 30.0))
+            GetDirection = staticmethod(lambda: tuple(direction.ravel()))
+
+        class Nibabel:
+            dataobj = array.T
+            affine = np.eye(4)
+
+        Nibabel.affine[:3, :3] = np.diag([-1, -1, 1]) @ (direction * [0.5, 0.7, 2])
+        Nibabel.affine[:3, 3] = (-10, -20, 30)
+        images = [Nibabel()]
+        try:
+            import nibabel
+
+            images.append(nibabel.Nifti1Image(array.T, Nibabel.affine))
+        except ImportError:
+            pass
+        module = types.ModuleType("SimpleITK")
+        module.GetArrayViewFromImage = lambda image: array
+        with unittest.mock.patch.dict(sys.modules, {"SimpleITK": module}):
+            for image in [*images, Itk()]:
+                volume = tessera.open(image)
+                np.testing.assert_allclose(volume.affine, expected.affine, atol=1e-5)
+                np.testing.assert_array_equal(volume.level(0), expected.level(0))
+                with self.assertRaisesRegex(tessera.InputError, "spacing"):
+                    tessera.open(image, spacing=(1, 1, 1))
 
     def test_values_have_slope_and_intercept(self):
         array = ramp((6, 6, 6), np.uint16)

@@ -7,14 +7,17 @@ import json
 import os
 import tempfile
 from dataclasses import dataclass, field
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from . import _tessera
 from ._tessera import InputError
 from ._volume import Volume, open as open_volume
-from ._words import Progress
+from ._words import Path, Progress
+
+if TYPE_CHECKING:
+    from ._words import Array
 
 Point = Sequence[float]
 
@@ -23,8 +26,8 @@ Point = Sequence[float]
 class Line:
     """A line of a centre-line: evenly spaced points, patient space, mm, and their distances to the wall."""
 
-    points: np.ndarray
-    radii: np.ndarray
+    points: Array
+    radii: Array
     length: float
     parent: Optional[int] = None
 
@@ -39,12 +42,12 @@ class Centreline:
     notes: List[str] = field(default_factory=list)
 
     @property
-    def points(self) -> np.ndarray:
+    def points(self) -> Array:
         """float64 [n, 3] of the first line: x, y, z, patient space, mm."""
         return self.lines[0].points
 
     @property
-    def radii(self) -> np.ndarray:
+    def radii(self) -> Array:
         """float64 [n] of the first line: distances to the wall, mm."""
         return self.lines[0].radii
 
@@ -53,7 +56,7 @@ class Centreline:
         """Of all lines, mm."""
         return sum(line.length for line in self.lines)
 
-    def save(self, path: Any) -> None:
+    def save(self, path: Path) -> None:
         """Writes a path file, as `tessera centreline` does."""
         with open(path, "w", encoding="ascii") as file:
             json.dump(self.path, file)

@@ -6,7 +6,7 @@ import json
 import os
 import struct
 import zlib
-from typing import Any, Dict, List, Mapping, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
 
@@ -14,7 +14,10 @@ from . import _tessera
 from ._scene import Scene
 from ._tessera import InputError
 from ._volume import Volume, as_json, open as open_volume
-from ._words import Progress, words_of
+from ._words import Path, Progress, words_of
+
+if TYPE_CHECKING:
+    from ._words import Array
 
 _ELSEWHERE = {
     "output": "Picture.save() writes files",
@@ -39,7 +42,7 @@ _ELSEWHERE = {
 }
 
 
-def png(pixels: np.ndarray) -> bytes:
+def png(pixels: Array) -> bytes:
     """A PNG file in memory of uint8 [y, x, 3] or [y, x, 4], sRGB: for sheets of several pictures."""
     pixels = np.asarray(pixels)
     if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or 0 in pixels.shape:
@@ -73,17 +76,18 @@ class Picture:
         self._manifest: Optional[Dict[str, Any]] = None
 
     @property
-    def pixels(self) -> np.ndarray:
+    def pixels(self) -> Array:
         """float32 [y, x, 4]: linear, premultiplied red, green and blue, and alpha; without a copy."""
         return self._drawn.pixels
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
         return self.pixels if dtype is None else self.pixels.astype(dtype)
 
     @property
     def shape(self) -> Tuple[int, int]:
         """Height and width."""
-        return self.pixels.shape[:2]
+        height, width, _ = self.pixels.shape
+        return height, width
 
     @property
     def size(self) -> Tuple[int, int]:
@@ -95,12 +99,12 @@ class Picture:
         """Linear light that srgb() and files have behind the picture; None: transparent."""
         return self._drawn.background
 
-    def srgb(self) -> np.ndarray:
+    def srgb(self) -> Array:
         """uint8 [y, x, 3] on the background, as an 8-bit file has it; [y, x, 4] where that is transparent."""
         return self._drawn.srgb()
 
     @property
-    def layers(self) -> Dict[str, np.ndarray]:
+    def layers(self) -> Dict[str, Array]:
         """The layers that were asked for: albedo and normal [y, x, 3], depth [y, x] (mm), error [y, x, 4]."""
         return self._drawn.layers
 
@@ -119,14 +123,15 @@ class Picture:
     @property
     def scene(self) -> Dict[str, Any]:
         """The manifest's "scene", with the camera's position; volumes are named by their content."""
-        return self.manifest["scene"]
+        scene: Dict[str, Any] = self.manifest["scene"]
+        return scene
 
     @property
     def notes(self) -> List[str]:
         """Notes and warnings, as the command line prints them."""
         return self._drawn.notes
 
-    def save(self, path: Any) -> None:
+    def save(self, path: Path) -> None:
         """Writes .png (8 bits), .tif (16 bits) or .exr (float, with its layers), with the manifest."""
         self._drawn.save(os.fspath(path))
 

@@ -5,10 +5,17 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, MutableMapping, Sequence
-from typing import Any, Dict, Iterator, List
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List
 
 from . import _tessera
 from ._volume import Volume, as_json
+from ._words import Path
+
+if TYPE_CHECKING:
+    _Mapping = MutableMapping[str, Any]
+    _Sequence = Sequence[Any]
+else:
+    _Mapping, _Sequence = MutableMapping, Sequence
 
 
 def presets() -> List[str]:
@@ -37,8 +44,11 @@ def _part(scene: "Scene", path: str, value: Any) -> Any:
     return _List(scene, path) if isinstance(value, list) else value
 
 
-class _Object(MutableMapping):
+class _Object(_Mapping):
     """An object in a scene. What is set in it is set in the scene."""
+
+    _scene: "Scene"
+    _path: str
 
     def __init__(self, scene: "Scene", path: str) -> None:
         self._scene, self._path = scene, path
@@ -47,7 +57,8 @@ class _Object(MutableMapping):
         return f"{self._path}.{key}" if self._path else key
 
     def _value(self) -> Dict[str, Any]:
-        return self._scene._at(self._path)
+        value: Dict[str, Any] = self._scene._at(self._path)
+        return value
 
     def __getitem__(self, key: str) -> Any:
         return self._scene[self._below(key)]
@@ -68,7 +79,7 @@ class _Object(MutableMapping):
         return repr(self._value())
 
 
-class _List(Sequence):
+class _List(_Sequence):
     """A list in a scene. An item that is set is set in the scene; one more may be set behind the last."""
 
     def __init__(self, scene: "Scene", path: str) -> None:
@@ -90,7 +101,7 @@ class _List(Sequence):
         return len(self._scene._at(self._path))
 
     def __eq__(self, other: Any) -> bool:
-        return list(self._scene._at(self._path)) == (list(other) if isinstance(other, (list, tuple, _List)) else other)
+        return isinstance(other, (list, tuple, _List)) and list(self._scene._at(self._path)) == list(other)
 
     def __repr__(self) -> str:
         return repr(self._scene._at(self._path))
@@ -105,7 +116,10 @@ class Scene(_Object):
     """
 
     _path = ""
-    _scene = property(lambda self: self)  # no circle, so that volumes go with the scene at once
+
+    @property
+    def _scene(self) -> "Scene":  # type: ignore[override]
+        return self  # no circle, so that volumes go with the scene at once
 
     def __init__(self, source: Any = None, /, **keys: Any) -> None:
         self._volumes: List[Volume] = []  # whose stores must stay
@@ -172,9 +186,10 @@ class Scene(_Object):
 
     def to_dict(self) -> Dict[str, Any]:
         """A copy as plain dicts and lists."""
-        return json.loads(self._scene_of.json())
+        whole: Dict[str, Any] = json.loads(self._scene_of.json())
+        return whole
 
-    def save(self, path: Any) -> None:
+    def save(self, path: Path) -> None:
         """Writes a scene file."""
         with open(path, "w", encoding="ascii") as file:
             file.write(self.to_json(indent=1) + "\n")

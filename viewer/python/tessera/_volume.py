@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from dataclasses import dataclass
-from typing import Any, Dict, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import _tessera
 from ._tessera import InputError
-from ._words import Progress, ram_text, words_of
+from ._words import Path, Progress, ram_text, words_of
 
-Path = Union[str, "os.PathLike[str]"]
+if TYPE_CHECKING:
+    from ._words import Array
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class LabelMap:
 
     def __init__(self, found: Dict[str, Any]) -> None:
         self.labels: Tuple[Label, ...] = tuple(Label(**one) for one in found["labels"])
-        self.sets: np.ndarray = found["sets"]
+        self.sets: Array = found["sets"]
         self.labels_of_sets: Tuple[Tuple[Label, ...], ...] = tuple(
             tuple(self.labels[n] for n in of_set) for of_set in found["of_sets"]
         )
@@ -44,7 +46,7 @@ class LabelMap:
         return any(len(of_set) > 1 for of_set in self.labels_of_sets)
 
     @property
-    def values(self) -> np.ndarray:
+    def values(self) -> Array:
         """The label of every voxel by its value, 0 for none. Raises InputError where labels overlap."""
         if self.overlaps:
             raise InputError("values: expected labels that do not overlap, found some that do; mask() has each")
@@ -52,7 +54,7 @@ class LabelMap:
         numbers = [of_set[0].value if of_set else 0 for of_set in self.labels_of_sets]
         return np.array(numbers, dtype=np.min_scalar_type(most))[self.sets]
 
-    def mask(self, label: Union[str, int, Label]) -> np.ndarray:
+    def mask(self, label: Union[str, int, Label]) -> Array:
         """The voxels of a label, by its name or value: bool [z, y, x]."""
         key = label.value if isinstance(label, Label) else label
         chosen = [one for one in self.labels if key in (one.name, one.value)]
@@ -83,7 +85,7 @@ class Table:
 
     litres: float
     why: str
-    mask: Optional[np.ndarray]
+    mask: Optional[Array]
     level: Optional[int]
 
 
@@ -110,15 +112,15 @@ class Volume:
     @property
     def shape(self) -> Tuple[int, int, int]:
         """Voxels along z, y and x."""
-        return tuple(self._facts["shapes"][0])
+        return self.levels[0]
 
     @property
     def levels(self) -> Tuple[Tuple[int, int, int], ...]:
         """Shapes of the levels of detail, finest first: each has half of the one before along every axis."""
-        return tuple(tuple(shape) for shape in self._facts["shapes"])
+        return tuple((z, y, x) for z, y, x in self._facts["shapes"])
 
     @property
-    def dtype(self) -> np.dtype:
+    def dtype(self) -> "np.dtype[Any]":
         """Of the arrays that reading gives: stored numbers if they are the values, else float32."""
         is_value = self.slope == 1 and self.intercept == 0
         return np.dtype(self._facts["type"]) if is_value else np.dtype(np.float32)
@@ -126,46 +128,48 @@ class Volume:
     @property
     def type(self) -> str:
         """Of the stored numbers: "uint8", "int16", "uint16" or "float32"."""
-        return self._facts["type"]
+        return str(self._facts["type"])
 
     @property
     def slope(self) -> float:
         """value = slope * stored number + intercept"""
-        return self._facts["slope"]
+        return float(self._facts["slope"])
 
     @property
     def intercept(self) -> float:
-        return self._facts["intercept"]
+        return float(self._facts["intercept"])
 
     @property
     def unit(self) -> str:
         """Of the values: "HU" for CT, "SUVbw"; "" unknown."""
-        return self._facts["unit"]
+        return str(self._facts["unit"])
 
     @property
     def modality(self) -> str:
         """As DICOM has it: "CT", "MR"; "" unknown."""
-        return self._facts["modality"]
+        return str(self._facts["modality"])
 
     @property
-    def affine(self) -> np.ndarray:
+    def affine(self) -> Array:
         """4 x 4: patient space (LPS, mm) from the index (x, y, z) of a voxel, its centre."""
         return np.array(self._facts["affine"]).reshape(4, 4)
 
     @property
     def spacing(self) -> Tuple[float, float, float]:
         """Millimetres between voxels along x, y and z."""
-        return tuple(float(mm) for mm in np.linalg.norm(self.affine[:3, :3], axis=0))
+        x, y, z = np.linalg.norm(self.affine[:3, :3], axis=0).tolist()
+        return x, y, z
 
     @property
     def origin(self) -> Tuple[float, float, float]:
         """Centre of the first voxel, patient space, mm."""
-        return tuple(float(mm) for mm in self.affine[:3, 3])
+        x, y, z = self.affine[:3, 3].tolist()
+        return x, y, z
 
     @property
-    def direction(self) -> np.ndarray:
+    def direction(self) -> Array:
         """3 x 3: directions of x, y and z in patient space, as columns."""
-        return self.affine[:3, :3] / np.array(self.spacing)
+        return np.asarray(self.affine[:3, :3] / np.array(self.spacing))
 
     @property
     def range(self) -> Tuple[float, float]:
@@ -190,12 +194,12 @@ class Volume:
             self._hash = self._opened.content_hash()
         return self._hash
 
-    def histogram(self) -> Tuple[np.ndarray, np.ndarray]:
+    def histogram(self) -> Tuple[Array, Array]:
         """Counts of all voxels in 64 equal bins, and the 65 values at their edges, as numpy.histogram has them."""
         counts, edges = self._opened.histogram()
         return np.array(counts, dtype=np.uint64), np.array(edges)
 
-    def level(self, level: int, *, stored: bool = False, progress: Progress = None) -> np.ndarray:
+    def level(self, level: int, *, stored: bool = False, progress: Progress = None) -> Array:
         """A whole level of detail as an array; 0 is the finest. The array's memory is the caller's.
 
         stored: numbers as they are stored, not values.
@@ -209,7 +213,7 @@ class Volume:
         *,
         stored: bool = False,
         progress: Progress = None,
-    ) -> np.ndarray:
+    ) -> Array:
         """A box of a level: ((z0, z1), (y0, y1), (x0, x1)), half open, in samples of that level; None: all of it.
 
         Values in their unit, or with `stored` numbers as they are stored. Only what the box needs is decoded.
@@ -250,7 +254,7 @@ class Volume:
         """The table under the patient in a CT, as pictures leave it out."""
         return Table(**_tessera.table(self._opened))
 
-    def __getitem__(self, index: Any) -> np.ndarray:
+    def __getitem__(self, index: Any) -> Array:
         """volume[z, y, x] of level 0 by numbers and slices, as arrays have it. Only the box around is decoded."""
         if not isinstance(index, tuple):
             index = (index,)
@@ -260,7 +264,8 @@ class Volume:
         if len(index) > 3:
             raise IndexError("a volume has three axes")
         index += (slice(None),) * (3 - len(index))
-        box, rest = [], []
+        box: List[Tuple[int, int]] = []
+        rest: List[Any] = []
         for one, extent in zip(index, self.shape):
             if isinstance(one, slice):
                 start, stop, step = one.indices(extent)
@@ -277,9 +282,9 @@ class Volume:
                 at %= extent
                 box.append((at, at + 1))
                 rest.append(0)
-        return self.read(box)[tuple(rest)]
+        return np.asarray(self.read(box)[tuple(rest)])
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
         values = self.level(0)
         return values if dtype is None else values.astype(dtype, copy=False)
 
@@ -295,10 +300,10 @@ class Volume:
         return f"<tessera.Volume {kind}{z} x {y} x {x} (z, y, x), {self.type}, {low:g} to {high:g}{unit}, {mm} mm (x, y, z)>"
 
 
-def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[np.ndarray, bool]:
+def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[Array, bool]:
     """The affine of an array, and whether its orientation was given."""
 
-    def numbers(value: Any, shape: Tuple[int, ...], name: str) -> np.ndarray:
+    def numbers(value: Any, shape: Tuple[int, ...], name: str) -> Array:
         try:
             out = np.array(value, dtype=np.float64).reshape(shape)
         except (TypeError, ValueError):
@@ -324,6 +329,21 @@ def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[
     return whole, direction is not None
 
 
+def _image_of(source: Any) -> Optional[Tuple[Any, Array]]:
+    """Numbers [z, y, x] and affine (LPS) of an image of SimpleITK or nibabel; None for anything else."""
+    if hasattr(source, "dataobj") and hasattr(source, "affine"):  # nibabel: [x, y, z], RAS
+        numbers = np.asanyarray(source.dataobj)
+        return numbers.T, np.diag([-1.0, -1.0, 1.0, 1.0]) @ np.asarray(source.affine, dtype=np.float64)
+    if all(hasattr(source, name) for name in ("GetSpacing", "GetOrigin", "GetDirection")) and "SimpleITK" in sys.modules:
+        if len(source.GetSpacing()) != 3:
+            raise InputError(f"image: expected three axes, found {len(source.GetSpacing())}")
+        whole = np.eye(4)
+        whole[:3, :3] = np.reshape(source.GetDirection(), (3, 3)) * source.GetSpacing()
+        whole[:3, 3] = source.GetOrigin()
+        return sys.modules["SimpleITK"].GetArrayViewFromImage(source), whole
+    return None
+
+
 def open(  # noqa: A001
     source: Any,
     *,
@@ -338,7 +358,7 @@ def open(  # noqa: A001
     progress: Progress = None,
     **options: Any,
 ) -> Volume:
-    """Opens a path, an address or an array as a volume.
+    """Opens a path, an address, an array, or an image of SimpleITK or nibabel as a volume.
 
     A path is what the command line takes: a store, a DICOM folder, a file of a volume, a stack of pictures; or an
     address. Source files are imported once, to the cache. `options` are those of the command line that choose
@@ -348,7 +368,7 @@ def open(  # noqa: A001
     to a temporary store (in TMPDIR) that is removed with the volume; the array may change afterwards. NaN and
     infinite values become the lowest value. `spacing` and `origin` are in mm, x, y, z; `direction` has the
     directions of x, y, z as columns, as SimpleITK has it; `affine` takes (x, y, z) indices of voxels to patient
-    space (LPS), in place of all three. value = slope * number + intercept, in `unit` ("HU" for CT).
+    space (LPS), in place of all three. value = slope * number + intercept, in `unit` ("HU" for CT). An image of SimpleITK or nibabel says its place itself.
 
     ram: budget, such as "512MiB". progress: called with a stage and a share from 0 to 1; it may raise, or return
     False, to stop. Raises InputError for what cannot be opened.
@@ -365,6 +385,12 @@ def open(  # noqa: A001
         return Volume(_tessera.open_path(os.fspath(source), words, ram_text(ram), progress))
     if options:
         raise InputError(f"{next(iter(options))}: expected for a path, found for an array")
+    image = _image_of(source)
+    if image is not None:
+        for name, value in (("spacing", spacing), ("origin", origin), ("direction", direction), ("affine", affine)):
+            if value is not None:
+                raise InputError(f"{name}: expected for an array, found for an image, which says it itself")
+        source, affine = image
     if isinstance(source, np.ma.MaskedArray):
         raise InputError("array: expected one without a mask (numpy.ma.filled gives it), found a masked one")
     array = np.asarray(source)

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Iterable, List, Mapping, Optional
+from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Union
 
 from ._tessera import InputError
 
 Progress = Optional[Callable[[str, float], Any]]
+Path = Union[str, "os.PathLike[str]"]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[Any]
 
 
 def text_of(value: Any, option: str) -> str:
@@ -15,7 +20,7 @@ def text_of(value: Any, option: str) -> str:
     if isinstance(value, str):
         return value
     if hasattr(value, "__fspath__"):
-        return os.fspath(value)
+        return str(os.fspath(value))
     if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:
         value = value.item()  # a number of numpy
     if isinstance(value, bool):
