@@ -8,8 +8,8 @@
 namespace tessera {
 
 /// Loads the module of that name, which stays until the program ends. Its file NAME.so is beside the program,
-/// or beside the library that holds this function (Python's module), or in the installation. Throws Error naming the file if it is missing, has another version, or lacks a
-/// library.
+/// or beside the library that holds this function (Python's module), or in the installation. Throws Error
+/// naming the file if it is missing, has another version, or lacks a library.
 /// @return its table
 const void* loadModule(const std::string& name);
 
