@@ -209,7 +209,7 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     command.option("--gl-device", a->device, "auto, software, or a device's number").showsDefault();
     command.flag("--explain", a->explain, "list what the picture contains and what was left out");
     command.flag("--json", a->json, "print the picture's manifest and timings");
-    addSelectionOptions(command, a->input);
+    addSelectionOptions(command, a->input, PhaseWords::all);
     addSpacingOption(command, a->input);
     a->keys.set(command);
     a->keys.addOthers(command);

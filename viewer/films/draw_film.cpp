@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -46,6 +47,8 @@ json recordOf(const FilmJob& job, const EngineMaker& engine) {
                    {"path", hashOf(pathJson(job.film->path()))},
                    {"budgets", {{"ram", job.ram->limitBytes()}, {"gpuMemory", job.gpu->limitBytes()}}},
                    {"verify", verifyNames()[static_cast<std::size_t>(job.options.verify)]}});
+    for (const FilmJob::Phase& phase : job.phases)
+        record["phases"].push_back(phase.contentHash);
     return record;
 }
 
@@ -63,6 +66,52 @@ std::string minutes(double seconds) {
     std::snprintf(text, sizeof text, "%ld:%02ld", whole / 60, whole % 60);
     return text;
 }
+
+} // namespace
+
+namespace {
+
+/// What draws the frames: with one phase's volume open at a time.
+class FrameSource {
+  public:
+    FrameSource(const FilmJob& job, const RenderOptions& options) : job_(job), options_(options) {}
+
+    RenderResult draw(std::size_t frame, const Scene& scene) {
+        if (!renderer_ || phaseOf(frame) != phase_)
+            openFor(frame);
+        return renderer_->draw(scene);
+    }
+    /// Of the frame drawn last.
+    Stores stores() const { return reader_ ? Stores(&first_, 1) : job_.stores; }
+    std::size_t phaseOf(std::size_t frame) const {
+        return job_.phases.empty() ? 0 : frame % job_.phases.size();
+    }
+    void forget() {
+        if (renderer_)
+            renderer_->forget();
+    }
+    std::size_t goneOn() const { return goneOn_ + (renderer_ ? renderer_->kept().goneOn : 0); }
+
+  private:
+    void openFor(std::size_t frame) {
+        goneOn_ = goneOn();
+        renderer_.reset(); // before the store, which it reads
+        reader_.reset();
+        phase_ = phaseOf(frame);
+        if (!job_.phases.empty()) {
+            reader_ = job_.open(job_.phases[phase_].store);
+            first_ = reader_.get();
+        }
+        renderer_ = std::make_unique<FrameRenderer>(stores(), *job_.ram, *job_.gpu, options_);
+    }
+
+    const FilmJob& job_;
+    RenderOptions options_;
+    std::unique_ptr<StoreReader> reader_; // of a phase
+    const StoreReader* first_ = nullptr;
+    std::size_t phase_ = 0, goneOn_ = 0;
+    std::unique_ptr<FrameRenderer> renderer_; // last: it reads the store
+};
 
 } // namespace
 
@@ -98,7 +147,7 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
     const RenderOptions drawing = optionsFor(job.scene, job.stores, options);
     FrameFolder folder(report.folder,
                        recordOf(job, EngineMaker(drawing.engine, drawing.device, drawing.threads)));
-    FrameRenderer renderer(job.stores, *job.ram, *job.gpu, options);
+    FrameSource renderer(job, options);
 
     std::vector<std::uint8_t> seen(report.frames, 0);
     const auto count = [&](std::size_t at, std::size_t& of) {
@@ -118,11 +167,15 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
         const std::size_t frame = job.range.first + at;
         const auto began = Clock::now();
         const Scene scene = job.film->scene(frame);
-        const RenderResult result = renderer.draw(scene);
+        const RenderResult result = renderer.draw(frame, scene);
         const Charge pictures =
             job.ram->charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
-        json manifest = makeManifest(scene, job.stores, result, *job.ram, *job.gpu);
+        json manifest = makeManifest(scene, renderer.stores(), result, *job.ram, *job.gpu);
         manifest["film"] = {{"frame", frame}, {"seconds", job.film->timeOf(frame)}};
+        if (!job.phases.empty()) {
+            manifest["film"]["phase"] = renderer.phaseOf(frame) + 1;
+            manifest["film"]["phaseLabel"] = job.phases[renderer.phaseOf(frame)].label;
+        }
         if (job.film->curve())
             manifest["film"]["placeMm"] = job.film->placeAt(job.film->timeOf(frame));
         Image picture = scene.background ? overBackground(result.image, *scene.background) : result.image;
@@ -164,7 +217,7 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
             std::this_thread::sleep_for(std::chrono::milliseconds(100));
         }
     }
-    report.goneOn = renderer.kept().goneOn;
+    report.goneOn = renderer.goneOn();
     report.seconds = secondsSince(start);
     if (movie) {
         common.progress->stage("writing the film");

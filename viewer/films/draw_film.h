@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -36,6 +37,13 @@ struct FilmJob {
     MemoryBudget *ram = nullptr, *gpu = nullptr;
     /// Draws over a frame on its background, and tells its manifest; may be empty.
     std::function<void(const Scene&, const RenderResult&, Image&, nlohmann::json&)> annotate;
+    /// Of a film over phases: frame n shows the first volume of phase n, and begins again behind the last.
+    struct Phase {
+        std::string label, contentHash;
+        std::filesystem::path store;
+    };
+    std::vector<Phase> phases; // empty: all frames show `stores`
+    std::function<std::unique_ptr<StoreReader>(const std::filesystem::path&)> open = {}; // of phases
 };
 
 struct FilmReport {

@@ -296,16 +296,32 @@ std::vector<std::string> sayChanges(const VolumeInfo& info) {
     return lines;
 }
 
-void addSelectionOptions(Command& command, InputOptions& input) {
+namespace {
+/// A number from 1, or "all".
+void parsePhase(const std::string& text, InputOptions& input) {
+    input.allPhases = text == "all";
+    if (input.allPhases)
+        return;
+    if (const std::string problem = wholeNumberFrom(1)(text); !problem.empty())
+        throw badFile("--phase", "a whole number from 1, or all", "\"" + text.substr(0, 40) + "\"");
+    input.phase = std::stoi(text);
+}
+} // namespace
+
+void addSelectionOptions(Command& command, InputOptions& input, PhaseWords words) {
     command
         .option("--series", input.series,
                 "source files: number of the DICOM series, channel, time or grid, as listed")
         .check(wholeNumberFrom(1));
     command.flag("--largest", input.largest, "source files: the largest CT of a folder with several volumes");
-    command
-        .option("--phase", input.phase,
-                "source files: number of the phase, if a series has several images at each position")
-        .check(wholeNumberFrom(1));
+    constexpr const char* kPhase =
+        "source files: number of the phase, if there are images of several times at each position";
+    if (words == PhaseWords::all)
+        command.option(
+            "--phase", [&input](const std::string& text) { parsePhase(text, input); },
+            std::string(kPhase) + "; all: a film over them");
+    else
+        command.option("--phase", input.phase, kPhase).check(wholeNumberFrom(1));
     command.flag("--resample-z", input.resampleZ, "source files: interpolate uneven slices to even spacing");
     command.flag("--allow-missing", input.allowMissing,
                  "source files: leave out files that could be slices and cannot be read");

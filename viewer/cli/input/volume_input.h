@@ -21,6 +21,7 @@ namespace tessera {
 struct InputOptions : SourceChoice {
     InputOptions() = default;
     explicit InputOptions(const SourceChoice& choice) : SourceChoice(choice) {}
+    bool allPhases = false; // --phase all: of commands that take it
     /// All options that affect the import, as text.
     std::string key() const;
 };
@@ -99,7 +100,9 @@ std::vector<std::string> sayChanges(const VolumeInfo& info);
 
 // The options that choose among source files, the same for every command.
 
-void addSelectionOptions(Command& command, InputOptions& input);
+/// @param all  --phase takes the word, too
+enum class PhaseWords { numbers, all };
+void addSelectionOptions(Command& command, InputOptions& input, PhaseWords words = PhaseWords::numbers);
 /// --spacing X,Y,Z alone. Throws InputError naming it for other than three lengths above 0.
 void addSpacingOption(Command& command, SourceChoice& choice);
 

@@ -12,6 +12,7 @@
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/asked_options.h"
+#include "viewer/cli/render/phase_film.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/reformed_line.h"
@@ -23,6 +24,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tessera {
@@ -66,17 +68,26 @@ void checkFilmOptions(const RenderArguments& a) {
         checkTurnOptions(a);
         return;
     }
-    for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
-                                       {a.framesPerSecond > 0, "--fps"},
-                                       {a.speed > 0, "--speed"},
-                                       {a.seconds > 0, "--seconds"}})
+    for (const auto& [said, option] :
+         {std::pair{!a.frames.empty(), "--frames"}, {a.framesPerSecond > 0, "--fps"}})
+        if (said && !film && !a.input.allPhases)
+            throw badFile(option, "--path, --turn or --phase all with it: it is for films", "none");
+    for (const auto& [said, option] : {std::pair{a.speed > 0, "--speed"}, {a.seconds > 0, "--seconds"}})
         if (said && !film)
             throw badFile(option, "--path or --turn with it: it is for films", "none");
     const std::string onePicture = a.pathPicture();
+    if (!onePicture.empty() && a.input.allPhases)
+        throw badFile("--phase", "one phase with " + onePicture + ", which is one picture", "all");
     if (!onePicture.empty() && !film)
         throw badFile(onePicture, "--path with it, which has the line", "none");
     if (a.mayLeak && !a.unfold)
         throw badFile("--may-leak", "--unfold with it", "none");
+    if (a.input.allPhases)
+        for (const auto& [said, option] : {std::pair{!a.first.empty(), "--first"},
+                                           {a.keys.says("annotations.scaleBar"), "--scale-bar"},
+                                           {a.explain, "--explain"}})
+            if (said)
+                throw badFile(option, std::string("no ") + option + " beside --phase all", option);
     if (!film)
         return;
     for (const auto& [said, option] : {std::pair{!a.frames.empty(), "--frames"},
@@ -141,16 +152,41 @@ Path turnOf(const RenderTask& task) {
     return turntable(camera, *a.turn, frames, framesPerSecond);
 }
 
-void renderFilm(const RenderTask& task) {
+namespace {
+
+/// A still camera, a frame each phase.
+Path phasesPath(const RenderTask& task) {
+    const RenderArguments& a = task.arguments;
+    return stillPath(std::get<Camera>(task.scene.camera), task.phases->stores.size(),
+                     a.framesPerSecond > 0 ? a.framesPerSecond : Path().framesPerSecond);
+}
+
+} // namespace
+
+void renderFilm(const RenderTask& given) {
+    RenderTask task = given;
+    FilmJob job;
+    if (task.phases) {
+        SharedByPhases shared = sharedByPhases(task);
+        task.scene = std::move(shared.scene);
+        for (std::size_t n = 0; n < shared.hashes.size(); ++n)
+            job.phases.push_back({task.phases->labels[n], shared.hashes[n], task.phases->stores[n]});
+        job.open = task.open;
+    }
     const RenderArguments& arguments = task.arguments;
     const Scene& scene = task.scene;
     const auto presets = [&](const std::string& preset) {
         const Statistics statistics = loadStatistics(task.store, task.ram, task.options.threads);
         return presetFunction(preset, summarise(statistics, task.store.info(), scene.volumes.front().unit));
     };
-    const bool turns = arguments.turn.has_value();
-    const Film film(turns ? turnOf(task) : pathOf(task), scene, presets, turns ? "--turn" : arguments.path);
-    FilmJob job;
+    const bool turns = arguments.turn.has_value(), moves = !arguments.path.empty();
+    const Film film(turns   ? turnOf(task)
+                    : moves ? pathOf(task)
+                            : phasesPath(task),
+                    scene, presets,
+                    turns   ? "--turn"
+                    : moves ? arguments.path
+                            : "--phase all");
     job.film = &film;
     job.scene = scene;
     job.range = arguments.frames.empty() || turns ? FrameRange{0, film.frames() - 1}
@@ -181,21 +217,23 @@ void renderFilm(const RenderTask& task) {
     if (report.blank > 0 && report.blank == report.drawn)
         task.common.problem("all frames are blank: the path's cameras see nothing that is shown");
     if (arguments.json) {
-        const nlohmann::json out = {{"output", arguments.out},
-                                    {"frames", report.frames},
-                                    {"first", job.range.first},
-                                    {"drawn", report.drawn},
-                                    {"there", report.there},
-                                    {"byOthers", report.byOthers},
-                                    {"withBricksOfTheOneBefore", report.goneOn},
-                                    {"blank", report.blank},
-                                    {"framesPerSecond", film.path().framesPerSecond},
-                                    {"seconds",
-                                     {{"all", report.seconds},
-                                      {"preparing", report.preparing},
-                                      {"loading", report.loading},
-                                      {"drawing", report.drawing},
-                                      {"ofFrames", report.frameSeconds}}}};
+        nlohmann::json out = {{"output", arguments.out},
+                              {"frames", report.frames},
+                              {"first", job.range.first},
+                              {"drawn", report.drawn},
+                              {"there", report.there},
+                              {"byOthers", report.byOthers},
+                              {"withBricksOfTheOneBefore", report.goneOn},
+                              {"blank", report.blank},
+                              {"framesPerSecond", film.path().framesPerSecond},
+                              {"seconds",
+                               {{"all", report.seconds},
+                                {"preparing", report.preparing},
+                                {"loading", report.loading},
+                                {"drawing", report.drawing},
+                                {"ofFrames", report.frameSeconds}}}};
+        if (!job.phases.empty())
+            out["phases"] = job.phases.size();
         printReport(out);
     }
     finishStandardOutput();

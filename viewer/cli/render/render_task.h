@@ -5,11 +5,14 @@
 #include "core/base/budget.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
+#include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/options/options.h"
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -35,6 +38,9 @@ struct RenderTask {
     std::string request = {};               // requestOf() (asked_options.h)
     std::vector<SourceChoice> sources = {}; // of each volume, where it was source files
     TakePicture take = {};                  // of one picture; none: its file is written
+    /// Of a film over phases: their stores, of which `store` is the first; and what opens one.
+    const PhaseStores* phases = nullptr;
+    std::function<std::unique_ptr<StoreReader>(const std::filesystem::path&)> open = {};
 };
 
 } // namespace tessera

@@ -15,6 +15,7 @@
 #include "viewer/cli/input/label_input.h"
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/render/along_path.h"
@@ -179,7 +180,15 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     if (const SourceChoice& chosen = arguments.input; chosen != SourceChoice{})
         sources.front() = chosen;
-    volume.path = storeFor(volume, arguments.input, ram, common);
+    PhaseStores phases;
+    if (arguments.input.allPhases) {
+        if (scene.volumes.size() > 1 || !volume.labels.path.empty())
+            throw badFile("--phase all", "a scene of one volume without labels", "more");
+        phases = storesOfPhases(volume, arguments.input, ram, common);
+        volume.path = phases.stores.front();
+    } else {
+        volume.path = storeFor(volume, arguments.input, ram, common);
+    }
     volume.source = {};
     requireFloor(volume.path, scene, together, engine, arguments.threads, ram);
     // Kept samples would outlive the damage.
@@ -224,8 +233,13 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     options.group = group;
     options.checking = options.verify != Verify::none;
     options.layers = {layers.ofPaths(), layers.error};
-    const RenderTask task{arguments, common,  std::move(scene), store,   stores,  ram,
-                          gpu,       options, layers,           request, sources, take};
+    const auto open = [&, moved = volume.transform](const fs::path& path) {
+        return openForPictures(path, ram, moved, damage);
+    };
+    RenderTask task{arguments, common,  std::move(scene), store,   stores,  ram,
+                    gpu,       options, layers,           request, sources, take};
+    task.phases = arguments.input.allPhases ? &phases : nullptr;
+    task.open = open;
     if (draw)
         draw(task);
     else if (arguments.unfold)

@@ -62,7 +62,7 @@ struct RenderArguments {
     std::string pathPicture() const {
         return unfold ? "--unfold" : straighten ? "--straighten" : curved ? "--curved" : "";
     }
-    bool isFilm() const { return (!path.empty() && pathPicture().empty()) || turn; }
+    bool isFilm() const { return (!path.empty() && pathPicture().empty()) || turn || input.allPhases; }
 };
 
 /// Applies the options to the scene. Notes settings of a foreign preset that no scene has. Throws InputError

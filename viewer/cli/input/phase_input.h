@@ -1,0 +1,27 @@
+// viewer/cli/input/phase_input.h: the phases of a volume: images of the same place at several times, each a
+// store of its own.
+#pragma once
+
+#include "core/base/budget.h"
+#include "core/scene/scene.h"
+#include "viewer/cli/input/volume_input.h"
+#include "viewer/cli/options/options.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tessera {
+
+struct PhaseStores {
+    std::vector<std::string> labels;           // "phase 40 %", "time 2"
+    std::vector<std::filesystem::path> stores; // as many, in the order of --phase
+};
+
+/// The stores of all phases of a volume's source files, imported now where the cache has none (storeFor()).
+/// Throws InputError naming the path for a store, for files without phases, and where several series have
+/// some and none is chosen; as storeFor() does for a phase that cannot be imported.
+PhaseStores storesOfPhases(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,
+                           const CommonOptions& common);
+
+} // namespace tessera
