@@ -95,9 +95,6 @@ TEST_F(Manifest, AScaleBarIsDrawnAndToldOf) {
             run("render s.zarr -q --preset auto --size 64x64 --engine mirror --json --scale-bar -o c.png")
                 .out)["scaleBar"]["at"],
         "centre");
-    expectRefused("render s.zarr -o film --turn 90 --frames 2 --scale-bar", {"--scale-bar", "--turn"});
-    write("path.json", "{}");
-    expectRefused("render s.zarr -o film --path path.json --scale-bar", {"--scale-bar", "--path"});
 }
 
 TEST_F(Manifest, AViewByAngles) {

@@ -32,6 +32,7 @@ const std::string kGl = "^(libGL|libOpenGL|libEGL|libgbm|libLLVM|libglapi|libgal
 const std::string kPictures = "^(tessera_pictures|libOpenImageIO|libopencv|libOpenEXR|libpng|libtiff)";
 const std::string kImporters = "^(tessera_importers|libdcm|liboflog|libopenjp2|libcharls|libvtk|libgdcm)";
 const std::string kSlices = "^(tessera_slices|libOpenImageIO)";
+const std::string kFigures = "^(tessera_annotations|libcairo|libpango|libfontconfig)";
 constexpr double kMostMiB = 40; // resident, to say how it is used
 
 struct Outcome {
@@ -110,7 +111,7 @@ TEST_F(Start, APictureByTheCpuLoadsNothingOfGlAndOfImporters) {
         const Outcome drew =
             run("render s.zarr --engine " + engine + " --size 16x16 -o " + engine + ".png -q");
         EXPECT_TRUE(fs::exists(folder_ / (engine + ".png")));
-        for (const std::string& kind : {kGl, kImporters})
+        for (const std::string& kind : {kGl, kImporters, kFigures})
             EXPECT_THAT(drew.loaded, Each(Not(ContainsRegex(kind)))) << engine;
         EXPECT_LE(drew.loaded.size(), 48u) << engine;
         // The names above still mean something.
