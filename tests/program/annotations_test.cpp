@@ -53,8 +53,8 @@ TEST_F(AnnotationsOfPictures, AreInEveryKindOfFile) {
     for (const char* channel : {"annotations.A", "annotations.R"})
         EXPECT_THAT(readAll(folder_ / "a.exr"), HasSubstr(std::string(channel) + '\0'));
     EXPECT_THAT(readAll(folder_ / "a.svg"), HasSubstr(">Sphere</text>"));
-    EXPECT_THAT(readAll(folder_ / "a.svg"), HasSubstr("measured error: not measured"));
-    EXPECT_THAT(readAll(folder_ / "a.pdf"), HasSubstr("/MediaBox [ 0 0 115.199997 86.400002 ]"));
+    EXPECT_THAT(readAll(folder_ / "a.svg"), HasSubstr("measured error: not<"));
+    EXPECT_THAT(readAll(folder_ / "a.pdf"), HasSubstr("/MediaBox [ 0 0 115.2 86.4 ]"));
     EXPECT_THAT(readAll(folder_ / "a.png"), HasSubstr(std::string("pHYs\0\0\x17\x12\0\0\x17\x12\x01", 13)))
         << "5906 pixels a metre";
     EXPECT_THAT(readAll(folder_ / "plain.exr"), Not(HasSubstr("annotations.")));

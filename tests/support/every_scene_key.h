@@ -82,8 +82,11 @@ class KeyFiller {
             return schema["enum"].back() != preset ? schema["enum"].back() : schema["enum"].front();
         if (type == "boolean")
             return preset != true;
-        if (type == "integer")
-            return wholeIn(schema.value("minimum", 0), schema.value("maximum", kFar));
+        if (type == "integer") {
+            const int lowest = schema.value("minimum", 0), highest = schema.value("maximum", kFar);
+            const int value = wholeIn(lowest, highest);
+            return value != preset ? value : wholeIn(lowest, highest);
+        }
         if (type == "number")
             return std::max(schema.value("minimum", 0.0), 0.0) + ++count_ / 1024.0;
         if (type == "array")

@@ -21,11 +21,18 @@ LaidArea rectangle(const glm::dvec2& from, const glm::dvec2& to, const glm::vec3
     return area;
 }
 
-/// A rectangle with an edge that sets it off from any picture.
+double edgeOf(const PartLayout& in) {
+    return std::round(in.edge) + std::max(1.0, std::round(in.stroke / 2));
+}
+
+/// A rectangle's line, and an edge around it that sets it off from any picture. Both lie in as much as
+/// edgeOf().
 void frame(LaidBlock& block, const PartLayout& in, const glm::dvec2& from, const glm::dvec2& to) {
-    const double edge = std::round(in.edge);
-    block.shapes.emplace_back(
-        rectangle(from - edge, to + edge, glm::vec3(in.ink == Ink::light ? 0.0f : 1.0f)));
+    const double line = std::max(1.0, std::round(in.stroke / 2)), edge = edgeOf(in);
+    const glm::vec3 light(1), dark(0);
+    const bool isLight = in.ink == Ink::light;
+    block.shapes.emplace_back(rectangle(from - edge, to + edge, isLight ? dark : light));
+    block.shapes.emplace_back(rectangle(from - line, to + line, isLight ? light : dark));
 }
 
 /// Words at the ends and, where there is room, in the middle of a bar. Adds their height to the block.
@@ -50,7 +57,7 @@ std::string titleOf(const LegendBar& bar) {
 
 LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
     constexpr double kWidth = 14, kHeight = 0.8, kMostOfWidth = 0.45; // letters; of the part
-    const double edge = std::round(in.edge);
+    const double edge = edgeOf(in);
     double ends = in.gap; // of the values there
     for (const double part : {0.0, 1.0})
         ends += PartLayout::boxOf(in.line(bar.textAt(part))).x;
@@ -95,7 +102,7 @@ void layLabelLegend(PartLayout& in) {
     constexpr double kMostOfWidth = 0.6, kMostLetters = 16, kSquare = 0.8; // of the part; of a name; letters
     if (!in.part.annotations.labelLegend)
         return;
-    const double square = std::round(kSquare * in.em), edge = std::round(in.edge);
+    const double square = std::round(kSquare * in.em), edge = edgeOf(in);
     const double most = std::min(kMostLetters * in.em, kMostOfWidth * in.width() - square - 2 * in.edge);
     const auto rowOf = [&](const std::string& name, const glm::vec3* colour) {
         LaidBlock row;

@@ -180,7 +180,7 @@ TEST(FigureLayout, LegendsHaveTheFunctionsColours) {
     values.lowest = -1000, values.highest = 2000;
     part.legend = colourLegend(scene, std::vector<LegendVolume>{{values, "HU"}});
     const FigureLayout layout = layOut(figure, evenLetters);
-    const auto& whole = std::get<LaidArea>(layout.shapes.at(1));
+    const auto& whole = std::get<LaidArea>(layout.shapes.at(2));
     const double left = whole.corners[0].x, right = whole.corners[1].x;
     const auto valueWords = [&](const std::string& text) {
         return *std::find_if(layout.words.begin(), layout.words.end(),
