@@ -51,7 +51,7 @@ std::size_t lightRamBytes(const Lighting& lighting, const VolumeInfo& info, cons
                ? 0
                : mapBytesOf(lighting, quality, true) + sweepBytesOf(lighting, quality) +
                      (meshes ? mapBytesOf(lighting, quality, false) : 0) +
-                     VoxelLight::bytes(info, lighting, threads, amongOthers);
+                     VoxelLight::bytes(info, lighting, threads, amongOthers, meshes);
 }
 
 std::size_t lightOfMeshesBytes(const Lighting& lighting, const VolumeInfo& info,

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -16,14 +17,21 @@ int roundedUp(int n, int to) {
     return (n + to - 1) / to * to;
 }
 
+/// Layers of a chunk's samples, and what a step reads beside the last.
+std::size_t ownSamples(const glm::ivec3& size) {
+    return cellCount({size.x, size.y, kChunkExtent + 2});
+}
+
 } // namespace
 
-OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits, bool surfaces)
+OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits, bool surfaces, bool meshes)
     : reach(glm::max(reach, glm::ivec3(OcclusionRoom::kAround))), size(kChunkExtent + 2 * this->reach) {
     size.x = roundedUp(size.x + 1, OcclusionRoom::kRun); // a step reads a sample further
     const std::size_t samples = cellCount(size + glm::ivec3(0, 1, 1));
     extinction.resize(samples);
-    opacity.resize(samples);
+    const std::size_t own = meshes ? ownSamples(size) : 0;
+    opacity.resize(samples + own);
+    ofMeshes.resize(meshes ? samples : 0);
     rowShows.resize(samples / static_cast<std::size_t>(size.x));
     rowIsSet.resize(rowShows.size());
     constexpr int kEdge = kChunkExtent + 2 * OcclusionRoom::kAround;
@@ -31,7 +39,7 @@ OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits, bool surfaces)
     high.resize(low.size());
     light.resize(cellCount(glm::ivec3(kChunkExtent)));
     for (std::size_t c = 0; c < 3 && emits; ++c) {
-        emission[c].resize(samples);
+        emission[c].resize(samples + own);
         shine[c].resize(light.size());
     }
     if (surfaces)
@@ -39,14 +47,15 @@ OcclusionRoom::OcclusionRoom(const glm::ivec3& reach, bool emits, bool surfaces)
             of->resize(light.size());
 }
 
-std::size_t OcclusionRoom::bytes(const glm::ivec3& reach, bool emits, bool surfaces) {
+std::size_t OcclusionRoom::bytes(const glm::ivec3& reach, bool emits, bool surfaces, bool meshes) {
     glm::ivec3 size = kChunkExtent + 2 * glm::max(reach, glm::ivec3(OcclusionRoom::kAround));
     size.x = roundedUp(size.x + 1, OcclusionRoom::kRun);
     constexpr int kEdge = kChunkExtent + 2 * OcclusionRoom::kAround;
     const std::size_t colours = emits ? 3 : 0;
-    return sizeof(float) * ((2 + colours) * cellCount(size + glm::ivec3(0, 1, 1)) +
+    return sizeof(float) * ((2 + colours + (meshes ? 1 : 0)) * cellCount(size + glm::ivec3(0, 1, 1)) +
                             (1 + colours + (surfaces ? 5 : 0)) * cellCount(glm::ivec3(kChunkExtent)) +
-                            std::size_t{2} * kEdge * kEdge * OcclusionRoom::kRunsPerRow);
+                            std::size_t{2} * kEdge * kEdge * OcclusionRoom::kRunsPerRow +
+                            (meshes ? (1 + colours) * ownSamples(size) : 0));
 }
 
 Occluder::Occluder(const VolumeInfo& info, const Statistics& statistics,
@@ -131,6 +140,30 @@ void Occluder::findNormals(OcclusionRoom& room) const {
         }
 }
 
+namespace {
+
+/// Extinctions of a row of samples, with those of meshes: in the place of its opacities.
+const float* withMeshes(OcclusionRoom& room, std::size_t row) {
+    const float* const extinction = room.extinction.data() + row;
+    if (room.ofMeshes.empty())
+        return extinction;
+    float* const all = room.opacity.data() + row;
+    std::transform(extinction, extinction + room.size.x, room.ofMeshes.data() + row, all, std::plus<>());
+    return all;
+}
+
+/// Of the chunk's samples, where rays begin: without meshes, behind those of all samples.
+void setOwnOpacities(OcclusionRoom& room, const native::PacketTarget& target, float stepMm) {
+    for (int z = room.reach.z; z < room.reach.z + kChunkExtent; ++z)
+        for (int y = room.reach.y; y < room.reach.y + kChunkExtent; ++y) {
+            const std::size_t row = linearIndex({0, y, z}, room.size);
+            target.opacities(room.extinction.data() + row, room.size.x, stepMm,
+                             room.opacity.data() + row + room.toOwn());
+        }
+}
+
+} // namespace
+
 void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
     const OcclusionRays& rays = rays_[static_cast<std::size_t>(chunk.level)];
     TESSERA_CHECK(!rays.rays.empty() && glm::all(glm::lessThanEqual(rays.reach, room.reach)));
@@ -166,7 +199,10 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
                 whole[ray.axis] = static_cast<int>(std::lround(at[ray.axis]));
                 const auto fa = static_cast<float>(at[a] - whole[a]),
                            fb = static_cast<float>(at[b] - whole[b]);
-                steps.push_back({whole.x * pitch[0] + whole.y * pitch[1] + whole.z * pitch[2],
+                const std::int32_t own = ray.skipped + n == 0 && !room.ofMeshes.empty()
+                                             ? static_cast<std::int32_t>(room.toOwn())
+                                             : 0;
+                steps.push_back({own + whole.x * pitch[0] + whole.y * pitch[1] + whole.z * pitch[2],
                                  {(1 - fa) * (1 - fb), fa * (1 - fb), (1 - fa) * fb, fa * fb}});
             }
         const native::OcclusionStep* next = steps.data();
@@ -182,15 +218,17 @@ void Occluder::occlude(const ChunkKey& chunk, OcclusionRoom& room) const {
                              {to.x, to.y, to.z}});
             next += ray.steps + 1;
         }
+        const auto stepMm = static_cast<float>(rays.rays[first].stepMm);
         for (std::size_t row = 0; row < room.rowShows.size(); ++row) {
             const std::size_t at = row * static_cast<std::size_t>(room.size.x);
             if (room.rowShows[row] != 0)
-                target_.opacities(room.extinction.data() + at, room.size.x,
-                                  static_cast<float>(rays.rays[first].stepMm), room.opacity.data() + at);
+                target_.opacities(withMeshes(room, at), room.size.x, stepMm, room.opacity.data() + at);
             else if (room.rowIsSet[row] != 0)
                 std::fill_n(room.opacity.begin() + static_cast<std::ptrdiff_t>(at), room.size.x, 0.0f);
             room.rowIsSet[row] = room.rowShows[row];
         }
+        if (!room.ofMeshes.empty())
+            setOwnOpacities(room, target_, stepMm);
         const auto count = static_cast<int>(paths.size());
         for (const OcclusionRoom::Run& run : room.runs) {
             const float* const opacity = room.opacity.data() + run.from;

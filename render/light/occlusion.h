@@ -38,12 +38,19 @@ class OcclusionRoom {
     /// For rays with this reach.
     /// @param emits  tissue may emit light
     /// @param surfaces  rays are weighted by surfaces
-    explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false, bool surfaces = false);
-    static std::size_t bytes(const glm::ivec3& reach, bool emits = false, bool surfaces = false);
+    /// @param meshes  take light, too
+    explicit OcclusionRoom(const glm::ivec3& reach, bool emits = false, bool surfaces = false,
+                           bool meshes = false);
+    static std::size_t bytes(const glm::ivec3& reach, bool emits = false, bool surfaces = false,
+                             bool meshes = false);
 
     glm::ivec3 reach, size; // samples before the chunk; all
     std::vector<float> extinction, opacity;
-    /// For every row along x: true if it has extinction; true if opacity is filled there.
+    std::vector<float> ofMeshes; // their extinction, in the same layout, if they take light
+    /// If they do, opacity and emission have the chunk's layers once more, without meshes: so far behind
+    /// each.
+    std::size_t toOwn() const { return extinction.size() - cellCount({size.x, size.y, reach.z}); }
+    /// For every row along x: true if it has extinction of any kind; true if opacity is filled there.
     std::vector<std::uint8_t> rowShows, rowIsSet;
     /// Level 0: range of stored values along every run of samples and two more at either end.
     std::vector<float> low, high;
@@ -144,6 +151,8 @@ class Occluder {
     const native::PacketTarget& target() const { return target_; }
     /// True if emitted light is gathered too.
     bool gathersEmission() const { return strength_ > 0; }
+    /// True if meshes take light.
+    bool meetsMeshes() const { return meshes_ != nullptr; }
     /// True if rays are weighted by surfaces.
     bool seesSurfaces() const { return surfaces_; }
 
@@ -176,9 +185,7 @@ class Occluder {
     SharedSamples ownExtinctions(const ChunkKey& key, BrickCache& cache) const;
     void add(const Other& other, const ChunkKey& key, float* extinction) const;
     bool othersLetThrough(const ChunkKey& chunk) const;
-    bool meshesLetThrough(const ChunkKey& chunk) const;
-    void addMeshes(const ChunkKey& key, float* extinction) const;
-    void othersChanged();
+    void readMeshes(const ChunkKey& chunk, OcclusionRoom& room) const;
     template <typename Stored>
     void fillExtinctions(const ChunkKey& key, const Chunk& chunk, ChunkExtinctions::Samples& out) const;
     template <typename Stored>
@@ -217,7 +224,7 @@ class Occluder {
     std::vector<Other> others_;
     const MeshBits* meshes_ = nullptr;
     int meshLevel_ = 0;
-    std::unique_ptr<ChunkExtinctions> withOthers_; // none: there are neither other volumes nor meshes
+    std::unique_ptr<ChunkExtinctions> withOthers_; // none: there are no other volumes
 };
 
 } // namespace tessera

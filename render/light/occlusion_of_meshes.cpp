@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 
 namespace tessera {
@@ -29,14 +31,7 @@ template <typename Visit> void forEachSet(const MeshBits& bits, const glm::ivec3
     }
 }
 
-/// Bricks of bits, whose level is another, that a chunk's samples lie in: from, and one past the last.
-void bricksOf(const MeshBits& bits, const ChunkKey& chunk, int level, glm::ivec3& from, glm::ivec3& to) {
-    const glm::ivec3 at(chunk.i, chunk.j, chunk.k);
-    const int up = chunk.level - level;
-    from = up >= 0 ? at << up : at >> -up;
-    to = glm::min(up >= 0 ? (at + 1) << up : from + 1, bits.grid().bricks());
-}
-
+/// Of places from one to before another.
 template <typename Visit>
 void forEachBrick(const glm::ivec3& from, const glm::ivec3& to, const Visit& visit) {
     for (int z = from.z; z < to.z; ++z)
@@ -44,6 +39,38 @@ void forEachBrick(const glm::ivec3& from, const glm::ivec3& to, const Visit& vis
             for (int x = from.x; x < to.x; ++x)
                 visit(glm::ivec3(x, y, z));
 }
+
+/// How thick a surface in a voxel is across it: the distance of the lattice's layers along the axis that it
+/// is steepest to, where fewest voxels around are set.
+class Thickness {
+  public:
+    explicit Thickness(const MeshBits& bits) : bits_(bits) {
+        const glm::dmat3 voxels = glm::transpose(glm::dmat3(bits.grid().fromPatient));
+        for (int axis = 0; axis < 3; ++axis)
+            mm_[axis] = static_cast<float>(1 / glm::length(voxels[axis]));
+        const auto [least, most] = std::minmax({mm_.x, mm_.y, mm_.z});
+        even_ = most < least * 1.01f;
+    }
+    float of(const glm::ivec3& voxel) const {
+        if (even_)
+            return static_cast<float>(bits_.grid().edgeMm);
+        glm::ivec3 set(0); // voxels around, by axes along which they lie aside
+        forEachBrick(glm::ivec3(-1), glm::ivec3(2), [&](const glm::ivec3& aside) {
+            if (bits_.isSet(voxel + aside) || bits_.alphaOf(voxel + aside) != 0)
+                set += glm::abs(aside);
+        });
+        int across = 0;
+        for (int axis = 1; axis < 3; ++axis)
+            if (set[axis] < set[across])
+                across = axis;
+        return mm_[across];
+    }
+
+  private:
+    const MeshBits& bits_;
+    glm::vec3 mm_{0};
+    bool even_ = true;
+};
 
 } // namespace
 
@@ -64,38 +91,43 @@ MeshLattice meshLattice(const VolumeInfo& info, const Occlusion& occlusion,
     return lattice;
 }
 
-bool Occluder::meshesLetThrough(const ChunkKey& chunk) const {
-    if (!meshes_)
-        return true;
-    glm::ivec3 from(0), to(0);
-    bricksOf(*meshes_, chunk, meshLevel_, from, to);
-    bool empty = true;
-    forEachBrick(from, to, [&](const glm::ivec3& brick) {
-        empty = empty && !meshes_->brickBits(brick) && !meshes_->brickAlphas(brick);
-    });
-    return empty;
+void Occluder::setMeshes(const MeshBits* bits, int level) {
+    meshes_ = bits;
+    meshLevel_ = level;
 }
 
 /// The mean extinction of the bits that a sample stands for; of a finer level that of the bit around it.
-void Occluder::addMeshes(const ChunkKey& key, float* extinction) const {
-    glm::ivec3 from(0), to(0);
-    bricksOf(*meshes_, key, meshLevel_, from, to);
-    const int up = key.level - meshLevel_;
-    const auto perMm = static_cast<float>(std::ldexp(1 / meshes_->grid().edgeMm, -3 * std::max(up, 0)));
-    const glm::ivec3 first = glm::ivec3(key.i, key.j, key.k) * kChunkExtent, edge(kChunkExtent);
-    forEachBrick(from, to, [&](const glm::ivec3& brick) {
-        forEachSet(*meshes_, brick, [&](const glm::ivec3& voxel, float thickness) {
-            if (up >= 0) {
-                extinction[linearIndex((voxel >> up) - first, edge)] += perMm * thickness;
+void Occluder::readMeshes(const ChunkKey& chunk, OcclusionRoom& room) const {
+    const int up = chunk.level - meshLevel_, down = std::max(-up, 0);
+    const Thickness thicknessMm(*meshes_);
+    const glm::ivec3 first = glm::ivec3(chunk.i, chunk.j, chunk.k) * kChunkExtent - room.reach,
+                     low = glm::max(first, glm::ivec3(0)),
+                     high = glm::min(first + 2 * room.reach + kChunkExtent,
+                                     levelExtent(info_.extentVoxels, chunk.level));
+    const auto add = [&](const glm::ivec3& sample, float extinction) {
+        const glm::ivec3 at = sample - first;
+        room.ofMeshes[linearIndex(at, room.size)] += extinction;
+        room.rowShows[static_cast<std::size_t>(at.z * room.size.y + at.y)] = 1;
+    };
+    const glm::ivec3 from = up >= 0 ? low << up : low >> down,
+                     last = up >= 0 ? (high << up) - 1 : (high - 1) >> down;
+    const glm::ivec3 end = glm::min(last / MeshBits::kBrick + 1, meshes_->grid().bricks());
+    forEachBrick(from / MeshBits::kBrick, end, [&](const glm::ivec3& brick) {
+        forEachSet(*meshes_, brick, [&](const glm::ivec3& voxel, float depth) {
+            if (glm::any(glm::lessThan(voxel, from)) || glm::any(glm::greaterThan(voxel, last)))
                 return;
-            }
-            const glm::ivec3 low = glm::max((voxel << -up) - first, glm::ivec3(0)),
-                             high = glm::min(((voxel + 1) << -up) - first, edge);
-            forEachBrick(low, high, [&](const glm::ivec3& sample) {
-                extinction[linearIndex(sample, edge)] += perMm * thickness;
-            });
+            const float extinction = depth / thicknessMm.of(voxel);
+            if (up >= 0)
+                return add(voxel >> up, std::ldexp(extinction, -3 * up));
+            forEachBrick(glm::max(voxel << down, low), glm::min((voxel + 1) << down, high),
+                         [&](const glm::ivec3& sample) { add(sample, extinction); });
         });
     });
+    const auto layer = static_cast<std::ptrdiff_t>(cellCount({room.size.x, room.size.y, 1}));
+    for (std::vector<float>& sent : room.emission)
+        if (!sent.empty())
+            std::copy_n(sent.begin() + room.reach.z * layer, kChunkExtent * layer,
+                        sent.begin() + static_cast<std::ptrdiff_t>(room.extinction.size()));
 }
 
 } // namespace tessera

@@ -77,17 +77,7 @@ class ExtinctionField {
 
 void Occluder::setOthers(std::vector<Other> others) {
     others_ = std::move(others);
-    othersChanged();
-}
-
-void Occluder::setMeshes(const MeshBits* bits, int level) {
-    meshes_ = bits;
-    meshLevel_ = level;
-    othersChanged();
-}
-
-void Occluder::othersChanged() {
-    withOthers_ = others_.empty() && !meshes_ ? nullptr : std::make_unique<ChunkExtinctions>();
+    withOthers_ = others_.empty() ? nullptr : std::make_unique<ChunkExtinctions>();
 }
 
 /// Adds the extinction of another volume at the samples of a chunk.
@@ -123,35 +113,32 @@ bool Occluder::othersLetThrough(const ChunkKey& chunk) const {
     const double pitch = std::ldexp(1.0, chunk.level);
     const glm::dvec3 low = pitch * (glm::dvec3(chunk.i, chunk.j, chunk.k) * double{kChunkExtent} - 1.0),
                      size = glm::dvec3(pitch * (kChunkExtent + 2));
-    return meshesLetThrough(chunk) && std::all_of(others_.begin(), others_.end(), [&](const Other& other) {
-               const Occluder& tissue = *other.tissue;
-               const glm::dmat4 there = toOther(info_, tissue.info_);
-               glm::dvec3 least(std::numeric_limits<double>::max()),
-                   most(std::numeric_limits<double>::lowest());
-               for (int corner = 0; corner < 8; ++corner) {
-                   const glm::dvec3 at(
-                       there *
-                       glm::dvec4(low + size * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2), 1));
-                   least = glm::min(least, at);
-                   most = glm::max(most, at);
-               }
-               // A sample of the level that is read there reaches a sample further.
-               const int level = levelLike(info_, chunk.level, tissue.info_);
-               const glm::dvec3 reach(std::ldexp(1.0, level));
-               const glm::dvec3 extent(tissue.info_.extentVoxels);
-               const glm::ivec3 from = glm::ivec3(glm::clamp(least - reach, glm::dvec3(0), extent)) /
-                                       kBrickExtent,
-                                to = glm::ivec3(glm::clamp(most + reach, glm::dvec3(0), extent - 1.0)) /
-                                     kBrickExtent;
-               Range range;
-               for (int z = from.z; z <= to.z; ++z)
-                   for (int y = from.y; y <= to.y; ++y)
-                       for (int x = from.x; x <= to.x; ++x) {
-                           const Range one = tissue.rangeOf({0, x, y, z});
-                           range.add(one.low, one.high, one.shows);
-                       }
-               return range.low > range.high || tissue.letsAllThrough(range);
-           });
+    return std::all_of(others_.begin(), others_.end(), [&](const Other& other) {
+        const Occluder& tissue = *other.tissue;
+        const glm::dmat4 there = toOther(info_, tissue.info_);
+        glm::dvec3 least(std::numeric_limits<double>::max()), most(std::numeric_limits<double>::lowest());
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 at(
+                there * glm::dvec4(low + size * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2), 1));
+            least = glm::min(least, at);
+            most = glm::max(most, at);
+        }
+        // A sample of the level that is read there reaches a sample further.
+        const int level = levelLike(info_, chunk.level, tissue.info_);
+        const glm::dvec3 reach(std::ldexp(1.0, level));
+        const glm::dvec3 extent(tissue.info_.extentVoxels);
+        const glm::ivec3 from = glm::ivec3(glm::clamp(least - reach, glm::dvec3(0), extent)) / kBrickExtent,
+                         to =
+                             glm::ivec3(glm::clamp(most + reach, glm::dvec3(0), extent - 1.0)) / kBrickExtent;
+        Range range;
+        for (int z = from.z; z <= to.z; ++z)
+            for (int y = from.y; y <= to.y; ++y)
+                for (int x = from.x; x <= to.x; ++x) {
+                    const Range one = tissue.rangeOf({0, x, y, z});
+                    range.add(one.low, one.high, one.shows);
+                }
+        return range.low > range.high || tissue.letsAllThrough(range);
+    });
 }
 
 Occluder::SharedSamples Occluder::extinctionsOf(const ChunkKey& key, BrickCache& cache) const {
@@ -164,8 +151,6 @@ Occluder::SharedSamples Occluder::extinctionsOf(const ChunkKey& key, BrickCache&
                 std::copy_n(own->extinction.get(), kChunkSamples, all.get());
         for (const Other& other : others_)
             add(other, key, all.get());
-        if (meshes_)
-            addMeshes(key, all.get());
         out.rowShows.assign(static_cast<std::size_t>(kChunkExtent * kChunkExtent), 0);
         bool any = false;
         for (std::size_t row = 0; row < out.rowShows.size(); ++row) {

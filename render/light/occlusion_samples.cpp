@@ -286,6 +286,8 @@ void Occluder::read(const ChunkKey& chunk, bool occludes, BrickCache& cache, Occ
         if (std::exchange(room.rowShows[row], std::uint8_t{0}) != 0) {
             const auto at = static_cast<std::ptrdiff_t>(row) * room.size.x;
             std::fill_n(room.extinction.begin() + at, room.size.x, 0.0f);
+            if (!room.ofMeshes.empty())
+                std::fill_n(room.ofMeshes.begin() + at, room.size.x, 0.0f);
             for (std::vector<float>& sent : room.emission)
                 if (!sent.empty())
                     std::fill_n(sent.begin() + at, room.size.x, 0.0f);
@@ -334,6 +336,8 @@ void Occluder::read(const ChunkKey& chunk, bool occludes, BrickCache& cache, Occ
                         readRanges<Stored>(first, from, to, *samples, room);
                 });
             }
+    if (occludes && meshes_)
+        readMeshes(chunk, room);
 }
 
 void Occluder::find(const ChunkKey& chunk, std::span<const std::uint8_t> bricks, bool occludes,

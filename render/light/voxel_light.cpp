@@ -83,8 +83,8 @@ LightParts VoxelLight::quickParts() const {
     return parts;
 }
 
-std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads,
-                              bool amongOthers) {
+std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, int threads, bool amongOthers,
+                              bool meshes) {
     const int used = threads > 0 ? threads : defaultThreads();
     glm::ivec3 reach(0);
     const std::optional<Occlusion> rays = alongRays(lighting.occlusion);
@@ -93,7 +93,8 @@ std::size_t VoxelLight::bytes(const VolumeInfo& info, const Lighting& lighting, 
             reach = glm::max(reach, occlusionRays(*rays, info, level).reach);
     return static_cast<std::size_t>(used) *
                OcclusionRoom::bytes(reach, rays && rays->emission > 0,
-                                    rays && rays->directions == OcclusionDirections::hemisphere) +
+                                    rays && rays->directions == OcclusionDirections::hemisphere,
+                                    rays && meshes) +
            (rays ? (amongOthers ? 2 : 1) * ChunkExtinctions::bytes(info, used) : 0) +
            (scatters(lighting) && !scattersByMaps(lighting) ? ScatterLight::bytes(info, lighting, used) : 0) +
            2 * kLeastChunks * kChunkTexels * sizeof(std::uint16_t) *
@@ -181,7 +182,7 @@ void VoxelLight::lightChunks(std::span<const ChunkKey> keys, BrickCache& cache) 
         }
         if (!room)
             room = std::make_unique<OcclusionRoom>(occluder_.mostReach(), occluder_.gathersEmission(),
-                                                   occluder_.seesSurfaces());
+                                                   occluder_.seesSurfaces(), occluder_.meetsMeshes());
         light(keys[n], *chunks[n], cache, *room);
         const std::lock_guard lock(mutex);
         rooms.push_back(std::move(room));

@@ -46,7 +46,9 @@ class VoxelLight {
                const LocalHistograms* histograms = nullptr);
     /// RAM for the threads' working sets, and for chunks.
     /// @param amongOthers  of a picture with several volumes
-    static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads, bool amongOthers);
+    /// @param meshes  take its light
+    static std::size_t bytes(const VolumeInfo& info, const Lighting& lighting, int threads, bool amongOthers,
+                             bool meshes);
 
     /// Channels of a part, and the first of them.
     int channelsOf(std::size_t part) const { return sources_[part] ? sources_[part]->channels() : 0; }

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/ext/matrix_transform.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -208,7 +209,7 @@ TEST(MeshOcclusion, MeshesDarkenTheVolume) {
         const StoredLight texels(light, prepared.p, prepared.budgets.ram);
         const StoredLight::Channel found(texels, 0);
         const glm::ivec3 middle(info.extentVoxels / 2);
-        double most = 0, darkest = 1;
+        double most = 0, near = 0, darkest = 1;
         const int level = prepared.p.layer().selection.finest();
         ASSERT_EQ(level, 0);
         for (int z = middle.z - 10; z < middle.z + 10; ++z) {
@@ -220,14 +221,68 @@ TEST(MeshOcclusion, MeshesDarkenTheVolume) {
                                      : 1;
             const double open = double{found.at(0, i)} / double{leaf::kLightOne};
             darkest = std::min(darkest, open);
-            if (h > 1.5 * info.spacingMm().z)
-                most = std::max(most, std::abs(open - truth));
+            double& off = h > 1.5 * info.spacingMm().z ? most : near;
+            off = std::max(off, std::abs(open - truth));
         }
         EXPECT_LT(most, 0.06) << opacity;
+        EXPECT_LT(near, 0.15) << opacity << ": a sample in the plate's voxels does not darken itself";
         EXPECT_LT(darkest, 1 - 0.3 * opacity);
         EXPECT_LE(std::max(lightOfMeshesBytes(scene.lighting, info, scene.meshes), std::size_t{1}),
                   prepared.p.layer().lightCharge.bytes());
     }
+}
+
+/// The light of a sample behind a large plate along the lattice, at the end of the half of rays that cross it
+/// at one angle: the plate takes the share of a layer of its medium, however thick slices are.
+TEST(MeshOcclusion, SlicesMayBeThick) {
+    for (const glm::dvec3 spacing : {glm::dvec3(1, 1, 1), {1, 1, 4}, {4, 1, 1}, {1, 0.3, 1}})
+        for (int axis = 0; axis < 3; ++axis) {
+            const glm::dmat4 place = glm::scale(glm::dmat4(1), spacing);
+            VolumeInfo info = infoOf("sphere");
+            info.patientFromVoxel = place;
+            Scene scene = ambientScene(info, {16, 16}, 1e-6);
+            scene.lighting.occlusion = Occlusion{
+                .method = OcclusionMethod::positional, .rays = 8, .radiusMm = 16, .bias = 0, .gamma = 1};
+            const glm::dvec3 c = centreOf(info);
+            glm::dvec3 u(0), v(0), n(0);
+            n[axis] = 1, u[(axis + 1) % 3] = 120, v[(axis + 2) % 3] = 120;
+            scene.meshes = {
+                sceneMesh(quadMesh(c + 0.3 * spacing * n - 0.5 * (u + v), u, v), shapeRam(), 0.4)};
+            Prepared prepared("sphere", scene, true, 0, &place);
+            SceneLight light(prepared.p, 2);
+            const StoredLight texels(light, prepared.p, prepared.budgets.ram);
+            glm::ivec3 i(info.extentVoxels / 2);
+            i[axis] += static_cast<int>(std::ceil(1.5 / spacing[axis]));
+            const double open = double{StoredLight::Channel(texels, 0).at(0, i)} / double{leaf::kLightOne};
+            EXPECT_NEAR(open, 0.5 + 0.5 * std::pow(0.6, std::sqrt(3.0)), 0.05)
+                << axis << " of " << spacing.x << " " << spacing.y << " " << spacing.z;
+        }
+}
+
+/// Surfaces by which rays count are those of tissue, as the reference has them: even fog has none.
+TEST(MeshOcclusion, MeshesAreNoSurfacesOfTissue) {
+    const VolumeInfo info = infoOf("sphere");
+    Scene scene = ambientScene(info, {16, 16}, 0.01);
+    scene.lighting.occlusion = Occlusion{.rays = 32, .radiusMm = 8};
+    const glm::dvec3 c = centreOf(info);
+    scene.meshes = {sceneMesh(quadMesh(c - glm::dvec3(9, 9, 0.3), {18, 3, 0}, {0, 18, 5}), shapeRam())};
+    std::vector<std::vector<std::uint16_t>> found;
+    for (const auto directions : {OcclusionDirections::sphere, OcclusionDirections::hemisphere}) {
+        scene.lighting.occlusion->directions = directions;
+        Prepared prepared("sphere", scene);
+        SceneLight light(prepared.p, 2);
+        const StoredLight texels(light, prepared.p, prepared.budgets.ram);
+        const StoredLight::Channel channel(texels, 0);
+        std::vector<std::uint16_t>& of = found.emplace_back();
+        const glm::ivec3 middle(info.extentVoxels / 2);
+        for (int n = 0; n < 1000; ++n)
+            of.push_back(static_cast<std::uint16_t>(
+                channel.at(0, middle + glm::ivec3(n % 10, n / 10 % 10, n / 100) - 5)));
+    }
+    int apart = 0;
+    for (std::size_t n = 0; n < found[0].size(); ++n)
+        apart = std::max(apart, std::abs(int{found[0][n]} - int{found[1][n]}));
+    EXPECT_LE(apart, 2) << "of " << static_cast<int>(leaf::kLightOne);
 }
 
 /// In pictures: native and mirror, mixed with a shadow; hits of the mesh have the occlusion of surfaces

@@ -106,18 +106,18 @@ TEST(SphereDirections, WeighMoreOnOneSide) {
 // What budgets are charged for a thread's work is what its samples take.
 TEST(OcclusionRoom, BytesAreThoseOfItsSamples) {
     for (const glm::ivec3& reach : {glm::ivec3(0), glm::ivec3(3, 5, 4), glm::ivec3(31, 8, 17)})
-        for (const int kind : {0, 1, 2, 3}) {
-            const bool emits = (kind & 1) != 0, surfaces = (kind & 2) != 0;
-            const OcclusionRoom room(reach, emits, surfaces);
-            std::size_t floats = room.extinction.size() + room.opacity.size() + room.low.size() +
-                                 room.high.size() + room.light.size() + room.rest.size() +
+        for (int kind = 0; kind < 8; ++kind) {
+            const bool emits = (kind & 1) != 0, surfaces = (kind & 2) != 0, meshes = (kind & 4) != 0;
+            const OcclusionRoom room(reach, emits, surfaces, meshes);
+            std::size_t floats = room.extinction.size() + room.ofMeshes.size() + room.opacity.size() +
+                                 room.low.size() + room.high.size() + room.light.size() + room.rest.size() +
                                  room.weights.size();
             for (const std::vector<float>& axis : room.normal)
                 floats += axis.size();
             for (int c = 0; c < 3; ++c)
                 floats += room.emission[static_cast<std::size_t>(c)].size() +
                           room.shine[static_cast<std::size_t>(c)].size();
-            EXPECT_EQ(OcclusionRoom::bytes(reach, emits, surfaces), sizeof(float) * floats);
+            EXPECT_EQ(OcclusionRoom::bytes(reach, emits, surfaces, meshes), sizeof(float) * floats);
         }
 }
 
