@@ -56,12 +56,14 @@ MeshShape::MeshShape(TriangleMesh mesh, MemoryBudget& ram, const std::string& wh
     charge_ = ram.charge(mesh_.bytes() + tree_.bytes(), what);
 }
 
-glm::dvec3 MeshShape::normalOf(std::uint32_t place, double u, double v) const {
+glm::dvec3 MeshShape::planeOf(std::uint32_t place) const {
     const glm::uvec3& t = mesh_.triangles[place];
     const glm::dvec3 a(mesh_.points[t.x]), b(mesh_.points[t.y]), c(mesh_.points[t.z]);
-    const glm::dvec3 flat = glm::cross(b - a, c - a);
-    if (mesh_.normals.empty())
-        return flat;
+    return glm::cross(b - a, c - a);
+}
+
+glm::dvec3 MeshShape::normalOf(std::uint32_t place, double u, double v) const {
+    const glm::uvec3& t = mesh_.triangles[place];
     return u * glm::dvec3(mesh_.normals[t.x]) + v * glm::dvec3(mesh_.normals[t.y]) +
            (1 - u - v) * glm::dvec3(mesh_.normals[t.z]);
 }
@@ -104,7 +106,8 @@ bool MeshShape::next(const ShapeRay& ray, const HitOrder& after, double most, co
         return best.t;
     });
     if (found)
-        hit = {best, normalOf(bestPlace, bestU, bestV), nullptr};
+        hit = mesh_.normals.empty() ? ShapeHit{best, planeOf(bestPlace)}
+                                    : ShapeHit{best, normalOf(bestPlace, bestU, bestV), planeOf(bestPlace)};
     return found;
 }
 

@@ -31,6 +31,7 @@ class MeshShape : public Shape {
     }
 
   private:
+    glm::dvec3 planeOf(std::uint32_t place) const;
     glm::dvec3 normalOf(std::uint32_t place, double u, double v) const;
 
     TriangleMesh mesh_; // triangles in the order of the tree

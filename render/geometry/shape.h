@@ -26,6 +26,8 @@ struct HitOrder {
 struct ShapeHit {
     HitOrder at;
     glm::dvec3 normal{0}; // of the surface, patient space, any length, to either side; 0: it has none
+    glm::dvec3 plane{
+        0}; // normal of the triangle, of any length, where the above is between its corners'; else 0
     const glm::dvec3* colour = nullptr; // of the shape's own, which outlives it; linear light; null: none
 };
 

@@ -213,7 +213,7 @@ bool TubeShape::next(const ShapeRay& ray, const HitOrder& after, double most, co
         const HitOrder at{t, piece};
         if (!(after < at && t < most && filter(t)))
             return false;
-        hit = {at, normalAt(ray.origin + t * ray.direction, piece), nullptr};
+        hit = {at, normalAt(ray.origin + t * ray.direction, piece)};
         return true;
     };
     for (std::size_t n = 0; n < spans.size();) {

@@ -5,6 +5,7 @@
 #include "core/base/progress.h"
 #include "core/base/threads.h"
 #include "render/contract/optics.h"
+#include "render/geometry/shape.h"
 
 #include <algorithm>
 #include <atomic>
@@ -88,20 +89,50 @@ std::size_t SurfaceLight::bytesPerPixel(bool sampled, bool meshes) {
            (meshes ? 2 * (sizeof(SurfaceHit) + sizeof(glm::vec3)) : 0);
 }
 
+/// Where a hit lies on its mesh, without the rounding of its place, and the normal of the triangle there.
+/// Found anew, by a ray from a little above; where that meets nothing, as the hit has them.
+SurfaceLight::MeshPlace SurfaceLight::onMesh(const SurfaceHit& hit) const {
+    constexpr double kRounding =
+        0x1p-20; // of a place's numbers, which are floats: 16 halves of their last bit
+    const glm::dvec3 voxel(hit.position), normal(hit.normal);
+    MeshPlace found{glm::dvec3(plan_.info().patientFromVoxel * glm::dvec4(voxel, 1)), normal};
+    const double far = std::max({std::abs(voxel.x), std::abs(voxel.y), std::abs(voxel.z), 1.0}),
+                 pitch = std::max(
+                     {glm::length(toPatient_[0]), glm::length(toPatient_[1]), glm::length(toPatient_[2])}),
+                 above = kRounding * far * pitch;
+    const Shape& shape = *plan_.view.meshes[static_cast<std::size_t>(hit.surface - isosurfaces_ - 1)].shape;
+    const ShapeRay ray{found.place + above * normal, -normal};
+    double nearest = above;
+    HitOrder after{0, 0};
+    for (ShapeHit met; shape.next(ray, after, 2 * above, {}, met); after = met.at) {
+        const glm::dvec3 own = met.plane == glm::dvec3(0) ? met.normal : met.plane;
+        const double length = glm::length(own), off = std::abs(met.at.t - above);
+        if (!(length > 0) || !(off <= nearest))
+            continue;
+        nearest = off;
+        found = {ray.origin + met.at.t * ray.direction, own / (glm::dot(own, normal) < 0 ? -length : length)};
+    }
+    return found;
+}
+
 /// The rays of a point, up to where they meet meshes, clipped to the picture's cuts.
 void SurfaceLight::addWays(const SurfaceHit& hit, std::uint64_t key, Ways& all) const {
     const glm::dvec3 normal(hit.normal), place(hit.position);
     const glm::dvec3 from = place + pitchAlong(plan_, place, toVoxels_ * normal, finestSamples_);
     const bool isMesh = hit.surface > isosurfaces_;
-    const glm::dvec3 start(plan_.info().patientFromVoxel * glm::dvec4(isMesh ? place : from, 1));
+    const MeshPlace start =
+        isMesh && meshes_
+            ? onMesh(hit)
+            : MeshPlace{glm::dvec3(plan_.info().patientFromVoxel * glm::dvec4(from, 1)), normal};
     std::vector<WayPart> parts;
     int number = 0;
     for (const glm::dvec3& direction : hemisphereDirections(normal, occlusion_.rays, key)) {
         double reach = occlusion_.radiusMm;
-        const double cosine = isMesh ? glm::dot(direction, normal) : 0;
-        const double first = meshes_ && isMesh ? meshes_->guardedStart(cosine) : 0;
+        const double cosine = isMesh ? glm::dot(direction, start.normal) : 0;
+        // Of a bent normal some ways lie behind the surface: they meet no mesh.
+        const double first = !meshes_ || !isMesh ? 0 : cosine > 0 ? meshes_->guardedStart(cosine) : reach;
         if (meshes_ && first < reach)
-            reach = meshes_->reach(start, direction, first, reach,
+            reach = meshes_->reach(start.place, direction, first, reach,
                                    key + 2 * static_cast<unsigned>(number) + 2, cosine);
         all.reach.push_back(reach);
         parts.clear();

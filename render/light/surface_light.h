@@ -103,6 +103,10 @@ class SurfaceLight {
         std::vector<Way> ways;     // in the volume
         std::vector<double> reach; // of every direction: up to where meshes leave it free, mm
     };
+    struct MeshPlace {
+        glm::dvec3 place, normal; // patient space, mm; of the surface itself, unit, towards the viewer
+    };
+    MeshPlace onMesh(const SurfaceHit& hit) const;
     void addWays(const SurfaceHit& hit, std::uint64_t key, Ways& all) const;
     void openAround(std::span<const SurfaceHit> hits, std::span<const std::uint64_t> keys,
                     const SurfaceTracer& tracer, std::span<float> open) const;

@@ -347,6 +347,41 @@ TEST(MeshOcclusion, ALatticeOfManyBytesIsCoarser) {
     EXPECT_EQ(levelOf(), 0);
 }
 
+/// No ray ends at the plane that it comes from: not where normals are between those of corners, nor where
+/// floats are far apart.
+TEST(MeshOcclusion, APlaneIsBrightWhateverItsNormalsAndPlace) {
+    const VolumeInfo info = infoOf("sphere");
+    for (const double far : {0.0, 30000.0})
+        for (const double bend : {0.0, 0.8}) {
+            Scene scene = ambientScene(info, {24, 24});
+            const glm::dvec3 u(20, 3, 1), v(-2, 18, 5),
+                n = glm::normalize(glm::cross(u, v)),
+                c = centreOf(info) + far * glm::normalize(glm::dvec3(1, 0.7, -0.4));
+            TriangleMesh plane; // one triangle: floats far away do not lie on a quad's plane
+            plane.points = {glm::vec3(c - u - v), glm::vec3(c + 1.5 * u - 0.5 * v), glm::vec3(c + 1.5 * v)};
+            plane.triangles = {{0, 1, 2}};
+            if (bend > 0)
+                plane.normals.assign(3, glm::vec3(glm::normalize(n + bend * glm::normalize(u))));
+            SceneMesh mesh = sceneMesh(std::move(plane), shapeRam());
+            mesh.colour = glm::dvec3(1);
+            scene.meshes = {mesh};
+            scene.lighting.surfaceOcclusion =
+                SurfaceOcclusion{.rays = 32, .radiusMm = 8, .filter = false, .resolution = 512};
+            Camera camera = std::get<Camera>(scene.camera);
+            camera.focalPoint = c;
+            camera.position = c + 45.0 * glm::normalize(n + glm::dvec3(0.1, 0.05, 0));
+            camera.viewUp = glm::normalize(v);
+            scene.camera = camera;
+            float least = 1;
+            int count = 0;
+            for (const glm::vec4& pixel : pictureOf(scene, EngineKind::native).image.pixels)
+                if (pixel.a > 0)
+                    least = std::min(least, pixel.g), ++count;
+            EXPECT_GT(count, 200);
+            EXPECT_GT(least, 1 - 1e-5f) << far << " mm away, bent by " << bend;
+        }
+}
+
 /// Without the key a scene with meshes has the bits and the memory of before; without meshes likewise.
 TEST(MeshOcclusion, CostsNothingWhereItIsNotAskedFor) {
     Scene scene = cornerScene({48, 48});
