@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "render/contract/ray_state.h"
+#include "render/geometry/shape.h"
 #include "render/plan/framing.h"
 #include "render/plan/fusion.h"
 #include "render/plan/label_optics.h"
@@ -246,6 +247,28 @@ Camera coarseCamera(const Scene& scene, const Planner& p) {
                          *p.ram, p.threads);
 }
 
+/// RAM of a still's voxels of meshes for surfaceOcclusion, at most.
+std::size_t meshBitsBytes(const Scene& scene) {
+    const auto& occlusion = scene.lighting.surfaceOcclusion;
+    const std::vector<SceneMesh> meshes = drawnMeshes(scene);
+    if (!occlusion || scene.lighting.transport || meshes.empty())
+        return 0;
+    return MeshBits::bytesAtMost(meshes, gridAround(meshes, occlusion->resolution), true);
+}
+
+/// They are as much a part of what a picture cannot do without as what planVolume() looks at.
+void checkFloorWithBits(const Scene& scene, std::size_t bits, const VolumeInfo& info,
+                        const FrameContext& context, const PixelMemory& pixels) {
+    std::size_t floor = bits + renderFloorBytes(info, pixels.of(scene.imageSize), pixels.bytesPerPixel,
+                                                context.threads, scene.quality.integrator);
+    for (const SceneMesh& mesh : drawnMeshes(scene))
+        floor += mesh.shape->bytes();
+    if (context.ram.limitBytes() < floor)
+        throw InputError(context.ram.option() + ": this scene needs at least " + formatBytes(floor) +
+                         " (with meshes and their voxels), but the budget is " +
+                         formatBytes(context.ram.limitBytes()));
+}
+
 /// Sets the scene's camera, which is that of lights too.
 void takeCamera(const Scene& given, Planner& p) {
     const Scene scene = asDrawn(given);
@@ -282,8 +305,12 @@ Planner planView(const Scene& scene, const StoreReader& store, MemoryBudget& ram
 Planner planScene(const Scene& scene, const StoreReader& store, const TextureLimits& limits,
                   const FrameContext& context, LevelChoice choice, const PixelMemory& pixels,
                   KnownLayer* known) {
+    const std::size_t bits = meshBitsBytes(asDrawn(scene));
+    if (bits > 0)
+        checkFloorWithBits(scene, bits, store.info(), context, pixels);
     Planner p = planVolume(scene, store, context.ram, context.threads, pixels, known,
                            choice == LevelChoice::quick ? PlanDetail::coarse : PlanDetail::whole);
+    p.ramFloorBytes += bits;
     takeCamera(scene, p);
     if (const auto& occlusion = p.view.lighting.surfaceOcclusion; occlusion && !p.view.meshes.empty()) {
         const VoxelGrid grid = gridAround(p.view.meshes, occlusion->resolution);

@@ -330,6 +330,33 @@ TEST(MeshOcclusion, Refusals) {
                 HasSubstr("expected an isosurface that is not wholly transparent, or a mesh"));
 }
 
+// A budget that a refusal names suffices, whatever the voxels take.
+TEST(MeshOcclusion, RefusalsNameTheTrueMinimum) {
+    Scene scene = cornerScene({16, 16});
+    scene.lighting.surfaceOcclusion->rays = 1;
+    scene.lighting.surfaceOcclusion->resolution = 512;
+    scene.meshes[1].opacity = 0.5;
+    std::size_t bytes = std::size_t{8} << 20;
+    int refusals = 0;
+    for (; refusals < 3; ++refusals) {
+        MemoryBudget ram("RAM", "--ram", bytes), gpu("GPU memory", "--gpu-memory", std::size_t{1} << 30);
+        try {
+            const StoreReader reader(storePath("sphere"), ram);
+            RenderOptions one;
+            one.threads = 1;
+            renderScene(scene, reader, ram, gpu, one);
+            break;
+        } catch (const InputError& e) {
+            const std::string what = e.what(), key = "needs at least ";
+            const std::size_t at = what.find(key);
+            ASSERT_NE(at, std::string::npos) << what;
+            const std::size_t end = what.find_first_of("(,", at);
+            bytes = parseBytes(what.substr(at + key.size(), end - at - key.size()), "--ram");
+        }
+    }
+    EXPECT_EQ(refusals, 1);
+}
+
 // Alphas of a large volume take a coarser lattice, and no more than their share of memory.
 TEST(MeshOcclusion, ALatticeOfManyBytesIsCoarser) {
     VolumeInfo info;
