@@ -38,6 +38,8 @@ struct SplatScene {
     void open(const std::filesystem::path& path, const glm::ivec2& size) {
         store = std::make_unique<StoreReader>(path, budgets.ram);
         scene = sceneOn(store->info(), "bone-1", 0, size);
+        scene.quality.fetch = Quality().fetch; // of rays, as the integrator is: those of splats are none
+        scene.quality.integrator = Quality().integrator;
     }
     void show(const std::vector<OpacityPoint>& extinction, const std::vector<ColourPoint>& colours = {}) {
         scene.volumes[0].transferFunction = TransferFunction::fromExtinction(extinction, colours);

@@ -125,9 +125,10 @@ void SplatBatch::project(Unit& unit) {
         const glm::vec2 at(splat.x, splat.y), half(splat.halfWidth, splat.halfHeight);
         if (glm::any(glm::lessThan(at + half, glm::vec2(0))) || glm::any(glm::greaterThan(at - half, last)))
             continue;
-        splat.red = static_cast<float>(s.red) * bright;
-        splat.green = static_cast<float>(s.green) * bright;
-        splat.blue = static_cast<float>(s.blue) * bright;
+        const float unitOfColour = std::ldexp(bright, -s.halvings);
+        splat.red = static_cast<float>(s.red) * unitOfColour;
+        splat.green = static_cast<float>(s.green) * unitOfColour;
+        splat.blue = static_cast<float>(s.blue) * unitOfColour;
         low = glm::min(low, at - half);
         high = glm::max(high, at + half);
         ++unit.counts.byFilter[static_cast<std::size_t>(filter)];

@@ -59,6 +59,7 @@ void SplatRenderer::endFrame() {
 
 std::string splatDeclines(const Scene& scene, const RenderOptions& options) {
     const SceneVolume& volume = scene.volumes.at(0);
+    const Quality whole;
     struct Rule {
         bool breaks;
         const char* why;
@@ -74,7 +75,12 @@ std::string splatDeclines(const Scene& scene, const RenderOptions& options) {
         {scene.lighting.surfaceOcclusion.has_value(), "it has no occlusion of isosurfaces"},
         {scene.shading.gradient != Gradient::central, "its gradients are of kind central"},
         {scene.quality.pixels.samples != 1, "its pixels have one sample, and a filter instead"},
-        {scene.quality.sampling == Sampling::hulls, "it has no rays that hulls could cut"},
+        {scene.quality.sampling != whole.sampling, "it has no rays whose sampling could be chosen"},
+        {scene.quality.integrator != whole.integrator, "it integrates along no ray"},
+        {!scene.quality.automaticStep && scene.quality.stepVoxels != whole.stepVoxels,
+         "it has no rays that take steps"},
+        {scene.quality.edgeFunction != whole.edgeFunction || scene.quality.fetch != whole.fetch,
+         "it fetches no values between samples"},
         {scene.quality.maxError.has_value(), "its error is measured and has no bound"},
         {options.layers.paths || options.layers.errors, "it has no layers besides the colour"},
         {options.tiles != nullptr, "its pictures are drawn as a whole"},

@@ -152,8 +152,17 @@ bool SampleLister::classify(const Values& v, const glm::ivec3& at, ShownSample& 
                                           materialAt(optics, placeOf(optics, value)))
                                   : shade(optics, colour, gradient, direction);
     }
+    // A light that is very near makes the brightest colour far brighter than most: each has a unit of its
+    // own.
     constexpr float kMost = 65535;
-    const glm::vec3 stored = glm::clamp(colour / brightest_, 0.0f, 1.0f) * kMost + 0.5f;
+    constexpr int kMostHalvings = 63;
+    const glm::vec3 of = glm::clamp(colour / brightest_, 0.0f, 1.0f);
+    const float most = std::max({of.x, of.y, of.z});
+    int exponent = 0;
+    std::frexp(most, &exponent);
+    const int halvings = most > 0 ? std::clamp(-exponent, 0, kMostHalvings) : 0;
+    const glm::vec3 stored = glm::min(of * std::ldexp(kMost, halvings), kMost) + 0.5f;
+    sample.halvings = static_cast<std::uint16_t>(halvings) & kMostHalvings;
     sample.red = static_cast<std::uint16_t>(stored.r);
     sample.green = static_cast<std::uint16_t>(stored.g);
     sample.blue = static_cast<std::uint16_t>(stored.b);
@@ -177,7 +186,7 @@ BrickList SampleLister::list(const glm::ivec3& brick, int firstSlice, int slices
                 for (int a = 0; a < v.count[across]; ++a) {
                     const int place = a | b << 5;
                     ShownSample sample;
-                    sample.place = static_cast<std::uint16_t>(place);
+                    sample.place = static_cast<std::uint16_t>(place) & 1023;
                     if (classify(v, order_.sample(slice, place), sample))
                         list.samples.push_back(sample);
                 }

@@ -35,8 +35,10 @@ struct SliceOrder {
 };
 
 struct ShownSample {
-    std::uint16_t place = 0; // in its slice: samples along the first other axis, 32 times the second
-    std::uint16_t red = 0, green = 0, blue = 0; // lit, of SampleLister::brightest()
+    /// In its slice: samples along the first other axis, 32 times the second.
+    std::uint16_t place : 10 = 0;
+    std::uint16_t halvings : 6 = 0; // of the unit of its colour, from SampleLister::brightest() on
+    std::uint16_t red = 0, green = 0, blue = 0; // lit, in 1/65535 of the unit
     float mass = 0;                             // extinction times its volume, mm^2
 };
 

@@ -277,7 +277,12 @@ TEST_F(TorsoSplats, RefuseWhatTheyDoNotDraw) {
         {[](Scene& o) { o.quality.pixels.samples = 4; }, "its pixels have one sample"},
         {[](Scene& o) { o.quality.pixels.samples = PixelSampling::kAutomatic; }, "its pixels have"},
         {[](Scene& o) { o.quality.maxError = 1; }, "its error is measured"},
-        {[](Scene& o) { o.quality.sampling = Sampling::hulls; }, "it has no rays"},
+        {[](Scene& o) { o.quality.sampling = Sampling::hulls; }, "it has no rays whose sampling"},
+        {[](Scene& o) { o.quality.sampling = Sampling::full; }, "it has no rays whose sampling"},
+        {[](Scene& o) { o.quality.integrator = Integrator::linear; }, "it integrates along no ray"},
+        {[](Scene& o) { o.quality.stepVoxels = 0.25; }, "it has no rays that take steps"},
+        {[](Scene& o) { o.quality.edgeFunction = EdgeFunction::nearest; }, "it fetches no values"},
+        {[](Scene& o) { o.quality.fetch = Fetch::exact; }, "it fetches no values"},
     };
     for (const auto& [set, words] : rows) {
         Scene other = scene;
@@ -294,6 +299,22 @@ TEST_F(TorsoSplats, RefuseWhatTheyDoNotDraw) {
     options.layers.errors = true;
     EXPECT_THAT(splatDeclines(scene, options), testing::HasSubstr("layers"));
     EXPECT_EQ(splatDeclines(scene, {}), "");
+}
+
+// A light that is very bright where no sample is takes no precision from those that are.
+TEST_F(TorsoSplats, ALightBesideNothingChangesNoColour) {
+    scene.shading.on = true;
+    Light sun, lamp;
+    sun.kind = LightKind::directional;
+    lamp.kind = LightKind::point;
+    lamp.frame = LightFrame::patient;
+    lamp.position = {4000, 0, 0};
+    lamp.attenuation = {1e-6, 0, 1e6};
+    scene.lighting.lights = {sun};
+    const Image alone = s.draw();
+    scene.lighting.lights = {sun, lamp};
+    EXPECT_LT(rmsOf(s.draw(), alone), 1e-4);
+    EXPECT_GT(depthOf(alone), 1);
 }
 
 // As the picture of the reference says it, of the same pixels.
