@@ -48,9 +48,10 @@ const Fields<SceneMesh>& meshFields() {
                           value.refuse("the path of a mesh");
                   })
                   .described({{"minLength", 1}}),
-              "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb) or of a DICOM structure set, "
-              "relative "
-              "to the scene's file; its coordinates are mm in patient space.")
+              "Path of a file of triangles (.ply, .stl, .obj, .gltf, .glb), of points alone (.ply without "
+              "faces), "
+              "or of a DICOM structure set, relative to the scene's file; its coordinates are mm in patient "
+              "space.")
             .writtenIf([](const SceneMesh& m) { return !m.path.empty(); })
             .withoutDefault();
         f.add("tube", &SceneMesh::tube, objectOf(tubeFields()), "In place of a file: a tube around a line.");
@@ -60,7 +61,7 @@ const Fields<SceneMesh>& meshFields() {
             .writtenIf([](const SceneMesh& m) { return !m.rois.empty(); })
             .withoutDefault();
         f.add("lineRadius", &SceneMesh::lineRadiusMm, numberIn(1e-3, 1e4),
-              "Radius of the tubes around a structure set's contours, mm.")
+              "Radius of the tubes around a structure set's contours, and of points, mm.")
             .unlessDefault();
         f.add("contours", &SceneMesh::contours, named<ContourStyle>(),
               "A structure set's contours: lines, as tubes; surface, joined from plane to plane and closed.")

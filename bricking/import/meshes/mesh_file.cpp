@@ -154,7 +154,8 @@ TriangleMesh readMesh(const std::filesystem::path& path, MemoryBudget& ram) {
         throw badFile(where, "a mesh that ends in .ply, .stl, .obj, .gltf or .glb", "\"" + ending + "\"");
     const InputFile file(path);
     const MeshCounts counts = format->walk(file);
-    if (counts.triangles == 0)
+    const bool points = counts.triangles == 0 && counts.points > 0 && format->walk == walkPly;
+    if (counts.triangles == 0 && !points)
         throw badFile(where, "triangles", "none");
     constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
     if (counts.triangles > kMost || counts.points > kMost)
@@ -164,7 +165,10 @@ TriangleMesh readMesh(const std::filesystem::path& path, MemoryBudget& ram) {
         ram.charge(counts.points * kBytesOfVtkPoint + counts.triangles * kBytesOfVtkTriangle,
                    "reading " + path.filename().string());
     TriangleMesh mesh = format->read(where);
-    if (mesh.triangles.empty() || mesh.triangles.size() > counts.triangles ||
+    if (points && mesh.points.size() != counts.points)
+        throw badFile(where, std::to_string(counts.points) + " points",
+                      std::to_string(mesh.points.size()) + " as VTK reads it");
+    if (mesh.triangles.empty() != points || mesh.triangles.size() > counts.triangles ||
         (counts.exact && mesh.triangles.size() != counts.triangles))
         throw badFile(where, std::to_string(counts.triangles) + " triangles",
                       std::to_string(mesh.triangles.size()) + " as VTK reads it");

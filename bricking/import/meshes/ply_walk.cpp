@@ -53,7 +53,7 @@ class PlyWalk {
         MeshCounts counts{elements_[0].count, 0, true};
         for (std::uint64_t n = 0; n < elements_[0].count; ++n)
             passItem(elements_[0], counts);
-        for (std::uint64_t n = 0; n < elements_[1].count; ++n)
+        for (std::uint64_t n = 0; hasFaces_ && n < elements_[1].count; ++n)
             passItem(elements_[1], counts);
         return counts;
     }
@@ -104,13 +104,16 @@ class PlyWalk {
             else
                 refuse("a header of PLY", quoted(*line));
         }
-        if (elements_.size() < 2 || elements_[0].name != "vertex" || elements_[1].name != "face")
+        hasFaces_ = std::any_of(elements_.begin(), elements_.end(),
+                                [](const PlyElement& element) { return element.name == "face"; });
+        if (elements_.empty() || elements_[0].name != "vertex" || (hasFaces_ && elements_[1].name != "face"))
             refuse("elements vertex and face, in this order", "others");
         for (const char* axis : {"x", "y", "z"})
             if (std::none_of(elements_[0].properties.begin(), elements_[0].properties.end(),
                              [&](const PlyProperty& p) { return p.name == axis && !p.countType; }))
                 refuse("vertices with x, y and z", std::string("no ") + axis);
-        if (std::none_of(elements_[1].properties.begin(), elements_[1].properties.end(), isCorners))
+        if (hasFaces_ &&
+            std::none_of(elements_[1].properties.begin(), elements_[1].properties.end(), isCorners))
             refuse("faces with a list vertex_indices", "none");
     }
     void addElement(const std::vector<std::string_view>& words) {
@@ -220,6 +223,7 @@ class PlyWalk {
     const InputFile& file_;
     FileWalk walk_;
     PlyCoding coding_ = PlyCoding::text;
+    bool hasFaces_ = false; // else it holds points alone
     std::vector<PlyElement> elements_;
     std::vector<std::string_view> words_;
     std::size_t next_ = 0;

@@ -34,16 +34,17 @@ std::size_t scratchBytes(const FramePlan& plan, const SliceOrder& order, int thr
 
 } // namespace
 
-SliceWalk::SliceWalk(const FramePlan& plan, const SplatView& view, const SplatSettings& settings, int threads,
-                     MemoryBudget& budget)
-    : plan_(plan), threads_(threads), budget_(budget), order_(SliceOrder::of(view, plan.info())),
-      lister_(plan, view, order_), tiles_(plan.view.imageSize, plan.layer().optics.termination,
-                                          static_cast<float>(settings.cutOff), settings.composition, budget),
+SliceWalk::SliceWalk(const FramePlan& plan, const SplatView& view, const SplatSettings& settings,
+                     const SliceOrder& order, int threads, MemoryBudget& budget)
+    : plan_(plan), threads_(threads), budget_(budget), order_(order), lister_(plan, view, order_),
+      tiles_(plan.view.imageSize, plan.layer().optics.termination, static_cast<float>(settings.cutOff),
+             settings.composition, budget),
       scratch_(
           budget.charge(scratchBytes<ShownBrick>(plan, order_, threads), "bricks whose samples are listed")),
       listBytes_(budget.freeBytes() / 2),
       batch_(view, settings, order_, lister_.brightest(), tiles_, budget.freeBytes() / 4, budget),
-      step_(1 << std::min(plan.layer().selection.finest(), kLevelCount - 1)) {}
+      step_(1 << std::min(plan.layer().selection.finest(), kLevelCount - 1)),
+      points_(plan, view, settings, order_, step_, budget) {}
 
 std::vector<SliceWalk::ShownBrick> SliceWalk::bricksOf(int layer) const {
     const Selection& selection = plan_.layer().selection;
@@ -80,6 +81,11 @@ int SliceWalk::voxelsTogether(const std::vector<ShownBrick>& bricks) const {
     return voxels;
 }
 
+void SliceWalk::addPoints(int sheet) {
+    for (auto points = points_.next(sheet); !points.empty(); points = points_.next(sheet))
+        batch_.add(points, points_.looks(), threads_);
+}
+
 void SliceWalk::drawPart(const std::vector<ShownBrick>& bricks, int layer, int from, int to, Work& work) {
     std::size_t bytes = 0;
     for (const ShownBrick& b : bricks)
@@ -106,6 +112,7 @@ void SliceWalk::drawPart(const std::vector<ShownBrick>& bricks, int layer, int f
     for (int n = 0; n < sheets; ++n) {
         const int voxel = order_.fromEnd ? to - (n + 1) * step_ : from + n * step_;
         const int sheet = (layer * kBrickExtent + voxel) / step_;
+        addPoints(sheet);
         for (std::size_t b = 0; b < bricks.size(); ++b)
             if (!lists[b].samples.empty() && !tiles_.ended(bricks[b].tiles))
                 batch_.add(lists[b], voxel >> bricks[b].level, sheet,
@@ -127,6 +134,9 @@ Image SliceWalk::draw(const ShareDone& progress, Work& work) {
         if (progress)
             progress((n + 1.0) / layers);
     }
+    for (auto points = points_.next(); !points.empty(); points = points_.next())
+        batch_.add(points, points_.looks(), threads_);
+    batch_.draw(threads_);
     work.segments += batch_.counts().drawn;
     return tiles_.picture();
 }

@@ -19,8 +19,8 @@ namespace tessera {
 class SliceWalk {
   public:
     /// All of it outlives this.
-    SliceWalk(const FramePlan& plan, const SplatView& view, const SplatSettings& settings, int threads,
-              MemoryBudget& budget);
+    SliceWalk(const FramePlan& plan, const SplatView& view, const SplatSettings& settings,
+              const SliceOrder& order, int threads, MemoryBudget& budget);
 
     Image draw(const ShareDone& progress, Work& work);
     const SplatCounts& counts() const { return batch_.counts(); }
@@ -35,6 +35,8 @@ class SliceWalk {
     std::vector<ShownBrick> bricksOf(int layer) const;
     /// Voxels along the axis that are listed together: half as many until their lists have room.
     int voxelsTogether(const std::vector<ShownBrick>& bricks) const;
+    /// Points before a sheet and in it.
+    void addPoints(int sheet);
     void drawPart(const std::vector<ShownBrick>& bricks, int layer, int from, int to, Work& work);
 
     const FramePlan& plan_;
@@ -47,6 +49,7 @@ class SliceWalk {
     std::size_t listBytes_; // that lists may take
     SplatBatch batch_;
     int step_; // voxels of a sheet: the finest level's
+    SplatPoints points_;
     double secondsListing_ = 0;
 };
 

@@ -22,6 +22,7 @@ SplatCounts& SplatCounts::operator+=(const SplatCounts& o) {
     drawn += o.drawn;
     for (std::size_t n = 0; n < byFilter.size(); ++n)
         byFilter[n] += o.byFilter[n];
+    pixels += o.pixels;
     tooNear += o.tooNear;
     tooThin += o.tooThin;
     return *this;
@@ -94,7 +95,30 @@ std::array<SplatFilter, 16> SplatBatch::filtersOf(const BrickList& list, int sli
     return filters;
 }
 
-void SplatBatch::project(Unit& unit) {
+void SplatBatch::put(const glm::vec3& at, const glm::mat3& kernel, float mass, SplatFilter filter,
+                     const glm::vec3& colour, Projected& out) const {
+    const glm::vec2 middle(view_.middle);
+    DrawnSplat& splat = *out.next;
+    if (!filtered(footprintOf(view_.perspective, static_cast<float>(view_.scale), middle, at, kernel), filter,
+                  numbers_, mass, splat)) {
+        ++out.counts.tooThin;
+        return;
+    }
+    const glm::vec2 place(splat.x, splat.y), half(splat.halfWidth, splat.halfHeight);
+    if (glm::any(glm::lessThan(place + half, glm::vec2(0))) ||
+        glm::any(glm::greaterThan(place - half, middle + middle)))
+        return;
+    splat.red = colour.r;
+    splat.green = colour.g;
+    splat.blue = colour.b;
+    out.low = glm::min(out.low, place - half);
+    out.high = glm::max(out.high, place + half);
+    ++out.counts.byFilter[static_cast<std::size_t>(filter)];
+    out.counts.pixels += static_cast<double>(4 * half.x * half.y);
+    ++out.next;
+}
+
+void SplatBatch::projectSamples(const Unit& unit, Projected& out) const {
     const BrickList& list = *unit.list;
     const double pitch = 1 << list.level;
     const std::array<SplatFilter, 16> filters = filtersOf(list, unit.slice);
@@ -103,40 +127,46 @@ void SplatBatch::project(Unit& unit) {
     const auto [across, along] = order_.others();
     const glm::vec3 right(view_.axes[across] * pitch), down(view_.axes[along] * pitch);
     const auto nearest = static_cast<float>(kNearest * settings_.sigma * pitch * view_.deviations.z);
-    const auto scale = static_cast<float>(view_.scale);
-    const glm::vec2 middle(view_.middle), last = middle + middle;
     const float bright = brightest_ / 65535;
-    glm::vec2 low(std::numeric_limits<float>::max()), high(-low);
-    DrawnSplat* out = splats_.data() + unit.first;
     for (const ShownSample& s : list.of(unit.slice)) {
         const int x = s.place & 31, y = s.place >> 5;
         const glm::vec3 u = first + static_cast<float>(x) * right + static_cast<float>(y) * down;
         if (view_.perspective && u.z < nearest) {
-            ++unit.counts.tooNear;
+            ++out.counts.tooNear;
             continue;
         }
-        const SplatFilter filter = filters[static_cast<std::size_t>((x / kPatch) + 4 * (y / kPatch))];
-        DrawnSplat& splat = *out;
-        if (!filtered(footprintOf(view_.perspective, scale, middle, u, kernel), filter, numbers_,
-                      s.mass * unit.share, splat)) {
-            ++unit.counts.tooThin;
-            continue;
-        }
-        const glm::vec2 at(splat.x, splat.y), half(splat.halfWidth, splat.halfHeight);
-        if (glm::any(glm::lessThan(at + half, glm::vec2(0))) || glm::any(glm::greaterThan(at - half, last)))
-            continue;
-        const float unitOfColour = std::ldexp(bright, -s.halvings);
-        splat.red = static_cast<float>(s.red) * unitOfColour;
-        splat.green = static_cast<float>(s.green) * unitOfColour;
-        splat.blue = static_cast<float>(s.blue) * unitOfColour;
-        low = glm::min(low, at - half);
-        high = glm::max(high, at + half);
-        ++unit.counts.byFilter[static_cast<std::size_t>(filter)];
-        ++out;
+        put(u, kernel, s.mass * unit.share,
+            filters[static_cast<std::size_t>((x / kPatch) + 4 * (y / kPatch))],
+            glm::vec3(s.red, s.green, s.blue) * std::ldexp(bright, -s.halvings), out);
     }
-    unit.count = unit.counts.drawn = static_cast<std::size_t>(out - (splats_.data() + unit.first));
+}
+
+void SplatBatch::projectPoints(const Unit& unit, Projected& out) const {
+    for (const ShownPoint& point : unit.points) {
+        const PointLook& look = unit.looks[point.look];
+        if (view_.perspective && point.at.z < look.nearest) {
+            ++out.counts.tooNear;
+            continue;
+        }
+        const double depth = view_.perspective ? double{point.at.z} : 1;
+        const SplatFilter filter = settings_.filter == SplatFilter::adaptive
+                                       ? look.filters.choose(std::span(&depth, 1))
+                                       : settings_.filter;
+        put(point.at, look.kernel, look.mass, filter, look.colour, out);
+    }
+}
+
+void SplatBatch::project(Unit& unit) {
+    DrawnSplat* const first = splats_.data() + unit.first;
+    constexpr float kFar = std::numeric_limits<float>::max();
+    Projected out{first, glm::vec2(kFar), glm::vec2(-kFar), unit.counts};
+    if (unit.list)
+        projectSamples(unit, out);
+    else
+        projectPoints(unit, out);
+    unit.count = unit.counts.drawn = static_cast<std::size_t>(out.next - first);
     if (unit.count > 0)
-        unit.tiles = tiles_.around(low, high);
+        unit.tiles = tiles_.around(out.low, out.high);
 }
 
 void SplatBatch::add(const BrickList& list, int slice, int sheet, float share, int threads) {
@@ -146,8 +176,19 @@ void SplatBatch::add(const BrickList& list, int slice, int sheet, float share, i
     if (used_ + count > splats_.size())
         draw(threads);
     TESSERA_CHECK(used_ + count <= splats_.size());
-    units_.push_back({&list, slice, sheet, share, used_, 0, {}, {}});
+    units_.push_back({&list, slice, sheet, share, used_, 0, {}, {}, {}, {}});
     used_ += count;
+}
+
+void SplatBatch::add(std::span<const ShownPoint> points, std::span<const PointLook> looks, int threads) {
+    while (!points.empty()) {
+        if (used_ == splats_.size())
+            draw(threads);
+        const std::size_t count = std::min({points.size(), splats_.size() - used_, kLeast});
+        units_.push_back({nullptr, 0, points.front().sheet, 1, used_, 0, {}, {}, points.first(count), looks});
+        points = points.subspan(count);
+        used_ += count;
+    }
 }
 
 void SplatBatch::draw(int threads) {

@@ -5,6 +5,7 @@
 #include "core/base/budget.h"
 #include "render/backends/splat/sheet_tiles.h"
 #include "render/backends/splat/splat_filter.h"
+#include "render/backends/splat/splat_points.h"
 #include "render/backends/splat/splat_samples.h"
 
 #include <array>
@@ -17,6 +18,7 @@ namespace tessera {
 struct SplatCounts {
     std::size_t drawn = 0;                 // each once a slice that it lies in
     std::array<std::size_t, 3> byFilter{}; // of these, by SplatFilter's first three
+    double pixels = 0;                     // of the boxes of these footprints
     std::size_t tooNear = 0; // left out: nearer to the eye than three deviations of their kernel
     std::size_t tooThin = 0; // left out: their footprint has no area
 
@@ -40,6 +42,8 @@ class SplatBatch {
     /// @param sheet  in the order of sheets
     /// @param share  of optical depths in this sheet
     void add(const BrickList& list, int slice, int sheet, float share, int threads);
+    /// Points of one sheet. They stay until the batch is drawn.
+    void add(std::span<const ShownPoint> points, std::span<const PointLook> looks, int threads);
     /// Draws what was added.
     void draw(int threads);
     const SplatCounts& counts() const { return counts_; }
@@ -53,8 +57,20 @@ class SplatBatch {
         std::size_t count;
         TileBox tiles;
         SplatCounts counts;
+        std::span<const ShownPoint> points; // in place of a list
+        std::span<const PointLook> looks;
+    };
+    /// The splats of a unit as they are projected.
+    struct Projected {
+        DrawnSplat* next;
+        glm::vec2 low, high;
+        SplatCounts& counts;
     };
     void project(Unit& unit);
+    void projectSamples(const Unit& unit, Projected& out) const;
+    void projectPoints(const Unit& unit, Projected& out) const;
+    void put(const glm::vec3& at, const glm::mat3& kernel, float mass, SplatFilter filter,
+             const glm::vec3& colour, Projected& out) const;
     std::array<SplatFilter, 16> filtersOf(const BrickList& list, int slice) const;
     glm::dvec3 middleOf(const BrickList& list, int slice, int place) const;
 

@@ -24,12 +24,12 @@ struct DrawnSplat {
 
 /// The depths at which patches of a level change their filter, mm.
 struct FilterDepths {
-    double nearest = 0;  // nearer: the kernel alone
-    double farthest = 0; // farther: the pixel's filter alone
+    static constexpr double kLeast = 0.3, kMost = 2; // c_min, c_max of the paper
+    double nearest = 0;                              // nearer: the kernel alone
+    double farthest = 0;                             // farther: the pixel's filter alone
 
     /// @param level  of the samples
     static FilterDepths of(const SplatView& view, const SplatSettings& settings, int level) {
-        constexpr double kLeast = 0.3, kMost = 2; // c_min, c_max of the paper
         const double voxels = settings.sigma * (1 << level) / settings.lowPass;
         return {kLeast * voxels * view.deviations.x * view.scale,
                 kMost * view.widening * voxels * view.deviations.z * view.scale};

@@ -53,6 +53,8 @@ class SplatPixels : public PixelSource {
         return caster_->image();
     }
     std::string toTruth() override {
+        if (!task_.plan.view.meshes.empty())
+            return "points of no lattice have no true integral";
         reference_.open(task_.plan, 0);
         caster_ = reference_.caster({}, task_.context.gpu);
         return {};

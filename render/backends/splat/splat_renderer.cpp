@@ -4,9 +4,12 @@
 #include "render/backends/splat/slice_walk.h"
 #include "render/backends/splat/splat_pixels.h"
 #include "render/backends/splat/splat_projection.h"
+#include "render/geometry/point_shape.h"
 #include "render/plan/fusion.h"
 
+#include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace tessera {
 
@@ -32,9 +35,27 @@ bool SplatRenderer::draw(const FrameTask& task, RenderResult& result, Image&) {
         pictureCharge_ = task.context.gpu.charge(rayCount(p.view.imageSize) * sizeof(glm::vec4),
                                                  "the picture, whose error is measured");
     const SplatView view = splatView(p.view.camera, p.info(), p.view.imageSize);
-    SliceWalk walk(p, view, settings_, threads_, task.context.gpu);
-    result.image = walk.draw(task.context.progress.shares(), result.work);
-    report_ = {walk.counts(), walk.secondsListing(), secondsSince(start) - walk.secondsListing()};
+    const auto orders = SliceOrder::of(view, p.info(), settings_.fade);
+    Charge mixed;
+    if (orders.size() > 1)
+        mixed = task.context.gpu.charge(rayCount(p.view.imageSize) * sizeof(glm::vec4),
+                                        "a picture by another order of slices");
+    report_ = {};
+    Image sum;
+    for (const auto& [order, share] : orders) {
+        SliceWalk walk(p, view, settings_, order, threads_, task.context.gpu);
+        Image image = walk.draw(task.context.progress.shares(), result.work);
+        for (glm::vec4& pixel : image.pixels)
+            pixel *= static_cast<float>(share);
+        if (sum.pixels.empty())
+            std::swap(sum, image);
+        for (std::size_t n = 0; n < image.pixels.size(); ++n)
+            sum.pixels[n] += image.pixels[n];
+        report_.counts += walk.counts();
+        report_.secondsListing += walk.secondsListing();
+    }
+    result.image = std::move(sum);
+    report_.secondsDrawing = secondsSince(start) - report_.secondsListing;
     result.secondsLoading = report_.secondsListing;
     result.secondsDrawing = report_.secondsDrawing;
     result.work.marchMs = 1e3 * report_.secondsDrawing;
@@ -57,6 +78,17 @@ void SplatRenderer::endFrame() {
     pictureCharge_ = {};
 }
 
+namespace {
+
+bool drawsTriangles(const Scene& scene) {
+    const std::vector<SceneMesh> meshes = drawnMeshes(scene);
+    return std::any_of(meshes.begin(), meshes.end(), [](const SceneMesh& mesh) {
+        return !dynamic_cast<const PointShape*>(mesh.shape.get());
+    });
+}
+
+} // namespace
+
 std::string splatDeclines(const Scene& scene, const RenderOptions& options) {
     const SceneVolume& volume = scene.volumes.at(0);
     const Quality whole;
@@ -68,7 +100,7 @@ std::string splatDeclines(const Scene& scene, const RenderOptions& options) {
         {scene.volumes.size() > 1, "it draws one volume"},
         {scene.mode != Mode::composite, "it draws mode composite alone"},
         {!scene.surfaces.empty(), "it draws no isosurfaces, which lie between samples"},
-        {drawsMeshes(scene), "it draws no meshes"},
+        {drawsTriangles(scene), "it draws no meshes but points of files"},
         {!volume.labels.path.empty(), "it draws no labels"},
         {scene.lighting.transport.has_value(), "it follows no paths of light"},
         {lightChannels(scene.lighting) > 0, "it has no occlusion, shadows or scattered light"},

@@ -12,6 +12,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
 
 namespace tessera {
 
@@ -34,19 +35,29 @@ struct SampleLister::Values {
     int row_;
 };
 
-SliceOrder SliceOrder::of(const SplatView& view, const VolumeInfo& info) {
+std::vector<std::pair<SliceOrder, double>> SliceOrder::of(const SplatView& view, const VolumeInfo& info,
+                                                          double fade) {
     // The normals of slices are the rows of voxel-from-patient; the middle of the volume is looked at.
     const glm::dmat3 normals = glm::transpose(glm::inverse(glm::dmat3(info.patientFromVoxel)));
-    SliceOrder order;
-    double most = -1;
+    std::vector<std::pair<SliceOrder, double>> orders;
     for (int axis = 0; axis < 3; ++axis) {
         const double along = glm::dot(glm::normalize(normals[axis]), view.forward);
-        if (std::abs(along) > most) {
-            most = std::abs(along);
-            order = {axis, along < 0};
-        }
+        orders.push_back({{axis, along < 0}, glm::degrees(std::acos(std::min(std::abs(along), 1.0)))});
     }
-    return order;
+    std::stable_sort(orders.begin(), orders.end(),
+                     [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (!(fade > 0))
+        orders.resize(1);
+    const double best = orders.front().second;
+    double sum = 0;
+    for (auto& [order, share] : orders) {
+        share = share > best ? std::max(0.0, 1 - (share - best) / fade) : 1;
+        sum += share;
+    }
+    for (auto& [order, share] : orders)
+        share /= sum;
+    std::erase_if(orders, [](const auto& one) { return !(one.second > 0); });
+    return orders;
 }
 
 SampleLister::SampleLister(const FramePlan& plan, const SplatView& view, const SliceOrder& order)

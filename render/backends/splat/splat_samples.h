@@ -21,7 +21,11 @@ struct SliceOrder {
     int axis = 2;
     bool fromEnd = false;
 
-    static SliceOrder of(const SplatView& view, const VolumeInfo& info);
+    /// The one whose slices face the camera most; and others that face it nearly as much, with shares of the
+    /// picture, so that it changes from one to another without a jump.
+    /// @param fade  degrees by which an order may be worse until it has no share; 0: there is one
+    static std::vector<std::pair<SliceOrder, double>> of(const SplatView& view, const VolumeInfo& info,
+                                                         double fade);
     /// The axes within a slice, ascending.
     std::pair<int, int> others() const { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
     /// Of a sample in its brick: slice, and the place in it.

@@ -17,6 +17,7 @@ struct SplatSettings {
     double cutOff = 3;    // radius of footprints, in standard deviations
     SplatFilter filter = SplatFilter::adaptive;
     SplatComposition composition = SplatComposition::sheet;
+    double fade = 3; // degrees within which pictures by two orders of slices are mixed; 0: never
 };
 
 } // namespace tessera

@@ -203,18 +203,25 @@ TEST_F(MeshFiles, NormalsAndPolygonsAreTaken) {
 TEST_F(MeshFiles, NoTriangles) {
     TriangleMesh none = sphereMesh({0, 0, 0}, 1, 4);
     none.triangles.clear();
-    for (const auto& [name, bytes] :
-         std::vector<std::pair<std::string, std::string>>{{"a.ply", plyText(none)},
-                                                          {"b.ply", plyBinary(none)},
-                                                          {"c.stl", stlBinary(none)},
-                                                          {"d.stl", stlText(none)},
-                                                          {"e.obj", objText(none)}})
+    for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+             {"c.stl", stlBinary(none)}, {"d.stl", stlText(none)}, {"e.obj", objText(none)}})
         EXPECT_THAT(refusal(name, bytes), HasSubstr("expected triangles, found none")) << name;
     const std::string shortest =
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
         "property float z\nelement face 0\nproperty list uchar int vertex_indices\n"
         "end_header\n0 0 0\n1 0 0\n0 1 0";
-    EXPECT_THAT(refusal("f.ply", shortest), HasSubstr("expected triangles, found none"));
+    // Of PLY they are points; so is a file that names no faces.
+    EXPECT_EQ(read("a.ply", plyText(none)).points, none.points);
+    EXPECT_EQ(read("b.ply", plyBinary(none)).points, none.points);
+    EXPECT_EQ(read("f.ply", shortest).points.size(), 3u);
+    const std::size_t faces = shortest.find("element face"), header = shortest.find("end_header");
+    const std::string alone = shortest.substr(0, faces) + shortest.substr(header);
+    EXPECT_EQ(read("p.ply", alone).points, read("f.ply", shortest).points);
+    EXPECT_THAT(refusal("q.ply", alone.substr(0, alone.size() - 6)), HasSubstr("element vertex"));
+    std::string empty = alone;
+    empty.replace(empty.find("vertex 3"), 8, "vertex 0");
+    EXPECT_THAT(refusal("e.ply", empty.substr(0, empty.find("0 0 0"))),
+                HasSubstr("expected triangles, found none"));
     EXPECT_NE(refusal("empty.ply", ""), "");
     EXPECT_NE(refusal("empty.stl", ""), "");
     EXPECT_NE(refusal("empty.obj", ""), "");

@@ -4,6 +4,7 @@
 #include "core/base/address.h"
 #include "core/base/error.h"
 #include "render/geometry/mesh_shape.h"
+#include "render/geometry/point_shape.h"
 #include "render/geometry/tube_shape.h"
 #include "viewer/cli/input/fetched_file.h"
 #if TESSERA_WITH_IMPORT
@@ -39,6 +40,11 @@ std::shared_ptr<const Shape> shapeOfFile(const SceneMesh& mesh, const Frames& fr
         for (std::vector<glm::vec3>* list : {&triangles.points, &triangles.normals})
             for (glm::vec3& v : *list)
                 v = {-v.x, -v.y, v.z};
+    if (triangles.triangles.empty()) {
+        const Charge points = ram.charge(
+            triangles.points.size() * (sizeof(glm::dvec3) + 2 * sizeof(std::uint32_t)), "reading points");
+        return std::make_shared<const PointShape>(triangles.points, mesh.lineRadiusMm, ram);
+    }
     return std::make_shared<const MeshShape>(std::move(triangles), ram, mesh.path.filename().string());
 #else
     (void)ram;
