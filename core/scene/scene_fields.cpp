@@ -81,7 +81,8 @@ const Fields<SceneVolume>& volumeFields() {
                  key, [=](auto& v) -> auto& { return v.source.*member; }, trueOrFalse(), about)
                 .unlessDefault();
         };
-        source("series", &SourceChoice::series, "Source files: number of the DICOM series, as listed.");
+        source("series", &SourceChoice::series,
+               "Source files: number of the DICOM series, channel, time or grid, as listed.");
         source("phase", &SourceChoice::phase,
                "Source files: number of the phase, where a series has several images at each position.");
         choice("largest", &SourceChoice::largest,
