@@ -23,9 +23,6 @@ for word in "$@"; do
 done
 ((${#parts[@]})) || parts=(deb archive)
 
-SOURCE_DATE_EPOCH=$(date -d "$(sed -n 's/^ -- .*>  //p' "$here/debian/changelog" | head -1)" +%s)
-export SOURCE_DATE_EPOCH LC_ALL=C TZ=UTC
-umask 022
 build=${BUILD_FOLDER:-}
 if [[ -z $build ]]; then
     ensure_packages "$root/cmake/debian-packages.txt" "$root/cmake/debian-packages-packages.txt"
@@ -39,6 +36,11 @@ if [[ -z $build ]]; then
     build_release "${targets[@]}"
 fi
 build=$(realpath "$build")
+# What is packed from here on is of the version's time, and of no place and user. (Objects are found in the compile cache by LC_ALL,
+# too, and depend on none of these.)
+SOURCE_DATE_EPOCH=$(date -d "$(sed -n 's/^ -- .*>  //p' "$here/debian/changelog" | head -1)" +%s)
+export SOURCE_DATE_EPOCH LC_ALL=C TZ=UTC
+umask 022
 version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
 out=${OUT_FOLDER:-$root/build/packages}
 mkdir -p "$out"

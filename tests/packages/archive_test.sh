@@ -13,6 +13,9 @@ folder=$(echo "$work/some where"/tessera-*)
 check_layout "$folder"
 "$here/check_sbom.py" "${archive%.tar.gz}.spdx.json" "$folder"
 
+newest=$(find "$folder/bin" "$folder/lib" -type f -exec readelf -V {} + 2>/dev/null | grep -o 'GLIBC_2\.[0-9]*' | sort -Vu | tail -1)
+[[ $newest == GLIBC_2.36 ]] || fail "expected libraries for glibc 2.36, found some for $newest"
+
 ln -s "$folder/bin/tessera" "$work/linked"
 draws "$work/linked" "$work/run"
 

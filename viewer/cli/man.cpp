@@ -21,7 +21,7 @@ struct ManArguments {
 void writePages(const ManArguments& arguments, const CommandRow& program, const CommonOptions& common) {
     if (!arguments.date.empty() && !std::regex_match(arguments.date, std::regex("\\d{4}-\\d{2}-\\d{2}")))
         throw badFile("--date", "YYYY-MM-DD", "\"" + arguments.date + "\"");
-    const auto pages = manualPages(program, {TESSERA_VERSION, arguments.date});
+    const auto pages = manualPages(program, {"Tessera", TESSERA_VERSION, arguments.date});
     for (const auto& [name, text] : pages)
         writeOutputFile(std::filesystem::path(arguments.folder) / name, text);
     common.note("wrote " + std::to_string(pages.size()) + " pages to " + arguments.folder);

@@ -177,8 +177,11 @@ std::string manualPage(const std::string& name, const CommandRow& command, const
     std::string about = command.about.substr(0, command.about.find(". "));
     if (about.ends_with('.'))
         about.pop_back();
+    if (about.starts_with(head.name + " "))
+        about.erase(0, head.name.size() + 1); // "tessera - draws ..."
     std::string page = ".\\\" Written by the program's command `man`; do not edit.\n";
-    page += ".TH " + typed(title) + " 1 \"" + head.date + "\" \"tessera " + head.version + "\" \"Tessera\"\n";
+    page += ".TH " + typed(title) + " 1 \"" + head.date + "\" \"tessera " + head.version + "\" \"" +
+            head.name + "\"\n";
     page += section("NAME", line(typed(pageOf(name)) + " \\- " + shown(about)));
     page += section("SYNOPSIS", synopsis(name, command));
     page += section("DESCRIPTION", line(shown(sentence(command.about))) + footer.sentences);

@@ -11,6 +11,7 @@ namespace tessera {
 
 /// What the table does not say of a program.
 struct ManualHead {
+    std::string name;    ///< as text has it, "Tessera"
     std::string version; ///< "0.1.0"
     std::string date;    ///< of the pages, "2026-11-29"; may be empty
 };
