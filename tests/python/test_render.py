@@ -108,6 +108,27 @@ class Pictures(unittest.TestCase):
         turned = tessera.open(flipped, affine=affine, unit="HU")
         np.testing.assert_allclose(self.render(turned).pixels, self.render(self.torso).pixels, atol=1e-5)
 
+    def test_annotations_lie_over_srgb_and_files(self):
+        words = {"title": "A torso", "scale_bar": True, "size": (320, 240)}
+        plain, picture = self.render(size=(320, 240)), self.render(**words)
+        np.testing.assert_array_equal(picture.pixels, plain.pixels)
+        self.assertFalse(np.array_equal(picture.srgb(), plain.srgb()))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.png")
+            picture.save(path)
+            with open(path, "rb") as file:
+                np.testing.assert_array_equal(decoded(file.read())[0], picture.srgb())
+            picture.save(os.path.join(folder, "a.pdf"))
+            with open(os.path.join(folder, "a.pdf"), "rb") as file:
+                self.assertEqual(file.read(4), b"%PDF")
+            scene = tessera.Scene(self.torso)
+            notes = tessera.render_file(
+                scene, path, panel="front,left", size=(64, 48), gap=2, columns=2, engine="native", no_check=True
+            )
+            self.assertIn("wrote", " ".join(notes))
+            with open(path, "rb") as file:
+                self.assertEqual(decoded(file.read())[0].shape[:2], (48, 130))
+
     def test_layers_come_as_arrays(self):
         picture = self.render(light="cinematic", samples=2, layers="all", size=(24, 18))
         shapes = {name: layer.shape for name, layer in picture.layers.items()}
@@ -129,6 +150,7 @@ class Pictures(unittest.TestCase):
             ({"ram": "1KiB"}, "--ram"),
             ({"slice": "axial:100000"}, "--slice"),
             ({"output": "a.png"}, "Picture.save"),
+            ({"panel": "front"}, "render_file"),
             ({"shading.ambiant": 1}, "nearest: \"ambient\""),
             ({"layers": "depth"}, "--layers"),
         ]:

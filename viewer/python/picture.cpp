@@ -1,13 +1,17 @@
 // viewer/python/picture.cpp: see picture.h.
 #include "viewer/python/picture.h"
 
+#include "core/base/budget.h"
 #include "core/base/error.h"
+#include "core/base/output_file.h"
 #include "core/base/threads.h"
 #include "core/image/colour.h"
 #include "core/image/image.h"
 #include "core/scene/scene.h"
 #include "render/pixels/picture_layers.h"
 #include "render/renderer.h"
+#include "viewer/annotations/figure.h"
+#include "viewer/annotations/figure_file.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/options/command.h"
 #include "viewer/cli/render/layers.h"
@@ -19,6 +23,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
@@ -33,12 +38,13 @@
 namespace tessera::python {
 namespace {
 
-/// A picture in memory, with what its file would hold.
+/// A picture in memory, with what its file would hold besides.
 struct Picture {
     Image image; // linear, premultiplied, without its background
     std::optional<PictureLayers> layers;
     std::optional<Image> errors;
     LayerChoice choice;
+    Figure figure; // what its file has over it
     std::string manifest;
     std::optional<glm::vec3> background; // linear
     std::vector<std::string> notes;
@@ -70,41 +76,55 @@ py::dict layersOfPicture(const py::object& self) {
     return out;
 }
 
-/// As picture files of 8 bits have it: on the background, sRGB; alpha only where a pixel is not opaque.
-py::array_t<std::uint8_t> srgbOf(const Picture& picture) {
-    const Image& image = picture.image;
-    const bool opaque = picture.background || std::all_of(image.pixels.begin(), image.pixels.end(),
-                                                          [](const glm::vec4& p) { return p.a >= 1; });
-    const int channels = opaque ? 3 : 4;
-    py::array_t<std::uint8_t> out({image.size.y, image.size.x, channels});
-    std::uint8_t* const first = out.mutable_data();
+/// The picture on its background.
+Image onBackground(const Picture& picture) {
+    return picture.background ? overBackground(picture.image, *picture.background) : picture.image;
+}
+
+/// Linear premultiplied to sRGB of 8 bits, unassociated, as files have it.
+void encode(const Image& image, int channels, std::uint8_t* first) {
     const auto quantised = [](double x) {
         return static_cast<std::uint8_t>(x > 0 ? std::lround(std::min(x, 1.0) * 255) : 0);
     };
-    Call((py::none())).run([&] {
-        parallelFor(static_cast<std::size_t>(image.size.y), 0, [&](std::size_t y) {
-            std::uint8_t* to = first + y * static_cast<std::size_t>(image.size.x * channels);
-            for (int x = 0; x < image.size.x; ++x) {
-                glm::vec4 p = image.at(x, static_cast<int>(y));
-                if (picture.background)
-                    p = overBackground(p, *picture.background);
-                const double a = std::min(static_cast<double>(p.a), 1.0);
-                for (int c = 0; c < 3; ++c) {
-                    const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
-                    *to++ = quantised(srgbFromLinear(std::isnan(straight) ? 0.0 : straight));
-                }
-                if (!opaque)
-                    *to++ = quantised(a);
+    parallelFor(static_cast<std::size_t>(image.size.y), 0, [&](std::size_t y) {
+        std::uint8_t* to = first + y * static_cast<std::size_t>(image.size.x * channels);
+        for (int x = 0; x < image.size.x; ++x) {
+            const glm::vec4& p = image.at(x, static_cast<int>(y));
+            const double a = std::min(static_cast<double>(p.a), 1.0);
+            for (int c = 0; c < 3; ++c) {
+                const double straight = a > 0 ? static_cast<double>(p[c]) / a : 0.0;
+                *to++ = quantised(srgbFromLinear(std::isnan(straight) ? 0.0 : straight));
             }
-        });
+            if (channels == 4)
+                *to++ = quantised(a);
+        }
     });
+}
+
+/// As picture files of 8 bits have it: on the background, with its annotations, sRGB; alpha only where a
+/// pixel is not opaque.
+py::array_t<std::uint8_t> srgbOf(const Picture& picture) {
+    Image image;
+    bool opaque = false;
+    Call call((py::none()));
+    call.run([&] {
+        image = onBackground(picture);
+        annotate(image, picture.figure);
+        opaque = std::all_of(image.pixels.begin(), image.pixels.end(),
+                             [](const glm::vec4& p) { return p.a >= 1; });
+    });
+    const int channels = opaque ? 3 : 4;
+    py::array_t<std::uint8_t> out({image.size.y, image.size.x, channels});
+    std::uint8_t* const first = out.mutable_data();
+    call.run([&] { encode(image, channels, first); });
     return out;
 }
 
-void save(const Picture& picture, const std::string& path) {
-    checkPictureOutput(path);
+void save(const Picture& picture, const std::string& path, const std::string& ram) {
+    checkFigurePath(path);
+    checkOutputFile(path);
     std::vector<LayerChannel> channels;
-    if (pictureFormat(path) == PictureFormat::exr) { // the others have no place for layers
+    if (std::filesystem::path(path).extension() == ".exr") { // the others have no place for layers
         const auto add = [&](const char* layer, const Image& image, const char* names, int from) {
             for (int c = 0; names[c] != '\0'; ++c)
                 channels.push_back({std::string(layer) + "." + names[c], &image.pixels[0][from + c], 4});
@@ -118,8 +138,10 @@ void save(const Picture& picture, const std::string& path) {
         if (picture.choice.error)
             add("error", *picture.errors, "RGBA", 0);
     }
-    Call((py::none())).run([&] {
-        writePicture(path, picture.image, picture.background, picture.manifest, channels);
+    Call call((py::none()));
+    MemoryBudget budget("RAM", "ram", budgetBytes(ram, "ram", call.common()));
+    call.run([&] {
+        writeFigure(path, onBackground(picture), picture.figure, picture.manifest, channels, budget);
     });
 }
 
@@ -152,7 +174,9 @@ std::unique_ptr<Picture> render(const std::string& in, const Scene* scene,
         scene ? std::optional(*scene) : std::nullopt; // while it is drawn nobody changes it
     call.run([&] {
         runRender(*arguments, call.common(), own ? &*own : nullptr,
-                  [&](const RenderTask& task, RenderResult& result, const nlohmann::json& manifest) {
+                  [&](const RenderTask& task, RenderResult& result, const Figure& figure,
+                      const nlohmann::json& manifest) {
+                      picture->figure = figure;
                       picture->image = std::move(result.image);
                       picture->layers = std::move(result.layers);
                       picture->errors = std::move(result.pixelErrors);
@@ -165,15 +189,14 @@ std::unique_ptr<Picture> render(const std::string& in, const Scene* scene,
     return picture;
 }
 
-/// Draws a film to its folder or file.
-std::vector<std::string> film(const std::string& in, const Scene* scene, const std::string& out,
-                              const std::vector<std::string>& words, py::object progress) {
+/// Writes what `tessera render` writes: a picture, a figure, a film, the wall of a line.
+std::vector<std::string> renderFile(const std::string& in, const Scene* scene, const std::string& out,
+                                    const std::vector<std::string>& words, py::object progress) {
     Call call(std::move(progress));
     const auto arguments = argumentsOf(in, out, words);
-    if (!arguments->isFilm())
-        throw InputError("film: expected path or turn, found neither");
-    const std::optional<Scene> own = scene ? std::optional(*scene) : std::nullopt;
-    call.run([&] { runRender(*arguments, call.common(), own ? &*own : nullptr, {}); });
+    if (scene)
+        arguments->scene = *scene;
+    call.run([&] { runRender(*arguments, call.common()); });
     return call.notes();
 }
 
@@ -195,11 +218,11 @@ void addPictures(py::module_& module) {
                                    return py::make_tuple(c.r, c.g, c.b);
                                })
         .def("srgb", &srgbOf)
-        .def("save", &save);
+        .def("save", &save, py::arg("path"), py::arg("ram"));
     module.def("render", &render, py::arg("path"), py::arg("scene").none(true), py::arg("words"),
                py::arg("progress"));
-    module.def("film", &film, py::arg("path"), py::arg("scene").none(true), py::arg("out"), py::arg("words"),
-               py::arg("progress"));
+    module.def("render_file", &renderFile, py::arg("path"), py::arg("scene").none(true), py::arg("out"),
+               py::arg("words"), py::arg("progress"));
 }
 
 } // namespace tessera::python

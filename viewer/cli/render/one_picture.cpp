@@ -187,7 +187,7 @@ void renderOnePicture(const RenderTask& task) {
         report["layers"] = task.layers.names();
     report["options"] = optionsJson(task);
     if (task.take) {
-        task.take(task, result, report);
+        task.take(task, result, figure, report);
     } else {
         if (task.scene.background)
             result.image = overBackground(result.image, *task.scene.background);

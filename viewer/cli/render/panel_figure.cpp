@@ -6,7 +6,6 @@
 #include "render/plan/frame_plan.h"
 #include "render/plan/fusion.h" // resolved
 #include "viewer/annotations/figure_file.h"
-#include "viewer/annotations/figure_part.h"
 #include "viewer/cli/render/one_picture.h"
 #include "viewer/cli/render/panels.h"
 #include "viewer/cli/render/picture_files.h"
@@ -142,9 +141,9 @@ void drawPanel(const RenderTask& whole, const FittedPanel& fitted, int panel, Sh
     if (fitted.camera)
         task.scene.camera = *fitted.camera;
     task.scene.annotations = fitted.annotations;
-    task.take = [&](const RenderTask& drawn, RenderResult& result, const nlohmann::json& manifest) {
-        const FigureMaker maker(drawn.scene, drawn.stores, drawn.ram, drawn.options.threads);
-        FigurePart part = maker.part(drawn.scene, result);
+    task.take = [&](const RenderTask& drawn, RenderResult& result, const Figure& figure,
+                    const nlohmann::json& manifest) {
+        FigurePart part = figure.parts.front();
         part.from = sheet.grid.at(panel);
         sheet.figure.parts.push_back(std::move(part));
         sheet.panels.push_back(manifest);

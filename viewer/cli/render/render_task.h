@@ -19,11 +19,12 @@
 
 namespace tessera {
 
+struct Figure;
 struct RenderTask;
-/// Takes a picture in place of its file, with all that is drawn over it, and its manifest. It may move the
+/// Takes a picture in place of its file, what its file would have over it, and its manifest. It may move the
 /// result's images.
-using TakePicture =
-    std::function<void(const RenderTask& task, RenderResult& result, const nlohmann::json& manifest)>;
+using TakePicture = std::function<void(const RenderTask& task, RenderResult& result, const Figure& figure,
+                                       const nlohmann::json& manifest)>;
 
 /// One picture, a film, or an unfolded wall. All references outlive it.
 struct RenderTask {

@@ -14,7 +14,7 @@ import atexit as _atexit
 
 from ._tessera import Cancelled, Error, InputError, __version__, remove_temporary_stores as _remove
 from ._lumen import Centreline, Coverage, Line, centreline, coverage
-from ._picture import Picture, film, png, render
+from ._picture import Picture, film, png, render, render_file
 from ._scene import Scene, looks, presets, scene_keys, views
 from ._volume import Body, Label, LabelMap, Table, Volume, open, phantom
 
@@ -44,6 +44,7 @@ __all__ = [
     "png",
     "presets",
     "render",
+    "render_file",
     "scene_keys",
     "views",
 ]

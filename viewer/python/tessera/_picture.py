@@ -6,7 +6,7 @@ import json
 import os
 import struct
 import zlib
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
@@ -14,32 +14,27 @@ from . import _tessera
 from ._scene import Scene
 from ._tessera import InputError
 from ._volume import Volume, as_json, open as open_volume
-from ._words import Path, Progress, words_of
+from ._words import Path, Progress, ram_text, words_of
 
 if TYPE_CHECKING:
     from ._words import Array
 
-_ELSEWHERE = {
-    "output": "Picture.save() writes files",
+# Options of the command line that neither a picture in memory nor a file has a use for.
+_NOT_HERE = {
+    "output": "Picture.save() and tessera.render_file() write files",
     "json": "Picture.manifest has it",
     "explain": "Picture.manifest has it",
-    "first": "draw a smaller picture first",
     "ranks": "the command line draws by several processes",
-    "tiles": "the command line draws in tiles",
-    "keep_state": "the command line keeps samples",
-    "path": "tessera.film() draws along a path",
-    "turn": "tessera.film() draws turntables",
-    "frames": "tessera.film() draws films",
-    "fps": "tessera.film() draws films",
-    "speed": "tessera.film() draws films",
-    "seconds": "tessera.film() draws films",
-    "unfold": "the command line unfolds walls",
-    "may_leak": "the command line unfolds walls",
     "help": "docs/python.md has it",
     "version": "tessera.__version__ has it",
     "quiet": "nothing is printed",
     "verbose": "nothing is printed",
 }
+# Those of files alone.
+_OF_FILES = (
+    "path turn frames fps speed seconds unfold may_leak straighten angle angles curved direction width tiles keep_state"
+    " first panel columns gap own_scales panel_letters"
+).split()
 
 
 def png(pixels: Array) -> bytes:
@@ -68,7 +63,7 @@ class Picture:
     """A picture in memory, with what its file would hold.
 
     It is a numpy array for numpy: float32 [y, x, 4], linear light (Rec. 709 primaries), premultiplied by its alpha,
-    the top row first, without its background.
+    the top row first, without its background and its annotations.
     """
 
     def __init__(self, drawn: _tessera.Picture) -> None:
@@ -100,7 +95,8 @@ class Picture:
         return self._drawn.background
 
     def srgb(self) -> Array:
-        """uint8 [y, x, 3] on the background, as an 8-bit file has it; [y, x, 4] where that is transparent."""
+        """uint8 [y, x, 3] on the background, with its annotations, as an 8-bit file has it; [y, x, 4] where it is
+        transparent."""
         return self._drawn.srgb()
 
     @property
@@ -131,9 +127,10 @@ class Picture:
         """Notes and warnings, as the command line prints them."""
         return self._drawn.notes
 
-    def save(self, path: Path) -> None:
-        """Writes .png (8 bits), .tif (16 bits) or .exr (float, with its layers), with the manifest."""
-        self._drawn.save(os.fspath(path))
+    def save(self, path: Path, *, ram: Union[str, int, None] = None) -> None:
+        """Writes .png (8 bits), .tif (16 bits), .exr (float, with its layers), .pdf or .svg, with its annotations and
+        its manifest."""
+        self._drawn.save(os.fspath(path), ram_text(ram))
 
     def to_png(self) -> bytes:
         """A PNG file in memory, without the manifest."""
@@ -147,18 +144,20 @@ class Picture:
         return f"<tessera.Picture {width} x {height}, {self.manifest['engine']}>"
 
 
-def _split(options: Mapping[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
-    """Options of the command line, and keys of the scene as words."""
+def _split(options: Mapping[str, Any], is_file: bool = False) -> List[str]:
+    """Options of the command line, and behind them keys of the scene, as words."""
+    keys = dict(options.get("set") or {})
     plain: Dict[str, Any] = {}
-    words: List[str] = []
     for name, value in options.items():
-        if name in _ELSEWHERE:
-            raise InputError(f"{name}: expected an option of a picture, found {name}: {_ELSEWHERE[name]}")
+        if name in _NOT_HERE:
+            raise InputError(f"{name}: expected an option of pictures, found one that is not here: {_NOT_HERE[name]}")
+        if name in _OF_FILES and not is_file:
+            raise InputError(f"{name}: expected an option of a picture in memory, found one of tessera.render_file()")
         if "." in name or "[" in name:
-            words.append(f"--set={name}={as_json(value)}")
-        else:
+            keys[name] = value
+        elif name != "set":
             plain[name] = value
-    return plain, words
+    return words_of(plain) + [f"--set={key}={as_json(value)}" for key, value in keys.items()]
 
 
 def _named(source: Any, scene: Any) -> Tuple[str, Optional[Scene], List[Any]]:
@@ -201,36 +200,48 @@ def render(
     Ctrl-C stops within a second. Raises InputError naming the option, the key or the file; Error for what fails
     outside.
     """
-    keys = options.pop("set", None) or {}
-    plain, words = _split(options)
-    name, whole, kept = _named(source, scene)
-    words = words_of(plain) + words + [f"--set={key}={as_json(value)}" for key, value in keys.items()]
-    kept.append(plain)
+    words = _split(options)
+    name, whole, _kept = _named(source, scene)
     return Picture(_tessera.render(name, whole._scene_of if whole is not None else None, words, progress))
+
+
+def render_file(
+    source: Any,
+    output: Path,
+    *,
+    scene: Any = None,
+    progress: Progress = None,
+    **options: Any,
+) -> List[str]:
+    """Writes what `tessera render` writes: a picture, with panel= a figure of several, with path= or turn= a film, and
+    with path= and unfold=, straighten= or curved= a picture of a line.
+
+    source, scene and options as for render(). path: a path file, a Centreline or its dict. Frames that are there stay.
+    Returns notes and warnings.
+    """
+    from ._lumen import path_file
+
+    with path_file(options.pop("path", None)) as file:
+        words = _split({**options, "path": file}, is_file=True)
+        name, whole, _kept = _named(source, scene)
+        where = os.path.abspath(os.fspath(output))
+        return _tessera.render_file(name, whole._scene_of if whole is not None else None, where, words, progress)
 
 
 def film(
     source: Any,
-    output: Any,
+    output: Path,
     *,
     path: Any = None,
     turn: Optional[float] = None,
+    scene: Any = None,
     progress: Progress = None,
     **options: Any,
 ) -> List[str]:
     """Draws a film along a path or of a turntable: a folder of frames, or .mp4, .mov, .mkv.
 
-    path: a path file, or a Centreline. turn: degrees of a turntable. Other options as for render(), and frames, fps,
-    speed, seconds. Frames that are there stay. Returns notes and warnings.
+    turn: degrees of a turntable; the rest as for render_file().
     """
-    from ._lumen import path_file
-
-    keys = options.pop("set", None) or {}
-    films = {name: options.pop(name, None) for name in ("frames", "fps", "speed", "seconds")}
-    plain, words = _split(options)
-    name, whole, _kept = _named(source, None)
-    with path_file(path) as file:
-        words = words_of({**plain, **films, "path": file, "turn": turn}) + words
-        words += [f"--set={key}={as_json(value)}" for key, value in keys.items()]
-        scene = whole._scene_of if whole is not None else None
-        return _tessera.film(name, scene, os.path.abspath(os.fspath(output)), words, progress)
+    if path is None and turn is None:
+        raise InputError("film: expected path or turn, found neither")
+    return render_file(source, output, scene=scene, progress=progress, path=path, turn=turn, **options)
