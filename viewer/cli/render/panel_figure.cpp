@@ -5,6 +5,7 @@
 #include "core/base/output_file.h"
 #include "render/plan/frame_plan.h"
 #include "render/plan/fusion.h" // resolved
+#include "viewer/annotations/figure.h"
 #include "viewer/annotations/figure_file.h"
 #include "viewer/cli/render/one_picture.h"
 #include "viewer/cli/render/panels.h"
