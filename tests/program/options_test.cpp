@@ -46,6 +46,8 @@ const std::vector<Command>& commands() {
           {"--max-error", zero},     // the finest levels that show
           {"--isosurface", numbers}, // values of the volume
           {"--seed", zero},
+          {"--title", names},
+          {"--caption", names},
           {"--gl-device", zero}}},
         {"view", "s.zarr", {}},
         {"validate", "s.zarr", {}},

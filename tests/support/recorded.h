@@ -21,9 +21,9 @@ namespace tessera::test {
 /// Without what a run, a machine or a version changes: seconds, the device, peaks of memory, keys of the
 /// cache, libraries and fonts of annotations.
 inline void forgetTheRun(nlohmann::json& value) {
-    static const std::vector<std::string> kOfTheRun = {"seconds", "device", "peakBytes",  "program",
-                                                       "openGl",  "notice", "dispatches", "entry",
-                                                       "lastUse", "cairo",  "pango",      "fonts"};
+    static const std::vector<std::string> kOfTheRun = {
+        "seconds", "device", "peakBytes",  "program", "openGl", "notice", "dispatches",
+        "entry",   "commit", "processors", "lastUse", "cairo",  "pango",  "fonts"};
     if (value.is_object())
         for (const std::string& key : kOfTheRun)
             value.erase(key);
