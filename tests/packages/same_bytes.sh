@@ -24,7 +24,7 @@ OUT_FOLDER=$work/one cmake/packages/make.sh --fast >/dev/null
 (umask 077 && cd / && TZ=Asia/Tokyo OUT_FOLDER=$work/two "$other/cmake/packages/make.sh" --fast >/dev/null)
 same() { # FILE FILE
     cmp "$1" "$2" || { echo "FAILED: $1 differs"; exit 1; }
-    echo "same bytes: $(basename "$1")"
+    echo "same bytes: $1"
 }
 for file in build/release/tessera build/release/tessera_*.so; do same "$file" "$other/$file"; done
 for file in "$work/one"/*; do same "$file" "$work/two/$(basename "$file")"; done
