@@ -51,6 +51,7 @@ class Pictures(unittest.TestCase):
         pixels = picture.pixels
         self.assertEqual((pixels.shape, pixels.dtype), ((60, 80, 4), np.float32))
         self.assertTrue(np.shares_memory(pixels, picture.pixels))
+        self.assertFalse(pixels.flags.writeable)
         self.assertGreater(pixels[..., 3].max(), 0.5)
         alone = picture.pixels
         before = alone.copy()

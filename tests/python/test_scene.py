@@ -54,6 +54,10 @@ class Scenes(unittest.TestCase):
         with self.assertRaises(tessera.InputError):
             tessera.Scene('{"volumes": 3}')
 
+    def test_addresses_stay_and_paths_become_absolute(self):
+        for source, path in [("https://server/a.zarr", "https://server/a.zarr"), ("b.zarr", os.path.abspath("b.zarr"))]:
+            self.assertEqual(tessera.Scene(source)["volumes"][0]["path"], path)
+
     def test_it_is_a_mapping(self):
         scene = tessera.Scene(mode="mip")
         self.assertIn("mode", scene)

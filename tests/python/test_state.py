@@ -89,6 +89,12 @@ class State(unittest.TestCase):
         done = run(program, env=self.env, cwd=self.folder.name)
         self.assertEqual((done.stdout, done.stderr, done.returncode), ("", "", 0))
 
+    def test_a_line_of_progress_is_written_only_where_it_is_asked_for(self):
+        program = "import tessera\nv = tessera.phantom('torso', (32, 24, 38))\n{}"
+        draw = "tessera.render(v, size=(200, 200), engine='native', progress={})"
+        self.assertEqual(run(program.format(draw.format("None")), env=self.env).stderr, "")
+        self.assertTrue(run(program.format(draw.format("True")), env=self.env).stderr.endswith("\033[K"))  # text mode has other ends of lines
+
     def test_it_is_imported_soon(self):
         program = (
             "import numpy, time, resource\n"

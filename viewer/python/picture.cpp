@@ -50,7 +50,7 @@ struct Picture {
     std::vector<std::string> notes;
 };
 
-/// Numbers of an image's pixels, without a copy.
+/// Numbers of an image's pixels, without a copy; to be read only.
 /// @param owner  keeps them
 py::array numbersOf(const Image& image, int first, int count, const py::handle& owner) {
     constexpr auto kNumber = static_cast<py::ssize_t>(sizeof(float)), kPixel = 4 * kNumber;
@@ -59,7 +59,9 @@ py::array numbersOf(const Image& image, int first, int count, const py::handle& 
         shape.push_back(count);
         strides.push_back(kNumber);
     }
-    return py::array(py::dtype::of<float>(), shape, strides, &image.pixels.front()[first], owner);
+    py::array numbers(py::dtype::of<float>(), shape, strides, &image.pixels.front()[first], owner);
+    numbers.attr("setflags")(py::arg("write") = false); // the manifest says what they are
+    return numbers;
 }
 
 py::dict layersOfPicture(const py::object& self) {

@@ -14,7 +14,7 @@ import numpy as np
 from . import _tessera
 from ._tessera import InputError
 from ._volume import Volume, open as open_volume
-from ._words import Path, Progress
+from ._words import Path, Progress, told
 
 if TYPE_CHECKING:
     from ._words import Array
@@ -131,7 +131,7 @@ def centreline(
         tree,
         generations,
         float(spacing),
-        progress,
+        told(progress),
     )
     lines = [Line(one["points"], one["radii"], one["length"], one["parent"]) for one in found["lines"]]
     return Centreline(lines, json.loads(found["path"]), found["about"], found["notes"])
@@ -193,6 +193,6 @@ def coverage(
         both_ways,
         0.0 if farthest is None else float(farthest),
         float(smallest),
-        progress,
+        told(progress),
     )
     return Coverage(**found)

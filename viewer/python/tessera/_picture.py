@@ -14,7 +14,7 @@ from . import _tessera
 from ._scene import Scene
 from ._tessera import InputError
 from ._volume import Volume, as_json, open as open_volume
-from ._words import Path, Progress, ram_text, words_of
+from ._words import Path, Progress, absolute, ram_text, told, words_of
 
 if TYPE_CHECKING:
     from ._words import Array
@@ -171,7 +171,7 @@ def _named(source: Any, scene: Any) -> Tuple[str, Optional[Scene], List[Any]]:
         source = open_volume(source)
         kept.append(source)
     if scene is None:
-        return os.path.abspath(os.fspath(source)) if "://" not in os.fspath(source) else os.fspath(source), None, kept
+        return absolute(source), None, kept
     copy = Scene(scene)
     copy["volumes[0].path"] = source
     return "scene", copy, kept
@@ -196,13 +196,14 @@ def render(
     set={"shading.ambient": 0.3}, and so on. A name with a point is a key of the scene: **{"shading.ambient": 0.3}.
     A list repeats an option, a tuple is one value, True is a flag. Options win over the scene.
 
-    progress: called with a stage and a share from 0 to 1 on this thread; it may raise, or return False, to stop.
+    progress: called with a stage and a share from 0 to 1 on this thread; it may raise, or return False, to stop. True
+    writes a line on stderr.
     Ctrl-C stops within a second. Raises InputError naming the option, the key or the file; Error for what fails
     outside.
     """
     words = _split(options)
     name, whole, _kept = _named(source, scene)
-    return Picture(_tessera.render(name, whole._scene_of if whole is not None else None, words, progress))
+    return Picture(_tessera.render(name, whole._scene_of if whole is not None else None, words, told(progress)))
 
 
 def render_file(
@@ -224,8 +225,8 @@ def render_file(
     with path_file(options.pop("path", None)) as file:
         words = _split({**options, "path": file}, is_file=True)
         name, whole, _kept = _named(source, scene)
-        where = os.path.abspath(os.fspath(output))
-        return _tessera.render_file(name, whole._scene_of if whole is not None else None, where, words, progress)
+        drawn = whole._scene_of if whole is not None else None
+        return _tessera.render_file(name, drawn, absolute(output), words, told(progress))
 
 
 def film(

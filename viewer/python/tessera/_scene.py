@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List
 
 from . import _tessera
 from ._volume import Volume, as_json
-from ._words import Path
+from ._words import Path, absolute
 
 if TYPE_CHECKING:
     _Mapping = MutableMapping[str, Any]
@@ -136,7 +136,7 @@ class Scene(_Object):
         else:
             if isinstance(source, Volume):
                 self._volumes.append(source)
-            self._scene_of = _tessera.Scene.of(os.path.abspath(os.fspath(source)))
+            self._scene_of = _tessera.Scene.of(absolute(source))
         for key, value in keys.items():
             self[key] = value
 

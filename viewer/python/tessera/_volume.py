@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _tessera
 from ._tessera import InputError
-from ._words import Path, Progress, ram_text, words_of
+from ._words import Path, Progress, absolute, ram_text, told, words_of
 
 if TYPE_CHECKING:
     from ._words import Array
@@ -226,7 +226,7 @@ class Volume:
             (z0, z1), (y0, y1), (x0, x1) = ((int(low), int(high)) for low, high in box)
         except (TypeError, ValueError):
             raise InputError("box: expected ((z0, z1), (y0, y1), (x0, x1)), found " + repr(box)[:80]) from None
-        return self._opened.read(level, (x0, y0, z0), (x1, y1, z1), stored, progress)
+        return self._opened.read(level, (x0, y0, z0), (x1, y1, z1), stored, told(progress))
 
     def labels(
         self,
@@ -241,10 +241,7 @@ class Volume:
 
         level: of detail; coarser ones by majority. same_frame: though the frames of reference differ.
         """
-        where = os.fspath(path)
-        if "://" not in where:
-            where = os.path.abspath(where)
-        return LabelMap(_tessera.labels(self._opened, where, same_frame, level, ram_text(ram), progress))
+        return LabelMap(_tessera.labels(self._opened, absolute(path), same_frame, level, ram_text(ram), told(progress)))
 
     def body(self) -> Body:
         """The box of the patient in a CT, without the table. Raises InputError for values without HU, and none."""
@@ -382,7 +379,7 @@ def open(  # noqa: A001
         if unit or slope != 1.0 or intercept != 0.0:
             raise InputError("unit, slope, intercept: expected for an array, found for a path, which says them itself")
         words = words_of({**options, "spacing": None if spacing is None else tuple(spacing)})
-        return Volume(_tessera.open_path(os.fspath(source), words, ram_text(ram), progress))
+        return Volume(_tessera.open_path(os.fspath(source), words, ram_text(ram), told(progress)))
     if options:
         raise InputError(f"{next(iter(options))}: expected for a path, found for an array")
     image = _image_of(source)
@@ -397,7 +394,7 @@ def open(  # noqa: A001
     whole, oriented = _affine_of(spacing, origin, direction, affine)
     return Volume(
         _tessera.open_array(
-            array, whole.ravel().tolist(), oriented, unit, float(slope), float(intercept), ram_text(ram), progress
+            array, whole.ravel().tolist(), oriented, unit, float(slope), float(intercept), ram_text(ram), told(progress)
         )
     )
 
@@ -413,7 +410,7 @@ def phantom(
 
     size: voxels along x, y and z. It lies in a temporary store that is removed with it.
     """
-    return Volume(_tessera.open_phantom(name, tuple(int(n) for n in size), ram_text(ram), progress))
+    return Volume(_tessera.open_phantom(name, tuple(int(n) for n in size), ram_text(ram), told(progress)))
 
 
 def as_json(value: Any) -> str:
@@ -421,7 +418,7 @@ def as_json(value: Any) -> str:
 
     def other(one: Any) -> Any:
         if hasattr(one, "__fspath__"):
-            return os.path.abspath(os.fspath(one))
+            return absolute(one)
         if hasattr(one, "tolist"):
             return one.tolist()
         raise TypeError(f"{type(one).__name__} has no JSON")

@@ -3,16 +3,37 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Union
 
 from ._tessera import InputError
 
-Progress = Optional[Callable[[str, float], Any]]
+Progress = Union[None, bool, Callable[[str, float], Any]]
 Path = Union[str, "os.PathLike[str]"]
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[Any]
+
+
+def absolute(path: Any) -> str:
+    """A path that means the same in any folder; an address stays as it is."""
+    text = str(os.fspath(path))
+    return text if "://" in text else os.path.abspath(text)
+
+
+def told(progress: Any) -> Optional[Callable[[str, float], Any]]:
+    """The progress function of a call; True: a line on stderr that is written again and again."""
+    if progress is None or progress is False:
+        return None
+    if progress is not True:
+        return progress  # type: ignore[no-any-return]
+
+    def write(stage: str, share: float) -> None:
+        sys.stderr.write(f"\r\033[K{stage}: {share:.0%}" if share < 1 else "\r\033[K")
+        sys.stderr.flush()
+
+    return write
 
 
 def text_of(value: Any, option: str) -> str:
