@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import tempfile
 import unittest
 
@@ -45,6 +46,7 @@ class Scenes(unittest.TestCase):
         scene = tessera.Scene({"volumes": [{"path": "/a/b.zarr", "transferFunction": "bone-1"}], "mode": "mip"})
         self.assertEqual(tessera.Scene(scene.to_json()), scene)
         self.assertEqual(tessera.Scene(scene.to_dict()), scene)
+        self.assertEqual(pickle.loads(pickle.dumps(scene)), scene)
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "scene.json")
             scene.save(path)

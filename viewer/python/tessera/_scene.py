@@ -194,6 +194,9 @@ class Scene(_Object):
         with open(path, "w", encoding="ascii") as file:
             file.write(self.to_json(indent=1) + "\n")
 
+    def __reduce__(self) -> Any:
+        return Scene, (self.to_json(),)
+
     def copy(self) -> "Scene":
         return Scene(self)
 

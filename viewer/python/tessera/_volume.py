@@ -288,6 +288,10 @@ class Volume:
     def __len__(self) -> int:
         return self.shape[0]
 
+    def __reduce__(self) -> Any:
+        """Another process opens the same store, which stays as long as this volume does."""
+        return open, (self.path,)
+
     def __repr__(self) -> str:
         z, y, x = self.shape
         mm = " x ".join(f"{length:.4g}" for length in self.spacing)
