@@ -3,6 +3,7 @@
 import gc
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -269,6 +270,19 @@ class Paths(unittest.TestCase):
                 tessera.open(volume.path, series=2)
             with self.assertRaisesRegex(tessera.InputError, "nearest: --series"):
                 tessera.open(name, serie=2)
+
+    def test_names_need_not_be_unicode(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(os.fsencode(folder), b"\xff\xfe.zarr")
+            sphere = tessera.phantom("sphere", (16, 16, 16))
+            shutil.copytree(os.fsencode(sphere), path)
+            volume = tessera.open(os.fsdecode(path))
+            self.assertEqual(os.fsencode(volume), path)
+            picture = tessera.render(volume, size=(16, 12), engine="native")
+            picture.save(os.fsdecode(path + b".png"))
+            self.assertTrue(os.path.exists(path + b".png"))
+            with self.assertRaisesRegex(tessera.InputError, "nothing there"):
+                tessera.open(os.fsdecode(path + b"no"))
 
     def test_what_cannot_be_opened_says_why(self):
         with self.assertRaisesRegex(tessera.InputError, "expected a file or folder, found nothing there"):

@@ -315,7 +315,7 @@ Volume::Volume(const fs::path& store, std::size_t ramBytes, std::vector<std::sha
 
 void addVolumes(py::module_& module) {
     py::class_<Volume>(module, "Volume")
-        .def_property_readonly("path", [](const Volume& v) { return v.store().path().string(); })
+        .def_property_readonly("path", [](const Volume& v) { return py::bytes(v.store().path().string()); })
         .def_property_readonly("notes", [](const Volume& v) { return v.notes; })
         .def("facts", &factsOf)
         .def("content_hash",

@@ -130,7 +130,7 @@ class Picture:
     def save(self, path: Path, *, ram: Union[str, int, None] = None) -> None:
         """Writes .png (8 bits), .tif (16 bits), .exr (float, with its layers), .pdf or .svg, with its annotations and
         its manifest."""
-        self._drawn.save(os.fspath(path), ram_text(ram))
+        self._drawn.save(os.fsencode(path), ram_text(ram))
 
     def to_png(self) -> bytes:
         """A PNG file in memory, without the manifest."""
@@ -144,7 +144,7 @@ class Picture:
         return f"<tessera.Picture {width} x {height}, {self.manifest['engine']}>"
 
 
-def _split(options: Mapping[str, Any], is_file: bool = False) -> List[str]:
+def _split(options: Mapping[str, Any], is_file: bool = False) -> List[bytes]:
     """Options of the command line, and behind them keys of the scene, as words."""
     keys = dict(options.get("set") or {})
     plain: Dict[str, Any] = {}
@@ -157,7 +157,8 @@ def _split(options: Mapping[str, Any], is_file: bool = False) -> List[str]:
             keys[name] = value
         elif name != "set":
             plain[name] = value
-    return words_of(plain) + [f"--set={key}={as_json(value)}" for key, value in keys.items()]
+    words = words_of(plain) + [f"--set={key}={as_json(value)}" for key, value in keys.items()]
+    return [os.fsencode(word) for word in words]
 
 
 def _named(source: Any, scene: Any) -> Tuple[str, Optional[Scene], List[Any]]:
@@ -203,7 +204,8 @@ def render(
     """
     words = _split(options)
     name, whole, _kept = _named(source, scene)
-    return Picture(_tessera.render(name, whole._scene_of if whole is not None else None, words, told(progress)))
+    drawn = whole._scene_of if whole is not None else None
+    return Picture(_tessera.render(os.fsencode(name), drawn, words, told(progress)))
 
 
 def render_file(
@@ -226,7 +228,7 @@ def render_file(
         words = _split({**options, "path": file}, is_file=True)
         name, whole, _kept = _named(source, scene)
         drawn = whole._scene_of if whole is not None else None
-        return _tessera.render_file(name, drawn, absolute(output), words, told(progress))
+        return _tessera.render_file(os.fsencode(name), drawn, os.fsencode(absolute(output)), words, told(progress))
 
 
 def film(

@@ -136,7 +136,7 @@ class Scene(_Object):
         else:
             if isinstance(source, Volume):
                 self._volumes.append(source)
-            self._scene_of = _tessera.Scene.of(absolute(source))
+            self._scene_of = _tessera.Scene.of(os.fsencode(absolute(source)))
         for key, value in keys.items():
             self[key] = value
 

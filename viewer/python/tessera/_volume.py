@@ -104,10 +104,10 @@ class Volume:
     @property
     def path(self) -> str:
         """Of its store; a temporary one for an array."""
-        return self._opened.path
+        return os.fsdecode(self._opened.path)
 
     def __fspath__(self) -> str:
-        return self._opened.path
+        return os.fsdecode(self._opened.path)
 
     @property
     def shape(self) -> Tuple[int, int, int]:
@@ -241,7 +241,11 @@ class Volume:
 
         level: of detail; coarser ones by majority. same_frame: though the frames of reference differ.
         """
-        return LabelMap(_tessera.labels(self._opened, absolute(path), same_frame, level, ram_text(ram), told(progress)))
+        return LabelMap(
+            _tessera.labels(
+                self._opened, os.fsencode(absolute(path)), same_frame, level, ram_text(ram), told(progress)
+            )
+        )
 
     def body(self) -> Body:
         """The box of the patient in a CT, without the table. Raises InputError for values without HU, and none."""
@@ -383,7 +387,8 @@ def open(  # noqa: A001
         if unit or slope != 1.0 or intercept != 0.0:
             raise InputError("unit, slope, intercept: expected for an array, found for a path, which says them itself")
         words = words_of({**options, "spacing": None if spacing is None else tuple(spacing)})
-        return Volume(_tessera.open_path(os.fspath(source), words, ram_text(ram), told(progress)))
+        raw = [os.fsencode(word) for word in words]
+        return Volume(_tessera.open_path(os.fsencode(source), raw, ram_text(ram), told(progress)))
     if options:
         raise InputError(f"{next(iter(options))}: expected for a path, found for an array")
     image = _image_of(source)
