@@ -232,13 +232,19 @@ TEST_F(Batch, ADryRunChecksAllAndDrawsNothing) {
 }
 
 TEST_F(Batch, ARowThatNeedsMoreThanItsShareIsDrawnAlone) {
-    write("t.csv", "id,image.size\na,24x16\nb,24x16\nc,24x16\n");
     ASSERT_EQ(run("phantom sphere --size 96x96x96 -o s.zarr -q --force").exitCode, 0);
-    const Outcome alone = batch("--ram 48MiB --jobs 1 -q");
-    ASSERT_EQ(alone.exitCode, 0) << alone.problems;
-    const Outcome outcome = batch("--ram 48MiB --jobs 3 --again -q");
+    const std::string render = "render scene.json --light studio --no-check --json -q -o x.png --ram ";
+    const Outcome lit = run(render + "90MiB");
+    ASSERT_EQ(lit.exitCode, 0) << lit.problems;
+    ASSERT_THAT(run(render + "30MiB").problems, HasSubstr("raise --ram"));
+    json scene = json::parse(lit.out)["scene"];
+    scene["volumes"][0]["path"] = "s.zarr";
+    write("scene.json", scene.dump());
+    write("t.csv", "id,lighting\na,\nb,{}\nc,\n");
+    const Outcome outcome = batch("--ram 90MiB --jobs 3 -q --report r.json");
     EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.problems;
     EXPECT_THAT(outcome.out, HasSubstr("3 rows: 3 drawn\n"));
+    EXPECT_THAT(batch("--ram 30MiB --jobs 1 -q --again").out, HasSubstr("1 drawn, 2 failed"));
 }
 
 // Every row is drawn by one of them, and all end with every picture there.

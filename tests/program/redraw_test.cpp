@@ -238,6 +238,21 @@ TEST_F(Redraw, MeshesAndSourcesAreFoundByTheirContent) {
     expectRefused("redraw p/a.png", {"volume 1", "12 x 10 x 8 voxels", "uint8"});
     const Outcome source = run("redraw p/a.png --data doe.json");
     EXPECT_THAT(source.out, HasSubstr("the same (volume 1, --data; content ")) << source.problems;
+    const std::string header = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\n"
+                               "sizes: 12 10 8\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+                               "space origin: (0,0,0)\nencoding: raw\nendian: little\n\n";
+    std::string labels;
+    for (int n = 0; n < 12 * 10 * 8; ++n)
+        labels += n % 12 > 5 ? '\1' : '\0';
+    write("doe.nrrd", header + voxels);
+    write("jane.nrrd", header + labels);
+    ASSERT_EQ(run("render doe.nrrd --labels jane.nrrd -q --preset auto --size 24x24 -o p/l.png").exitCode, 0);
+    EXPECT_THAT(readManifest(folder_ / "p" / "l.png"), Not(HasSubstr("jane")));
+    for (const char* given : {"", " --data doe.nrrd --data jane.nrrd"}) {
+        const Outcome labelled = run("redraw p/l.png" + std::string(given));
+        EXPECT_THAT(labelled.out, HasSubstr("the same (labels of volume 1, ")) << labelled.problems;
+        EXPECT_THAT(labelled.out, HasSubstr("pixels:   equal"));
+    }
     write("p/renamed.ply", mesh + "\n");
     write("jane.ply", mesh.substr(0, mesh.size() - 30) + "8 0 0\n0 8 5\n3 0 1 2\n");
     expectRefused("redraw p/a.png", {"mesh 1"});

@@ -59,7 +59,8 @@ bool isDoneBefore(const fs::path& output, const RenderArguments& arguments, Done
                   MemoryBudget& ram, const CommonOptions& common) {
     const json there = manifestThere(output);
     if (there.is_null() || there.value("program", "") != "tessera " TESSERA_VERSION ||
-        there.value("commit", "") != buildCommit())
+        there.value("commit", "") != buildCommit() ||
+        there.contains("damagedChunks")) // mended since, perhaps
         return false;
     Scene scene = arguments.scene.value();
     applyArguments(arguments, scene, common);

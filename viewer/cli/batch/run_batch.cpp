@@ -201,6 +201,7 @@ class Batch {
         render.allowDamaged = arguments_.allowDamaged;
         render.layers = arguments_.layers;
         render.threads = shares.threads;
+        render.tellsRequest = true;
         render.ram = std::to_string(shares.ram);
         render.gpuMemory = std::to_string(shares.gpu);
         return render;

@@ -53,8 +53,9 @@ json optionsJson(const RenderArguments& arguments, const LayerChoice& layers, co
     json options = {{"engine", arguments.engine},
                     {"glDevice", arguments.device},
                     {"verify", verifyNames()[static_cast<std::size_t>(verifyOf(arguments))]},
-                    {"processors", arguments.threads > 0 ? arguments.threads : defaultThreads()},
-                    {"request", request}};
+                    {"processors", arguments.threads > 0 ? arguments.threads : defaultThreads()}};
+    if (arguments.tellsRequest)
+        options["request"] = request;
     if (arguments.allowDamaged)
         options["allowDamaged"] = true;
     if (!arguments.keepState.empty())

@@ -15,7 +15,8 @@ namespace tessera {
 std::string requestOf(const Scene& scene);
 
 /// "engine", "glDevice", "verify", "allowDamaged", "tile", "layers", "keepState", "processors", "sources"
-/// (what was chosen among source files, of each volume) and "request". Include from .cpp files only.
+/// (what was chosen among source files, of each volume) and, where it is told, "request". Include from .cpp
+/// files only.
 nlohmann::json optionsJson(const RenderTask& task);
 /// The same before a picture is drawn, without "sources".
 nlohmann::json optionsJson(const RenderArguments& arguments, const LayerChoice& layers,

@@ -25,6 +25,7 @@ struct RenderArguments {
     std::string in, out, engine = "auto", ram, gpuMemory, preset, view, fit, projection;
     std::optional<Scene> scene; // in place of `in`, which messages then name
     int threads = 0;            // that draw; 0: all processors
+    bool tellsRequest = false;  // the manifest tells requestOf() (asked_options.h)
     std::string device = "auto";
     double mmPerPixel = 0;                    // 0: as the scene says
     std::vector<std::string> add, addPresets; // further volumes, and their presets
