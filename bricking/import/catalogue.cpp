@@ -7,6 +7,7 @@
 #include "bricking/import/file_part.h"
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/source/oriented_source.h"
+#include "bricking/import/source/phase_choice.h"
 #include "bricking/import/source/source_files.h"
 #include "bricking/store/remote_files.h"
 #include "core/base/address.h"
@@ -52,7 +53,15 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
     row.rank = CatalogueRank::volume;
     row.what = printableName(path.filename());
     try {
-        row.info = orientedInfo(format.open(path, options)->info());
+        SourceOptions one = options;
+        one.phase = 0;
+        if (format.phases && !format.volumes)
+            row.phases = format.phases(path);
+        if (!row.phases.empty()) {
+            one.phase = 1; // they have one lattice
+            row.what += ", " + phasesText(row.phases) + " for --phase";
+        }
+        row.info = orientedInfo(format.open(path, one)->info());
         row.slices = alongSourceAxes(*row.info, row.info->extentVoxels).z;
         row.modality = row.info->acquisition.modality;
     } catch (const Error& error) {
@@ -72,9 +81,11 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
 void addRowsOf(const FileFormat& format, const fs::path& path, const SourceOptions& options,
                std::vector<CatalogueRow>& rows) {
     std::vector<std::string> names;
+    bool areTimes = false;
     try {
         if (format.volumes)
             names = format.volumes(path);
+        areTimes = names.size() > 1 && format.phases && format.phases(path).size() == names.size();
     } catch (const Error&) {
         names.clear(); // the row has the reason
     }
@@ -88,6 +99,7 @@ void addRowsOf(const FileFormat& format, const fs::path& path, const SourceOptio
         row.series = one.series;
         row.isInFile = true;
         row.what = names[number];
+        row.time = areTimes ? one.series : 0;
         rows.push_back(std::move(row));
     }
 }
@@ -247,6 +259,8 @@ std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const CatalogueRo
         refuseSpacing(path);
     SourceOptions one = options;
     one.series = row.series;
+    if (row.time > 0)
+        one.phase = 0; // the row's number says it
     return format->open(path, one);
 }
 
@@ -437,6 +451,14 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
     }
     if (rows.size() == 1)
         return *rows.front();
+    if (const auto times =
+            std::count_if(rows.begin(), rows.end(), [](const auto* row) { return row->time > 0; });
+        options.phase > 0 && times > 0) {
+        for (const CatalogueRow* row : rows)
+            if (row->time == options.phase)
+                return *row;
+        throw badFile(where, "--phase between 1 and " + std::to_string(times), std::to_string(options.phase));
+    }
     const auto scans = std::count_if(rows.begin(), rows.end(), isCt);
     if (scans == 1)
         return **std::find_if(rows.begin(), rows.end(), isCt);
@@ -452,8 +474,8 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
     const bool isDicom = row.series > 0 && !row.isInFile;
-    if (!isDicom && options.phase != 0)
-        throw badFile(printableName(row.path), "a DICOM series for --phase to choose from", "another format");
+    if (!isDicom && options.phase != 0 && row.phases.empty() && row.time != options.phase)
+        throw badFile(printableName(row.path), "several phases for --phase to choose from", "one volume");
     if (isDicom && options.spacingMm)
         refuseSpacing(row.path);
     const auto open = [&](const SourceOptions& one) {

@@ -35,6 +35,7 @@ struct CatalogueRow {
     std::string problem;             // why it is refused without options; "" if it is not
     std::optional<VolumeInfo> info;  // with its axes in the nearest LPS order; none if it is no volume
     std::vector<std::string> phases; // labels; empty: one image at each position
+    int time = 0;                    // of a volume in a file, which are its times: from 1; 0: they are not
     std::vector<std::filesystem::path> stack; // slices that are files of the folder `path`; else empty
     std::size_t duplicates = 0;               // byte-identical copies that are dropped
 };

@@ -34,7 +34,11 @@ struct FileFormat {
     /// Of a file of several volumes: their names. SourceOptions::series chooses, from 1. Empty: it holds one,
     /// as all files of the format do where this is null. Throws InputError as open() does.
     std::vector<std::string> (*volumes)(const std::filesystem::path& file) = nullptr;
-    bool hasLevels = false;                ///< files may have several: SlabSource::fileLevels()
+    bool hasLevels = false; ///< files may have several: SlabSource::fileLevels()
+    /// Of a file that holds a volume at several times: their labels. SourceOptions::phase chooses, from 1;
+    /// or, where volumes() lists them too, as many of these, series does. Empty: one time, as of all files of
+    /// the format where this is null. Throws InputError as open() does.
+    std::vector<std::string> (*phases)(const std::filesystem::path& file) = nullptr;
     std::vector<std::string> endings = {}; ///< of names, lower case: from the format's CMakeLists.txt
 };
 

@@ -35,11 +35,16 @@ PhaseStores storesOfPhases(const SceneVolume& volume, const InputOptions& named,
     const bool isNamed = static_cast<const SourceChoice&>(named) != SourceChoice{};
     InputOptions options = isNamed ? named : InputOptions(volume.source);
     const InputListing listing = listInput(volume.path, options);
-    const ListedRow& row = rowWithPhases(listing, options.series, path);
-    if (row.series > 0)
-        options.series = row.series;
     PhaseStores phases;
-    phases.labels = row.phases;
+    for (const ListedRow& row : listing.rows)
+        if (row.time > 0 && options.series == 0)
+            phases.labels.push_back(row.what);
+    if (phases.labels.empty()) {
+        const ListedRow& row = rowWithPhases(listing, options.series, path);
+        if (row.series > 0)
+            options.series = row.series;
+        phases.labels = row.phases;
+    }
     for (std::size_t n = 0; n < phases.labels.size(); ++n) {
         options.phase = static_cast<int>(n) + 1;
         common.detail("phase " + std::to_string(options.phase) + " of " +

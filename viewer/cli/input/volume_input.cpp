@@ -85,7 +85,7 @@ InputListing listInput(const fs::path& given, const SourceChoice& choice) {
     const Catalogue catalogue = lookThrough(path, options);
     for (const CatalogueRow& row : catalogue.rows) {
         listing.rows.push_back({row.series, row.modality, row.date, row.folder, row.what, row.problem,
-                                row.number, row.slices, row.files, row.phases});
+                                row.number, row.slices, row.files, row.phases, row.time});
         if (!row.info)
             continue;
         listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,

@@ -100,6 +100,18 @@ std::vector<std::string> volumesOfHdf5(const fs::path& path) {
     return names.size() > 1 ? names : std::vector<std::string>{};
 }
 
+/// Of Imaris, where the volumes are those of several times, of one channel.
+std::vector<std::string> timesOfHdf5(const fs::path& path) {
+    std::vector<std::string> names;
+    const std::shared_ptr<const H5Volumes> volumes = volumesIn(H5File(path), path);
+    for (const H5Volume& volume : volumes->all) {
+        if (!volumes->areOfImaris || volume.channel != volumes->all.front().channel)
+            return {};
+        names.push_back(volume.name);
+    }
+    return names.size() > 1 ? names : std::vector<std::string>{};
+}
+
 bool holdsVolumes(const fs::path& path) {
     try {
         return !volumesIn(H5File(path), path)->all.empty();
@@ -207,7 +219,8 @@ FileFormat hdf5Format() {
             .isMeant = holdsVolumes,
             .takesSpacing = true,
             .volumes = volumesOfHdf5,
-            .hasLevels = true};
+            .hasLevels = true,
+            .phases = timesOfHdf5};
 }
 
 } // namespace tessera

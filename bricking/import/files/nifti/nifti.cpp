@@ -4,6 +4,7 @@
 
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/file_reading.h"
+#include "bricking/import/source/phase_choice.h"
 #include "bricking/import/source/slice_converter.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -31,14 +32,22 @@ constexpr double kLargestGzipRatio = 1032;
 
 class GzipNiftiVoxels final : public VoxelStream {
   public:
-    GzipNiftiVoxels(std::filesystem::path path, const NiftiHeader& header)
-        : path_(std::move(path)), header_(header), stream_(niftiVoxels(path_, header_)) {}
+    GzipNiftiVoxels(std::filesystem::path path, const NiftiHeader& header, int time)
+        : path_(std::move(path)), header_(header), time_(time), stream_(niftiVoxels(path_, header_, time)) {}
     void read(std::span<std::byte> out) override { stream_.read(out); }
-    void finish() override { checkNiftiSurplus(path_.string(), header_, stream_.finish()); }
+    void finish() override {
+        const std::uint64_t later = static_cast<std::uint64_t>(header_.times - 1 - time_) *
+                                    voxelBytesInFile(header_.info, header_.type);
+        const std::uint64_t left = stream_.finish();
+        if (left < later)
+            throw badFile(path_.string(), "as many volumes as its header says", "fewer");
+        checkNiftiSurplus(path_.string(), header_, left - later);
+    }
 
   private:
     std::filesystem::path path_;
     NiftiHeader header_;
+    int time_;
     GzipStream stream_;
 };
 
@@ -52,12 +61,13 @@ std::string describeNifti(const NiftiHeader& header, bool compressed) {
 
 void checkLength(const std::string& path, const NiftiHeader& header, double available) {
     const double needed = static_cast<double>(header.dataOffsetBytes) +
-                          static_cast<double>(voxelBytesInFile(header.info, header.type));
+                          header.times * static_cast<double>(voxelBytesInFile(header.info, header.type));
     if (needed > available) {
         const glm::ivec3 n = header.info.extentVoxels;
         throw badFile(path,
                       std::to_string(static_cast<std::uint64_t>(needed)) + " bytes for " +
                           std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) +
+                          (header.times > 1 ? " x " + std::to_string(header.times) + " (dim[4])" : "") +
                           " voxels of " + name(header.type),
                       "at most " + std::to_string(static_cast<std::uint64_t>(available)) + " bytes");
     }
@@ -75,7 +85,8 @@ NiftiFile openNiftiFile(const std::filesystem::path& path) {
         checkLength(path.string(), header, static_cast<double>(file.sizeBytes()));
         checkNiftiSurplus(path.string(), header,
                           file.sizeBytes() - header.dataOffsetBytes -
-                              voxelBytesInFile(header.info, header.type));
+                              static_cast<std::uint64_t>(header.times) *
+                                  voxelBytesInFile(header.info, header.type));
         return {std::move(file), header, false};
     }
     const double largest = static_cast<double>(file.sizeBytes()) * kLargestGzipRatio;
@@ -93,32 +104,48 @@ NiftiFile openNiftiFile(const std::filesystem::path& path) {
     return {std::move(file), header, true};
 }
 
-GzipStream niftiVoxels(const std::filesystem::path& path, const NiftiHeader& header) {
+GzipStream niftiVoxels(const std::filesystem::path& path, const NiftiHeader& header, int time) {
+    const std::uint64_t first = header.dataOffsetBytes +
+                                static_cast<std::uint64_t>(time) * voxelBytesInFile(header.info, header.type);
     GzipStream stream{InputFile(path)};
     std::vector<std::byte> skipped(64 * 1024);
-    for (std::uint64_t at = 0; at < header.dataOffsetBytes;) {
-        const auto step = std::min<std::uint64_t>(skipped.size(), header.dataOffsetBytes - at);
+    for (std::uint64_t at = 0; at < first;) {
+        const auto step = std::min<std::uint64_t>(skipped.size(), first - at);
         stream.read(std::span(skipped).first(step));
         at += step;
     }
     return stream;
 }
 
-std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path) {
+namespace {
+std::vector<std::string> phasesOfNifti(const NiftiHeader& header) {
+    return header.times > 1 ? phaseLabels(static_cast<std::size_t>(header.times), header.stepSeconds)
+                            : std::vector<std::string>{};
+}
+} // namespace
+
+std::unique_ptr<SlabSource> openNifti(const std::filesystem::path& path, int phase) {
     NiftiFile nifti = openNiftiFile(path);
     const NiftiHeader& header = nifti.header;
+    const auto time = static_cast<int>(chosenPhase(phasesOfNifti(header), phase, path.string()));
     if (nifti.isGzip)
         return makeForwardFileSource(
-            [path, header] { return std::make_unique<GzipNiftiVoxels>(path, header); }, header.info,
-            header.type, header.bigEndian, describeNifti(header, true));
+            [path, header, time] { return std::make_unique<GzipNiftiVoxels>(path, header, time); },
+            header.info, header.type, header.bigEndian, describeNifti(header, true));
     return makePlainFileSource(std::move(nifti.file), header.info,
-                               {header.type, header.bigEndian, header.dataOffsetBytes},
+                               {header.type, header.bigEndian,
+                                header.dataOffsetBytes + static_cast<std::uint64_t>(time) *
+                                                             voxelBytesInFile(header.info, header.type)},
                                describeNifti(header, false));
 }
 
 FileFormat niftiFormat() {
-    return {"NIfTI files", ".nii, .nii.gz",
-            [](const std::filesystem::path& path, const SourceOptions&) { return openNifti(path); }};
+    return {.inFolders = "NIfTI files",
+            .named = ".nii, .nii.gz",
+            .open = [](const std::filesystem::path& path,
+                       const SourceOptions& options) { return openNifti(path, options.phase); },
+            .phases =
+                [](const std::filesystem::path& path) { return phasesOfNifti(openNiftiFile(path).header); }};
 }
 
 } // namespace tessera

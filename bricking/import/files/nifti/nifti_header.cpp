@@ -170,17 +170,23 @@ Fields recognise(std::span<const std::byte> bytes, const std::string& where, int
     throw badFile(where, "a NIfTI-1 or NIfTI-2 header", "a file that does not begin as one");
 }
 
-glm::ivec3 readExtent(const Fields& f, const std::string& where) {
+/// The fourth dimension is time: volumes behind one another.
+glm::ivec3 readExtent(const Fields& f, const std::string& where, int& times) {
+    constexpr std::int64_t kMostTimes = 65535;
     const std::int64_t rank = f.dim(0);
     if (rank < 1 || rank > 7)
         throw badFile(where, "1 to 7 dimensions", std::to_string(rank));
     glm::ivec3 extent{1};
     for (std::size_t i = 1; i <= static_cast<std::size_t>(rank); ++i) {
         const std::int64_t size = f.dim(i);
+        if (i == 4 && size > 1 && size <= kMostTimes) {
+            times = static_cast<int>(size);
+            continue;
+        }
         if (i > 3 && size != 1 && size != 0) // 0: not used
             throw badFile(where, "one volume of one value per voxel",
                           "dim[" + std::to_string(i) + "] = " + std::to_string(size) +
-                              " (time series and vectors are not opened)");
+                              " (vectors are not opened)");
         if (i <= 3 && (size < 1 || size > std::numeric_limits<int>::max()))
             throw badFile(where, "dim[" + std::to_string(i) + "] of at least 1", std::to_string(size));
         if (i <= 3)
@@ -194,7 +200,7 @@ glm::ivec3 readExtent(const Fields& f, const std::string& where) {
 NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string& where) {
     NiftiHeader header;
     const Fields f = recognise(bytes, where, header.version, header.bigEndian);
-    header.info.extentVoxels = readExtent(f, where);
+    header.info.extentVoxels = readExtent(f, where, header.times);
 
     const int typeCode = f.get<std::int16_t>(f.at().datatype); // 16 bits in both versions
     const auto type = fileTypeOfCode(typeCode);
@@ -249,6 +255,13 @@ NiftiHeader parseNiftiHeader(std::span<const std::byte> bytes, const std::string
     const int lengthUnit = f.units() & 7; // 1 metre, 2 millimetre, 3 micrometre; 0 unknown, taken as mm
     const double mmPerUnit = lengthUnit == 1 ? 1000 : lengthUnit == 3 ? 0.001 : 1;
     header.info.patientFromVoxel = lpsAffine(ras, mmPerUnit);
+    const int timeUnit = f.units() & 56; // 8 seconds, 16 milliseconds, 24 microseconds
+    const double step = f.real(f.at().pixdim, 4);
+    if (header.times > 1 && std::isfinite(step) && step > 0)
+        header.stepSeconds = timeUnit == 8    ? step
+                             : timeUnit == 16 ? step / 1e3
+                             : timeUnit == 24 ? step / 1e6
+                                              : 0;
     header.orientation = ras.source;
     const bool isSform = f.code(f.at().sformCode) > 0, isQform = !isSform && f.code(f.at().qformCode) > 0;
     header.info.orientationKnown = isSform || isQform;

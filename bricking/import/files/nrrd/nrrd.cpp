@@ -3,11 +3,14 @@
 #include "bricking/import/files/file_format.h"
 #include "bricking/import/files/nrrd/nrrd_grid.h"
 #include "bricking/import/files/nrrd/nrrd_header.h"
+#include "bricking/import/files/nrrd/nrrd_phase.h"
+#include "bricking/import/source/phase_choice.h"
 #include "core/base/error.h"
 
 #include <algorithm>
 #include <cctype>
 #include <string_view>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -30,8 +33,12 @@ std::unique_ptr<SlabSource> openNrrd(const fs::path& path, const SourceOptions& 
     if (hasSegments(header))
         throw badFile(where, "a volume", "a segmentation of 3D Slicer, which --labels takes");
     NrrdGrid grid = nrrdGridOf(header, where, options.spacingMm);
-    if (grid.layers > 1)
+    const bool hasPhases = layersArePhases(header, grid);
+    if (grid.layers > 1 && !hasPhases)
         throw badFile(where, "a volume of one value per voxel", std::to_string(grid.layers) + " values");
+    const auto layer = static_cast<int>(chosenPhase(
+        hasPhases ? phaseLabels(static_cast<std::size_t>(grid.layers)) : std::vector<std::string>{},
+        options.phase, where));
     if (!grid.saysSpacing && !options.spacingMm)
         throw spacingUnknown(where, "an NRRD file whose axes have no spacing in a unit that is known");
     if (grid.saysSpacing && options.spacingMm)
@@ -42,8 +49,16 @@ std::unique_ptr<SlabSource> openNrrd(const fs::path& path, const SourceOptions& 
         grid.info.unit = "HU";
     grid.info.remarks.insert(grid.info.remarks.end(), grid.notes.begin(), grid.notes.end());
     const bool isPacked = header.encoding == DataEncoding::gzip;
-    return openDataFiles(header, path, grid.info,
-                         std::string("NRRD (") + (isPacked ? "gzip), " : "raw), ") + name(header.type));
+    const std::string what = std::string("NRRD (") + (isPacked ? "gzip), " : "raw), ") + name(header.type);
+    return hasPhases ? openNrrdPhase(header, grid, path, layer, what)
+                     : openDataFiles(header, path, grid.info, what);
+}
+
+std::vector<std::string> phasesOfNrrd(const fs::path& path) {
+    const NrrdHeader header = readNrrdHeader(InputFile(path));
+    const NrrdGrid grid = nrrdGridOf(header, path.string(), glm::dvec3(1));
+    return layersArePhases(header, grid) ? phaseLabels(static_cast<std::size_t>(grid.layers))
+                                         : std::vector<std::string>{};
 }
 
 bool isVolume(const fs::path& path) {
@@ -65,7 +80,13 @@ std::vector<fs::path> dataFilesOf(const fs::path& path) {
 } // namespace
 
 FileFormat nrrdFormat() {
-    return {"NRRD files", ".nrrd, .nhdr", openNrrd, isVolume, dataFilesOf, true};
+    return {.inFolders = "NRRD files",
+            .named = ".nrrd, .nhdr",
+            .open = openNrrd,
+            .isMeant = isVolume,
+            .parts = dataFilesOf,
+            .takesSpacing = true,
+            .phases = phasesOfNrrd};
 }
 
 } // namespace tessera

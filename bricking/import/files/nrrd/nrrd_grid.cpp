@@ -89,7 +89,8 @@ std::optional<std::size_t> layerAxisOf(const NrrdHeader& header, const std::stri
                           " of them not of space (\"space directions\", \"kinds\")");
     if (found.empty())
         return std::nullopt;
-    static const std::set<std::string> ofLayers = {"list", "vector", "none", "???", "", "stub", "domain"};
+    static const std::set<std::string> ofLayers = {"list", "vector", "none",   "???",
+                                                   "",     "stub",   "domain", "time"};
     const std::string kind = header.kinds.empty() ? "" : header.kinds[found.front()];
     if (!ofLayers.contains(kind) && header.sizes[found.front()] != 1)
         throw badFile(where, "an axis of layers of kind \"list\"", "\"" + printable(kind) + "\"");

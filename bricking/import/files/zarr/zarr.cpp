@@ -256,6 +256,15 @@ std::vector<std::string> volumesOf(const fs::path& path) {
     return names;
 }
 
+/// Where the volumes are those of several times, of one channel.
+std::vector<std::string> timesOf(const fs::path& path) {
+    const ZarrImage image = imageAt(path);
+    for (const OmeGrid::Other& other : image.grid.others)
+        if (other.length > 1 && other.name != "t" && other.name != "time")
+            return {};
+    return volumesOf(path);
+}
+
 /// The number of the volume, from 0.
 std::size_t numberOf(const ZarrImage& image, const SourceOptions& options) {
     const std::size_t count = volumesIn(image);
@@ -346,7 +355,8 @@ FileFormat zarrFormat() {
             .takesSpacing = true,
             .isFolder = isForeignZarr,
             .volumes = volumesOf,
-            .hasLevels = true};
+            .hasLevels = true,
+            .phases = timesOf};
 }
 
 } // namespace tessera

@@ -79,6 +79,8 @@ class NiftiLabels final : public LabelLayer {
 LabelFile openNiftiLabels(const std::filesystem::path& path, const SourceOptions&) {
     LabelFile file;
     NiftiFile nifti = openNiftiFile(path);
+    if (nifti.header.times > 1)
+        throw badFile(path.string(), "labels of one time", "dim[4] = " + std::to_string(nifti.header.times));
     file.notes = nifti.header.info.remarks;
     file.layers.push_back(std::make_unique<NiftiLabels>(std::move(nifti)));
     return file;

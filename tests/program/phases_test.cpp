@@ -1,0 +1,215 @@
+// tests/program/phases_test.cpp: files of several times: the choice of one, and films over all; and pictures
+// along lines by the program.
+#include "tests/support/program_fixture.h"
+
+#include "core/image/image_file.h"
+
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace tessera::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+/// A ball that grows, HU: at time t of n its radius is 4 + 2t voxels, of 20 x 18 x 16 voxels of 2 mm.
+constexpr int kNx = 20, kNy = 18, kNz = 16;
+std::int16_t valueAt(int x, int y, int z, int time) {
+    const double dx = x - 9.5, dy = y - 8.5, dz = z - 7.5, radius = 3 + 1.5 * time;
+    return static_cast<std::int16_t>(dx * dx + dy * dy + dz * dz < radius * radius ? 100 * (time + 1)
+                                                                                   : -1000);
+}
+std::string voxelsOf(int time) {
+    std::string bytes;
+    for (int z = 0; z < kNz; ++z)
+        for (int y = 0; y < kNy; ++y)
+            for (int x = 0; x < kNx; ++x) {
+                const std::int16_t value = valueAt(x, y, z, time);
+                bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+            }
+    return bytes;
+}
+
+template <typename T> void put(std::string& bytes, std::size_t at, T value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+}
+std::string niftiOf(int times) {
+    std::string file(352, '\0');
+    put<std::int32_t>(file, 0, 348);
+    const std::int16_t dims[] = {static_cast<std::int16_t>(times > 1 ? 4 : 3),
+                                 kNx,
+                                 kNy,
+                                 kNz,
+                                 static_cast<std::int16_t>(times),
+                                 1,
+                                 1,
+                                 1};
+    std::memcpy(file.data() + 40, dims, sizeof dims);
+    put<std::int16_t>(file, 70, 4); // 16 bits, signed
+    put<std::int16_t>(file, 72, 16);
+    const float pixdim[] = {1, 2, 2, 2, 2.5F, 0, 0, 0};
+    std::memcpy(file.data() + 76, pixdim, sizeof pixdim);
+    put<float>(file, 108, 352);
+    file[123] = 2 + 8; // mm, s
+    std::memcpy(file.data() + 344, "n+1", 4);
+    for (int time = 0; time < times; ++time)
+        file += voxelsOf(time);
+    return file;
+}
+/// Layers behind one another, or of every voxel together.
+std::string nrrdOf(int times, bool isInterleaved) {
+    const std::string space = "20 18 16", many = std::to_string(times);
+    std::string file = "NRRD0004\ntype: short\ndimension: 4\nspace: left-posterior-superior\nsizes: " +
+                       (isInterleaved ? many + " " + space : space + " " + many) +
+                       "\nspace directions: " + (isInterleaved ? "none " : "") + "(2,0,0) (0,2,0) (0,0,2)" +
+                       (isInterleaved ? "" : " none") + "\nkinds: " + (isInterleaved ? "list " : "") +
+                       "domain domain domain" + (isInterleaved ? "" : " time") +
+                       "\nendian: little\nencoding: raw\n\n";
+    std::vector<std::string> all;
+    for (int time = 0; time < times; ++time)
+        all.push_back(voxelsOf(time));
+    if (!isInterleaved)
+        for (const std::string& one : all)
+            file += one;
+    else
+        for (std::size_t at = 0; at < all[0].size(); at += 2)
+            for (const std::string& one : all)
+                file += one.substr(at, 2);
+    return file;
+}
+
+class Phases : public Program {
+  protected:
+    json manifestOf(const std::string& picture) const { return json::parse(readManifest(folder_ / picture)); }
+    std::string pixelsOf(const std::string& picture) const {
+        const std::string bytes = readAll(folder_ / picture);
+        return bytes.substr(std::min(bytes.size(), bytes.find("IDAT")));
+    }
+    /// The content of the store that an import of a phase makes.
+    std::string contentOf(const std::string& file, const std::string& options) {
+        const Outcome made = run("import " + file + " one.zarr --force --unit HU " + options);
+        EXPECT_EQ(made.exitCode, 0) << made.problems;
+        const Outcome info = run("info one.zarr --json");
+        return json::parse(info.out).value("contentHash", info.out);
+    }
+};
+
+TEST_F(Phases, AnyFormatGivesTheVolumeOfItsTime) {
+    write("t.nii", niftiOf(3));
+    write("apart.nrrd", nrrdOf(3, false));
+    write("together.nrrd", nrrdOf(3, true));
+    for (int time = 0; time < 3; ++time) {
+        std::string one = niftiOf(1);
+        one.replace(352, std::string::npos, voxelsOf(time));
+        write("one.nii", one);
+        const std::string phase = "--phase " + std::to_string(time + 1);
+        const std::string expected = contentOf("one.nii", "");
+        EXPECT_EQ(contentOf("t.nii", phase), expected) << time;
+        EXPECT_EQ(contentOf("apart.nrrd", phase), contentOf("together.nrrd", phase)) << time;
+    }
+    expectRefused("import t.nii x.zarr", {"t.nii", "--phase N", "3 phases (1: 0 s, 2: 2.5 s, 3: 5 s)"});
+    expectRefused("import t.nii x.zarr --phase 4", {"--phase between 1 and 3", "4 of 3 phases"});
+    expectRefused("import apart.nrrd x.zarr", {"--phase N", "1: time 1"});
+    write("one.nii", niftiOf(1));
+    expectRefused("import one.nii x.zarr --phase 1", {"--phase", "one volume"});
+    write("short.nii", niftiOf(3).substr(0, 20000));
+    expectRefused("import short.nii x.zarr --phase 1", {"short.nii", "dim[4]"});
+    EXPECT_THAT(run("info t.nii").out, HasSubstr("3 phases"));
+}
+
+TEST_F(Phases, AFilmHasAFrameForEachWithOneCameraAndFunction) {
+    write("t.nii", niftiOf(3));
+    const std::string film = "render t.nii --phase all -o frames --engine native --size 24x20 --fps 5";
+    const Outcome first = run(film + " --json");
+    ASSERT_EQ(first.exitCode, 0) << first.problems;
+    EXPECT_EQ(json::parse(first.out)["drawn"], 3);
+    EXPECT_EQ(json::parse(first.out)["phases"], 3);
+    json camera, function;
+    std::vector<std::string> hashes;
+    for (int n = 0; n < 3; ++n) {
+        const json manifest = manifestOf("frames/frame-00000" + std::to_string(n) + ".png");
+        EXPECT_EQ(manifest["film"]["phase"], n + 1);
+        EXPECT_EQ(manifest["film"]["phaseLabel"], n == 0 ? "0 s" : n == 1 ? "2.5 s" : "5 s");
+        hashes.push_back(manifest["store"]["contentHash"]);
+        const json& scene = manifest["scene"];
+        if (n > 0) {
+            EXPECT_EQ(scene["camera"], camera);
+            EXPECT_EQ(scene["volumes"][0]["transferFunction"], function);
+            EXPECT_NE(hashes[static_cast<std::size_t>(n) - 1], hashes.back());
+        }
+        camera = scene["camera"], function = scene["volumes"][0]["transferFunction"];
+    }
+    // It goes on: a frame that is gone is drawn again, the same.
+    const std::string before = pixelsOf("frames/frame-000001.png");
+    fs::remove(folder_ / "frames/frame-000001.png");
+    const Outcome again = run(film + " --json");
+    ASSERT_EQ(again.exitCode, 0) << again.problems;
+    EXPECT_EQ(json::parse(again.out)["drawn"], 1);
+    EXPECT_EQ(pixelsOf("frames/frame-000001.png"), before);
+    // A frame is the still of its phase.
+    write("camera.json",
+          json{{"tesseraScene", 1},
+               {"volumes", {{{"path", "t.nii"}, {"source", {{"phase", 2}}}, {"transferFunction", function}}}},
+               {"camera", camera},
+               {"image", {{"size", {24, 20}}}}}
+              .dump());
+    const Outcome still = run("render camera.json -o still.png --engine native --no-check --samples 1");
+    EXPECT_EQ(still.exitCode, 0) << still.problems;
+    // While it turns, phases follow one another.
+    const Outcome turn =
+        run("render t.nii --phase all --turn 90 --frames 4 -o turn --engine native --size 12x10");
+    ASSERT_EQ(turn.exitCode, 0) << turn.problems;
+    EXPECT_EQ(manifestOf("turn/frame-000003.png")["film"]["phase"], 1);
+}
+
+TEST_F(Phases, WhatHasNoneIsRefused) {
+    write("one.nii", niftiOf(1));
+    write("t.nii", niftiOf(2));
+    makeSphere();
+    expectRefused("render one.nii --phase all -o f", {"one.nii", "several phases"});
+    expectRefused("render s.zarr --phase all -o f", {"s.zarr", "--phase", "a store"});
+    expectRefused("render t.nii --phase all -o f.png", {"f.png"});
+    expectRefused("render t.nii --phase some -o f", {"--phase", "all", "\"some\""});
+    expectRefused("render t.nii --phase all --seconds 3 -o f", {"--seconds"});
+    expectRefused("info t.nii --phase all", {"--phase"});
+    expectRefused("render t.nii --phase all --add s.zarr -o f", {"--phase all", "one volume"});
+}
+
+constexpr const char* kLine = R"({"tesseraPath":1,
+ "lines":[{"count":4,"spacing":10,"points":[[0,0,15],[0,0,5],[0,0,-5],[0,0,-15]],"radius":[9,9,9,9]}]})";
+
+TEST_F(Phases, LinesAreReformed) {
+    makeSphere();
+    write("line.json", kLine);
+    const std::string command = "render s.zarr --path line.json --mm-per-pixel 2 --width 20 -o p.png --json ";
+    const Outcome three = run(command + "--straighten --angles 3 --slab 4:maximum");
+    ASSERT_EQ(three.exitCode, 0) << three.problems;
+    const json straight = manifestOf("p.png")["reformation"];
+    EXPECT_EQ(straight["form"], "straightened");
+    EXPECT_EQ(straight["anglesDegrees"], json({0.0, 60.0, 120.0}));
+    EXPECT_EQ(straight["mmPerPixel"], 2.0);
+    EXPECT_NEAR(straight["lineLengthMm"].get<double>(), 30, 0.1);
+    EXPECT_EQ(straight["pictureSize"], json({10, 15}));
+    EXPECT_EQ(straight["slab"], "maximum");
+    EXPECT_EQ(straight["lineHash"].get<std::string>().size(), 16U);
+    const Outcome curved = run(command + "--curved --direction 1,0,0");
+    ASSERT_EQ(curved.exitCode, 0) << curved.problems;
+    EXPECT_EQ(manifestOf("p.png")["reformation"]["form"], "stretched");
+    EXPECT_EQ(manifestOf("p.png")["reformation"]["lineHash"], straight["lineHash"]);
+    expectRefused("render s.zarr --straighten -o p.png", {"--straighten", "--path"});
+    expectRefused(command + "--straighten --curved", {"--straighten", "two"});
+    expectRefused(command + "--curved --angle 3", {"--angle", "--straighten"});
+    expectRefused(command + "--curved --direction 0,0,1", {"--direction", "at an angle to the line"});
+    expectRefused(command + "--curved --direction 1,2", {"--direction", "X,Y,Z"});
+    expectRefused(command + "--straighten --view left", {"--view"});
+    expectRefused(command + "--straighten --size 20x20", {"--size", "--width"});
+    expectRefused(command + "--straighten --engine native", {"--engine"});
+    expectRefused(command + "--straighten --mode maximum", {"--mode", "slice"});
+    expectRefused("render s.zarr -o p.png --width 3", {"--width", "--straighten"});
+    expectRefused(command + "--straighten --add s.zarr", {"--straighten", "one volume"});
+}
+
+} // namespace
+} // namespace tessera::test
