@@ -3,7 +3,8 @@
 
 #include "core/base/error.h"
 #include "core/image/page_format.h"
-#include "viewer/cli/manifest/manifest.h" // scaleBarJson, legendJson
+#include "viewer/annotations/figure_layout.h" // kScaleBarWords
+#include "viewer/cli/manifest/manifest.h"     // scaleBarJson, legendJson
 #if TESSERA_WITH_ANNOTATIONS
 #include "viewer/annotations/figure_drawing.h"
 #endif
@@ -102,7 +103,7 @@ void tellAnnotations(nlohmann::json& manifest, const Figure& figure) {
     if (figure.parts.size() != 1)
         return;
     const FigurePart& part = figure.parts.front();
-    if (part.annotations.scaleBar)
+    if (part.annotations.scaleBar && !std::ranges::count(report.leftOut, kScaleBarWords))
         manifest["scaleBar"] = scaleBarJson(scaleBarOf(part.camera, part.size));
     if (part.annotations.legend)
         manifest["legend"] = legendJson(part.legend);

@@ -86,7 +86,7 @@ void layScaleBar(PartLayout& in) {
     block.shapes.emplace_back(std::move(lines));
     block.write(text, {block.size.x - box.x, 0});
     const glm::dvec2 corner = in.to - block.size;
-    in.place(std::move(block), in.slide(corner, -1), "the scale bar");
+    in.place(std::move(block), in.slide(corner, -1), kScaleBarWords);
 }
 
 void layEdgeLetters(PartLayout& in) {

@@ -50,6 +50,9 @@ struct FigureLayout {
     std::vector<std::string> leftOut; // what had no room
 };
 
+/// In leftOut, where the scale bar is.
+constexpr const char* kScaleBarWords = "the scale bar";
+
 FigureLayout layOut(const Figure& figure, const MeasureWords& measure);
 
 /// The size of a part's letters, pixels: as asked, but smaller in a small picture.
