@@ -3,11 +3,9 @@
 
 #include "core/base/error.h"
 #include "core/image/page_format.h"
+#include "viewer/annotations/figure_drawing.h"
 #include "viewer/annotations/figure_layout.h" // kScaleBarWords
 #include "viewer/cli/manifest/manifest.h"     // scaleBarJson, legendJson
-#if TESSERA_WITH_ANNOTATIONS
-#include "viewer/annotations/figure_drawing.h"
-#endif
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image/image_file.h"
 #endif
@@ -19,27 +17,24 @@
 #include <vector>
 
 namespace tessera {
-namespace {
 
 #if !TESSERA_WITH_ANNOTATIONS
-void refuse(const Figure& figure) {
-    for (const FigurePart& part : figure.parts)
-        if (part.annotations.any())
-            throw InputError(firstAnnotation(part.annotations) +
-                             ": this program was built without annotations");
+// In place of the module.
+
+DrawingReport describeDrawing(const Figure&) {
+    throw InputError("annotations: this program was built without them");
 }
-DrawingReport describeDrawing(const Figure& figure) {
-    refuse(figure);
-    return {};
-}
-void drawAnnotations(const Figure& figure, Image&) {
-    refuse(figure);
+void drawAnnotations(const Figure&, Image&) {
+    throw InputError("annotations: this program was built without them");
 }
 void writePage(const std::filesystem::path& path, const Image&, const Figure&, const std::string&,
                MemoryBudget&) {
     throw InputError(path.string() + ": this program was built without PDF and SVG");
 }
 #endif
+
+namespace {
+
 #if !TESSERA_WITH_IMAGE_FILES
 void writeImage(const std::filesystem::path& path, const Image&, const std::string&,
                 std::span<const LayerChannel> = {}, double = 0) {

@@ -39,7 +39,11 @@ void checkPictureOutput(const fs::path& out) {
 }
 
 void checkFigureOutput(const fs::path& out) {
+#if TESSERA_WITH_IMAGE_FILES
     checkFigurePath(out);
+#else
+    checkImagePath(out);
+#endif
     checkOutputFile(out);
 }
 
