@@ -104,8 +104,7 @@ class PlyWalk {
             else
                 refuse("a header of PLY", quoted(*line));
         }
-        hasFaces_ = std::any_of(elements_.begin(), elements_.end(),
-                                [](const PlyElement& element) { return element.name == "face"; });
+        hasFaces_ = elements_.size() > 1;
         if (elements_.empty() || elements_[0].name != "vertex" || (hasFaces_ && elements_[1].name != "face"))
             refuse("elements vertex and face, in this order", "others");
         for (const char* axis : {"x", "y", "z"})

@@ -97,8 +97,6 @@ TEST_F(MeshWalks, PlyHeaders) {
              {"element vertex 3", "property int i\nelement vertex 3", "a header of PLY"},
              {"element vertex", "element point", "elements vertex and face, in this order"},
              {"element face", "element edge", "elements vertex and face, in this order"},
-             {"element face 2\nproperty list uchar int vertex_indices\n", "",
-              "elements vertex and face, in this order"},
              {"property float x\n", "", "vertices with x, y and z, found no x"},
              {"property float y", "property float w", "vertices with x, y and z, found no y"},
              {"property float z", "property list uchar float z", "vertices with x, y and z, found no z"},
