@@ -11,9 +11,10 @@ namespace tessera::bench {
 struct PaperSystem {
     const char* id;
     const char* what;
-    const char* where;    // in the sources
-    const char* status;   // whether it is used, or what is in its place
-    const char* measured; // page of docs/measurements/; empty: tests alone
+    const char* where;  // in the sources
+    const char* status; // whether it is used, or what is in its place
+    /// A section of a page of docs/measurements/, as links have it: "light.md#looks"; or a file of tests.
+    const char* measured;
 };
 /// All 90, by paper.
 const std::vector<PaperSystem>& paperSystems();
