@@ -183,7 +183,7 @@ constexpr const char* kLine = R"({"tesseraPath":1,
 TEST_F(Phases, LinesAreReformed) {
     makeSphere();
     write("line.json", kLine);
-    const std::string command = "render s.zarr --path line.json --mm-per-pixel 2 --width 20 -o p.png --json ";
+    const std::string command = "render s.zarr --path line.json --mm-per-pixel 2 --across 20 -o p.png --json ";
     const Outcome three = run(command + "--straighten --angles 3 --slab 4:maximum");
     ASSERT_EQ(three.exitCode, 0) << three.problems;
     const json straight = manifestOf("p.png")["reformation"];
@@ -204,10 +204,10 @@ TEST_F(Phases, LinesAreReformed) {
     expectRefused(command + "--curved --direction 0,0,1", {"--direction", "at an angle to the line"});
     expectRefused(command + "--curved --direction 1,2", {"--direction", "X,Y,Z"});
     expectRefused(command + "--straighten --view left", {"--view"});
-    expectRefused(command + "--straighten --size 20x20", {"--size", "--width"});
+    expectRefused(command + "--straighten --size 20x20", {"--size", "--across"});
     expectRefused(command + "--straighten --engine native", {"--engine"});
     expectRefused(command + "--straighten --mode maximum", {"--mode", "slice"});
-    expectRefused("render s.zarr -o p.png --width 3", {"--width", "--straighten"});
+    expectRefused("render s.zarr -o p.png --across 3", {"--across", "--straighten"});
     expectRefused(command + "--straighten --add s.zarr", {"--straighten", "one volume"});
 }
 

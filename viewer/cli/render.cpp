@@ -63,7 +63,7 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     command.option("--direction", a->direction,
                    "with --curved: X,Y,Z of the direction, the picture's right (default: that of --view)");
     command
-        .option("--width", a->widthMm,
+        .option("--across", a->widthMm,
                 "with --straighten and --curved: mm across the line (default: by its radius)")
         .inUnit("mm")
         .check(numberWithin(0.01, 1e5, "mm from 0.01 to 100000"));

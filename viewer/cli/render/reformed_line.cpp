@@ -41,11 +41,11 @@ void checkReformation(const RenderArguments& a) {
     if (!a.direction.empty() && !a.curved)
         throw badFile("--direction", "--curved with it", "none");
     if (a.widthMm > 0 && !a.reforms())
-        throw badFile("--width", "--straighten or --curved with it", "none");
+        throw badFile("--across", "--straighten or --curved with it", "none");
     if (!a.reforms())
         return;
     if (a.keys.says("image.size"))
-        throw badFile("--size", "--width and --mm-per-pixel with " + form + ", whose size is the line's",
+        throw badFile("--size", "--across and --mm-per-pixel with " + form + ", whose size is the line's",
                       "--size");
     if (a.engine != "auto")
         throw badFile("--engine", "none with " + form + ", which casts no rays", a.engine);
