@@ -94,6 +94,26 @@ class Parts(unittest.TestCase):
             with self.assertRaisesRegex(tessera.InputError, "nothing there"):
                 volume.labels(os.path.join(folder, "none"))
 
+    def test_a_surface_is_closed_and_encloses_its_value(self):
+        z, y, x = np.indices((40, 44, 48))
+        far = np.sqrt((2 * (x - 24.0)) ** 2 + (y - 22.0) ** 2 + (z - 20.0) ** 2)
+        volume = tessera.open((1000 - 20 * far).astype(np.float32), spacing=(2, 1, 1), origin=(5, -3, 7))
+        found = volume.surface(1000 - 20 * 12)
+        radii = np.linalg.norm(found.points - [5 + 48, -3 + 22, 7 + 20], axis=1)
+        self.assertLess(np.abs(radii - 12).max(), 0.25)
+        self.assertAlmostEqual(found.volume_ml, 4 / 3 * np.pi * 12**3 / 1000, delta=0.1)
+        a, b, c = (found.points[found.triangles[:, n]] for n in range(3))
+        self.assertAlmostEqual(np.einsum("ij,ij", a, np.cross(b, c)) / 6000, found.volume_ml, delta=0.01)
+        self.assertAlmostEqual(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 200, found.area_cm2, delta=0.01)
+        edges = np.sort(found.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        _, counts = np.unique(edges, axis=0, return_counts=True)
+        self.assertTrue((counts == 2).all())
+        self.assertLess(len(volume.surface(760, level=1).triangles), len(found.triangles) / 2)
+        self.assertEqual(volume.surface(5000).triangles.shape, (0, 3))
+        for value, level in [(np.nan, 0), (0, 6), (0, -1)]:
+            with self.assertRaises(tessera.InputError):
+                volume.surface(value, level=level)
+
     def test_a_body_has_a_box(self):
         torso = tessera.phantom("torso", (64, 48, 75))
         body = torso.body()

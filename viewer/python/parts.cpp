@@ -3,8 +3,11 @@
 
 #include "bricking/analysis/body/body_box.h"
 #include "bricking/analysis/body/table_mask.h"
+#include "bricking/analysis/surface/surface_lattice.h"
+#include "bricking/analysis/surface/surface_mesh.h"
 #include "bricking/export/box_source.h"
 #include "bricking/labels/label_volume.h"
+#include "bricking/statistics/statistics.h"
 #include "core/base/brick.h"
 #include "core/base/budget.h"
 #include "core/base/error.h"
@@ -17,6 +20,8 @@
 #include "viewer/python/volume.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -129,6 +134,63 @@ py::dict table(Volume& volume) {
     return out;
 }
 
+/// A surface's points and triangles: counted, or put into arrays that have room for as many.
+class ArraySink final : public MeshSink {
+  public:
+    /// @param points, triangles  null: nothing is kept
+    ArraySink(double* points, std::uint32_t* triangles) : points_(points), triangles_(triangles) {}
+    void point(const glm::dvec3& mm) override {
+        for (int axis = 0; points_ && axis < 3; ++axis)
+            *points_++ = mm[axis];
+    }
+    void triangle(const std::array<std::uint32_t, 3>& numbers, const std::array<glm::dvec3, 3>&) override {
+        if (triangles_)
+            triangles_ = std::copy(numbers.begin(), numbers.end(), triangles_);
+    }
+
+  private:
+    double* points_;
+    std::uint32_t* triangles_;
+};
+
+/// The closed surface of a value. It is found twice: its size first, so that arrays are made once.
+py::dict surface(Volume& volume, double value, int level, py::object progress) {
+    Call call(std::move(progress));
+    if (!std::isfinite(value))
+        throw badFile("value", "a finite number", std::to_string(value));
+    SurfaceCounts counts;
+    std::optional<Statistics> statistics;
+    const auto find = [&](MeshSink& sink) {
+        const VolumeInfo& info = volume.info();
+        const SurfaceLattice lattice(info, {glm::dvec3(0), glm::dvec3(info.extentVoxels)},
+                                     wholeLevel(info, level).level, "volume");
+        SurfaceRequest request;
+        request.value = value;
+        counts = extractSurface(volume.store(), lattice,
+                                {statistics->cells, statistics->cellMin, statistics->cellMax, 1}, request,
+                                volume.ram(), sink, call.common().progress->shares());
+    };
+    call.run([&] {
+        statistics = loadStatistics(volume.store(), volume.ram(), 0);
+        call.common().progress->stage("counting triangles");
+        ArraySink nothing(nullptr, nullptr);
+        find(nothing);
+    });
+    py::array_t<double> points({static_cast<py::ssize_t>(counts.points), py::ssize_t{3}});
+    py::array_t<std::uint32_t> triangles({static_cast<py::ssize_t>(counts.triangles), py::ssize_t{3}});
+    ArraySink arrays(points.mutable_data(), triangles.mutable_data());
+    call.run([&] {
+        call.common().progress->stage("finding the surface");
+        find(arrays);
+    });
+    py::dict out;
+    out["points"] = points;
+    out["triangles"] = triangles;
+    out["volume_ml"] = counts.volumeMm3 / 1000;
+    out["area_cm2"] = counts.areaMm2 / 100;
+    return out;
+}
+
 } // namespace
 
 void addParts(py::module_& module) {
@@ -136,6 +198,8 @@ void addParts(py::module_& module) {
                py::arg("ram"), py::arg("progress"));
     module.def("body", &body, py::arg("volume"));
     module.def("table", &table, py::arg("volume"));
+    module.def("surface", &surface, py::arg("volume"), py::arg("value"), py::arg("level"),
+               py::arg("progress"));
 }
 
 } // namespace tessera::python

@@ -16,7 +16,7 @@ from ._tessera import Cancelled, Error, InputError, __version__, remove_temporar
 from ._lumen import Centreline, Coverage, Line, centreline, coverage
 from ._picture import Picture, film, png, render, render_file
 from ._scene import Scene, looks, presets, scene_keys, views
-from ._volume import Body, Label, LabelMap, Table, Volume, open, phantom
+from ._volume import Body, Label, LabelMap, Surface, Table, Volume, open, phantom
 
 _atexit.register(_remove)
 
@@ -32,6 +32,7 @@ __all__ = [
     "Line",
     "Picture",
     "Scene",
+    "Surface",
     "Table",
     "Volume",
     "__version__",

@@ -89,6 +89,17 @@ class Table:
     level: Optional[int]
 
 
+@dataclass(frozen=True)
+class Surface:
+    """The closed surface of a value: points float64 [n, 3] in patient space (LPS), mm; triangles uint32 [m, 3] of their
+    numbers, which turn to the left seen from outside. Millilitres that it encloses, and its area."""
+
+    points: Array
+    triangles: Array
+    volume_ml: float
+    area_cm2: float
+
+
 class Volume:
     """A volume that was opened: its levels of detail, read when they are asked for.
 
@@ -246,6 +257,11 @@ class Volume:
                 self._opened, os.fsencode(absolute(path)), same_frame, level, ram_text(ram), told(progress)
             )
         )
+
+    def surface(self, value: float, *, level: int = 0, progress: Progress = None) -> Surface:
+        """The surface of a value as triangles, as `tessera mesh` finds it. Its arrays are the caller's memory; a coarser
+        level has fewer triangles. Empty arrays where the volume has no such value."""
+        return Surface(**_tessera.surface(self._opened, float(value), level, told(progress)))
 
     def body(self) -> Body:
         """The box of the patient in a CT, without the table. Raises InputError for values without HU, and none."""
