@@ -59,7 +59,7 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
             row.phases = format.phases(path);
         if (!row.phases.empty()) {
             one.phase = 1; // they have one lattice
-            row.what += ", " + phasesText(row.phases) + " for --phase";
+            row.what += ", " + phasesText(row.phases, " for --phase");
         }
         row.info = orientedInfo(format.open(path, one)->info());
         row.slices = alongSourceAxes(*row.info, row.info->extentVoxels).z;
@@ -144,14 +144,8 @@ std::string reconstructionOf(const DicomSeries& series, const DicomListing& list
         add(number(a.tubeVoltageKv) + " kV");
     if (std::abs(listing.tiltDegrees) > 0.05)
         add("tilt " + number(listing.tiltDegrees) + " degrees");
-    if (!listing.phases.empty()) {
-        constexpr std::size_t kMostListed = 24;
-        std::string list;
-        for (std::size_t i = 0; i < std::min(listing.phases.size(), kMostListed); ++i)
-            list += (i == 0 ? "" : ", ") + std::to_string(i + 1) + ": " + listing.phases[i];
-        add(std::to_string(listing.phases.size()) + " phases for --phase (" + list +
-            (listing.phases.size() > kMostListed ? ", ...)" : ")"));
-    }
+    if (!listing.phases.empty())
+        add(phasesText(listing.phases, " for --phase"));
     if (listing.duplicates > 0)
         add(std::to_string(listing.duplicates) +
             (listing.duplicates == 1 ? " duplicate dropped" : " duplicates dropped"));
@@ -474,7 +468,7 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
     const bool isDicom = row.series > 0 && !row.isInFile;
-    if (!isDicom && options.phase != 0 && row.phases.empty() && row.time != options.phase)
+    if (!isDicom && options.phase != 0 && row.info && row.phases.empty() && row.time != options.phase)
         throw badFile(printableName(row.path), "several phases for --phase to choose from", "one volume");
     if (isDicom && options.spacingMm)
         refuseSpacing(row.path);

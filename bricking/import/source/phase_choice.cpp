@@ -16,12 +16,12 @@ std::vector<std::string> phaseLabels(std::size_t count, double stepSeconds) {
     return labels;
 }
 
-std::string phasesText(const std::vector<std::string>& labels) {
+std::string phasesText(const std::vector<std::string>& labels, const std::string& words) {
     constexpr std::size_t kMostListed = 24;
     std::string list;
     for (std::size_t n = 0; n < std::min(labels.size(), kMostListed); ++n)
         list += (n == 0 ? "" : ", ") + std::to_string(n + 1) + ": " + labels[n];
-    return std::to_string(labels.size()) + " phases (" + list +
+    return std::to_string(labels.size()) + " phases" + words + " (" + list +
            (labels.size() > kMostListed ? ", ...)" : ")");
 }
 

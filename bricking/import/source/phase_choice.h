@@ -12,7 +12,8 @@ namespace tessera {
 std::vector<std::string> phaseLabels(std::size_t count, double stepSeconds = 0);
 
 /// "12 phases (1: 0 s, 2: 2.5 s, ...)": the first 24.
-std::string phasesText(const std::vector<std::string>& labels);
+/// @param words  behind "phases": " for --phase"
+std::string phasesText(const std::vector<std::string>& labels, const std::string& words = {});
 
 /// The number of the phase, from 0.
 /// @param labels  of all; empty: the file has one volume
