@@ -378,7 +378,7 @@ TEST(MeshOcclusion, ALatticeOfManyBytesIsCoarser) {
 /// floats are far apart.
 TEST(MeshOcclusion, APlaneIsBrightWhateverItsNormalsAndPlace) {
     const VolumeInfo info = infoOf("sphere");
-    for (const double far : {0.0, 30000.0})
+    for (const double far : {0.0, 300000.0})
         for (const double bend : {0.0, 0.8}) {
             Scene scene = ambientScene(info, {24, 24});
             const glm::dvec3 u(20, 3, 1), v(-2, 18, 5),
