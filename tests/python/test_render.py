@@ -1,6 +1,7 @@
 """Pictures of Python's package: the program's, as arrays; stopped, by several threads, and as files."""
 
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import zlib
 import numpy as np
 
 import tessera
+from tessera import _picture
 
 PROGRAM = os.environ.get("TESSERA_PROGRAM", "")
 
@@ -140,6 +142,16 @@ class Pictures(unittest.TestCase):
             picture.save(os.path.join(folder, "a.exr"))
             with open(os.path.join(folder, "a.exr"), "rb") as file:
                 self.assertIn(b"depth.Z", file.read(2000))
+
+    @unittest.skipUnless(PROGRAM, "no program")
+    def test_options_that_are_not_here_are_options_of_the_program(self):
+        done = subprocess.run([PROGRAM, "render", "--help"], stdout=subprocess.PIPE, text=True, check=True)
+        words = set(re.findall(r"--[a-z][a-z-]+", done.stdout))
+        for name in [*_picture._OF_FILES, *set(_picture._NOT_HERE) - {"version", "quiet", "verbose"}]:
+            with self.subTest(name):
+                self.assertIn("--" + name.replace("_", "-"), words)
+                with self.assertRaisesRegex(tessera.InputError, name):
+                    self.render(**{name: 1})
 
     def test_errors_are_those_of_the_command_line(self):
         for options, words in [

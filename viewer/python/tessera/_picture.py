@@ -32,7 +32,7 @@ _NOT_HERE = {
 }
 # Those of files alone.
 _OF_FILES = (
-    "path turn frames fps speed seconds unfold may_leak straighten angle angles curved direction width tiles keep_state"
+    "path turn frames fps speed seconds unfold may_leak straighten angle angles curved direction across tiles keep_state"
     " first panel columns gap own_scales panel_letters"
 ).split()
 
