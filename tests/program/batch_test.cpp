@@ -5,7 +5,6 @@
 #include "core/image/image_file.h"
 
 #include <csignal>
-#include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -53,10 +52,7 @@ class Batch : public Program {
         return rows;
     }
     Image picture(const std::string& name) const { return readImage(folder_ / name); }
-    static bool same(const Image& a, const Image& b) {
-        return a.size == b.size &&
-               std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(glm::vec4)) == 0;
-    }
+    static bool same(const Image& a, const Image& b) { return a.size == b.size && a.pixels == b.pixels; }
 };
 
 TEST_F(Batch, GoesOnAfterFailuresAndDrawsNothingTwice) {

@@ -7,8 +7,9 @@
 #include "viewer/cli/render/picture_files.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -87,6 +88,13 @@ std::optional<PictureFormat> formatOf(const std::filesystem::path& path) {
     }
 }
 
+bool isSameBits(const glm::vec4& a, const glm::vec4& b) {
+    for (int c = 0; c < 4; ++c)
+        if (std::bit_cast<std::uint32_t>(a[c]) != std::bit_cast<std::uint32_t>(b[c]))
+            return false;
+    return true;
+}
+
 } // namespace
 
 ManifestDifferences compareManifests(const json& before, const json& now) {
@@ -140,7 +148,14 @@ PixelDifferences comparePixels(const std::filesystem::path& before, const std::f
         found.notCompared = ram.option() + " of " + formatBytes(ram.limitBytes()) + " has no room for both";
         return found;
     }
-    const Image a = readPicture(before), b = readPicture(now);
+    Image a, b;
+    try {
+        a = readPicture(before);
+        b = readPicture(now);
+    } catch (const InputError& error) { // a format that is written and not read
+        found.notCompared = error.what();
+        return found;
+    }
     found.size = b.size;
     if (a.size != b.size) {
         found.notCompared = "their sizes differ, " + std::to_string(a.size.x) + " x " +
@@ -151,7 +166,7 @@ PixelDifferences comparePixels(const std::filesystem::path& before, const std::f
     found.pixels = a.pixels.size();
     double squares = 0;
     for (std::size_t n = 0; n < a.pixels.size(); ++n) {
-        if (std::memcmp(&a.pixels[n], &b.pixels[n], sizeof(glm::vec4)) == 0)
+        if (isSameBits(a.pixels[n], b.pixels[n]))
             continue;
         ++found.differing;
         for (int c = 0; c < 4; ++c) {
