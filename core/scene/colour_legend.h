@@ -1,5 +1,5 @@
 // core/scene/colour_legend.h: the colour legend of a picture: a bar of colours by value for every visible
-// volume. The bars drawn into a picture; windows draw their own.
+// volume. viewer/annotations/ draws them into pictures; windows draw their own.
 #pragma once
 
 #include "core/image/image.h"
@@ -38,8 +38,5 @@ std::vector<LegendBar> colourLegend(const Scene& scene, std::span<const LegendVo
 
 /// True for a slice that other volumes lie over: its colours need a legend.
 bool needsLegend(const Scene& scene);
-
-/// At the lower left, one above the other, the first on top: text is white with a black edge.
-void drawColourLegend(Image& image, std::span<const LegendBar> bars);
 
 } // namespace tessera

@@ -1,4 +1,5 @@
-// core/scene/measurement.h: lengths in pictures: measurements of a scene, and the scale bar.
+// core/scene/measurement.h: lengths in pictures: measurements of a scene, and the scale bar, which
+// viewer/annotations/ draws.
 #pragma once
 
 #include "core/base/names.h"
@@ -37,7 +38,7 @@ glm::dvec3 circleCentre(const Measurement& circle);
 /// For people: "12.3 mm", "45.0 deg", "radius 12.3 mm, area 475 mm2".
 std::string describe(const Measurement& measurement);
 
-// A scale bar: a round length for a picture, and the bar drawn into one. Windows draw their own.
+// A scale bar: a round length for a picture.
 
 /// The largest length of 1, 2 or 5 times a power of ten that is at most `mm`; 1 if `mm` is no length.
 double roundLength(double mm);
@@ -56,9 +57,5 @@ ScaleBar scaleBarOf(const Camera& camera, const glm::ivec2& imageSize);
 /// For a plane that the picture shows at one scale.
 /// @param width  of the picture, pixels
 ScaleBar scaleBarOf(double mmPerPixel, double width);
-
-/// At the lower right, with its text above it: white with a black edge, visible on any picture. The outer
-/// edges of its ends are bar.pixels apart, rounded to whole pixels.
-void drawScaleBar(Image& image, const ScaleBar& bar);
 
 } // namespace tessera

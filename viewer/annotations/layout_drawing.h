@@ -4,13 +4,15 @@
 #include "viewer/annotations/figure_layout.h"
 #include "viewer/annotations/pango_words.h"
 
+#include <cairo.h>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <vector>
 
 namespace tessera {
 
 /// In pixels of the figure; what lies outside of a rectangle may be left out.
-void drawLayout(_cairo* cairo, const FigureLayout& layout, PangoWords& words, const glm::dvec2& from,
+void drawLayout(cairo_t* cairo, const FigureLayout& layout, PangoWords& words, const glm::dvec2& from,
                 const glm::dvec2& to);
 /// True if anything may be drawn in a rectangle.
 bool drawsWithin(const FigureLayout& layout, const glm::dvec2& from, const glm::dvec2& to);

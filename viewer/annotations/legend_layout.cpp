@@ -51,10 +51,6 @@ void writeValues(LaidBlock& block, const PartLayout& in, const LegendBar& bar, d
     block.size.y += PartLayout::boxOf(values.front()).y;
 }
 
-std::string titleOf(const LegendBar& bar) {
-    return bar.name.empty() ? bar.unit : bar.title();
-}
-
 LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
     constexpr double kWidth = 14, kHeight = 0.8, kMostOfWidth = 0.45; // letters; of the part
     const double edge = edgeOf(in);
@@ -64,7 +60,7 @@ LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
     const double width = std::ceil(std::max(ends, std::min(kWidth * in.em, kMostOfWidth * in.width())));
     LaidBlock block;
     block.size.x = width + 2 * edge;
-    if (const std::string title = cutWords(titleOf(bar), in.em, width, in.measure()); !title.empty()) {
+    if (const std::string title = cutWords(bar.title(), in.em, width, in.measure()); !title.empty()) {
         const LaidWords line = in.line(title);
         block.write(line, {0, 0});
         block.size.y = PartLayout::boxOf(line).y;
@@ -94,7 +90,7 @@ void layColourLegend(PartLayout& in) {
         LaidBlock block = blockOf(in, *bar);
         const glm::dvec2 corner(in.from.x, in.to.y - block.size.y);
         in.place(std::move(block), in.slide(corner, -1),
-                 titleOf(*bar).empty() ? "the colour legend" : "the colour legend of " + titleOf(*bar));
+                 bar->title().empty() ? "the colour legend" : "the colour legend of " + bar->title());
     }
 }
 

@@ -5,14 +5,14 @@
 #include "viewer/annotations/figure_layout.h"
 #include "viewer/annotations/pango_words.h"
 
+#include <cairo.h>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <glm/vec2.hpp>
 #include <span>
 #include <string>
 #include <string_view>
-
-struct _cairo_surface;
 
 namespace tessera {
 
@@ -37,7 +37,7 @@ class PageOutput {
 struct Page {
     glm::ivec2 size{0}; // pixels
     double dpi = 96;
-    _cairo_surface* picture = nullptr; // of that size
+    cairo_surface_t* picture = nullptr; // of that size
     const FigureLayout& layout;
     const std::string& title;
     const std::string& manifest; // ASCII

@@ -5,11 +5,10 @@
 #include "viewer/annotations/figure_layout.h"
 #include "viewer/annotations/words.h"
 
+#include <cairo.h>
 #include <memory>
 #include <string>
 #include <vector>
-
-struct _cairo;
 
 namespace tessera {
 
@@ -27,7 +26,7 @@ class PangoWords {
 
     WordSize measure(const std::string& words, double pixels);
     /// With their edge.
-    void draw(_cairo* cairo, const LaidWords& words);
+    void draw(cairo_t* cairo, const LaidWords& words);
     /// The fonts that words are drawn with, each once.
     std::vector<DrawingReport::Font> fontsOf(const std::vector<LaidWords>& words);
 
