@@ -92,7 +92,7 @@ TEST_F(Manifest, AScaleBarIsDrawnAndToldOf) {
     EXPECT_EQ(json::parse(run("info b.png --json").out)["scaleBar"], bar);
     EXPECT_EQ(
         json::parse(
-            run("render s.zarr -q --preset auto --size 64x64 --engine mirror --json --scale-bar -o c.png")
+            run("render s.zarr -q --preset auto --size 160x128 --engine mirror --json --scale-bar -o c.png")
                 .out)["scaleBar"]["at"],
         "centre");
 }
