@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+# For words on pictures, where the system has no font.
+FONT = Path("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf")
 # Of the system always: glibc, of which it takes 2.36 and newer.
 GLIBC = re.compile(r"(ld-linux.*|lib(c|m|dl|rt|pthread|resolv|mvec|util))\.so")
 # Of the system where it has them: what drivers and servers of displays share with programs.
@@ -63,6 +65,12 @@ def copy_libraries(folder, found):
         target.chmod(0o644)
 
 
+def copy_font(folder):
+    target = folder / "share/tessera/fonts"
+    target.mkdir(parents=True)
+    shutil.copyfile(FONT, target / FONT.name)
+
+
 def copy_licences(folder, packages):
     """copyright files as Debian has them, and the licences that these refer to."""
     target = folder / "share/doc/tessera/third-party"
@@ -83,12 +91,14 @@ def copy_licences(folder, packages):
 def main():
     folder = Path(sys.argv[1]).resolve()
     found = libraries(folder)
-    owners = packages_of(set(found.values()))
+    owners = packages_of({*found.values(), FONT})
     copy_libraries(folder, found)
+    copy_font(folder)
     copy_licences(folder, sorted(set(owners.values())))
     with open(folder / "share/doc/tessera/third-party/libraries.txt", "w") as table:
         for name, source in found.items():
             table.write(f"{'lib/fallback' if FALLBACK.match(name) else 'lib'}/{name}\t{owners[source]}\n")
+        table.write(f"share/tessera/fonts/{FONT.name}\t{owners[FONT]}\n")
 
 
 if __name__ == "__main__":

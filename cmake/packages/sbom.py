@@ -104,7 +104,7 @@ def spdx_id(*names):
 
 def file_entry(folder, path):
     data = (folder / path).read_bytes()
-    return {"fileName": f"./{path}", "SPDXID": spdx_id("File", path), "fileTypes": ["BINARY"],
+    return {"fileName": f"./{path}", "SPDXID": spdx_id("File", path), "fileTypes": ["OTHER" if path.endswith(".ttf") else "BINARY"],
             "checksums": [{"algorithm": "SHA1", "checksumValue": hashlib.sha1(data).hexdigest()},
                           {"algorithm": "SHA256", "checksumValue": hashlib.sha256(data).hexdigest()}],
             "licenseConcluded": "NOASSERTION", "copyrightText": "NOASSERTION"}
@@ -159,7 +159,8 @@ def document(folder, version):
         held = files_of[names[fields[0]]]
         packages.append(package_entry(fields, licences, held))
         files += held
-        relations.append(relation(program["SPDXID"], "DYNAMIC_LINK", packages[-1]["SPDXID"]))
+        links = any(f["fileTypes"] == ["BINARY"] for f in held)
+        relations.append(relation(program["SPDXID"], "DYNAMIC_LINK" if links else "CONTAINS", packages[-1]["SPDXID"]))
         relations += [relation(packages[-1]["SPDXID"], "CONTAINS", f["SPDXID"]) for f in held]
     for fields in sorted(dpkg_fields(COMPILED_IN)):
         packages.append(package_entry(fields, licences, []))

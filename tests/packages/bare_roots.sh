@@ -55,6 +55,8 @@ for part in "${parts[@]}"; do
         as_nobody 'tessera-*/bin/tessera --quiet render /dicom -o abdomen.png --view left'
         echo "    first picture $(seconds "$unpacked") after that"
         drawn abdomen.png
+        as_nobody 'tessera-*/bin/tessera --quiet render /dicom -o words.png --title Abdomen --scale-bar --size 256x256'
+        drawn words.png
         # Without OpenGL and a display: refused with a reason, never ended by a library.
         as_nobody 'tessera-*/bin/tessera render /dicom -o gpu.png --engine gpu' 2>&1 | sed 's/^/    /' | cut -c1-200 || true
         as_nobody 'tessera-*/bin/tessera view' 2>&1 | sed 's/^/    /' | cut -c1-200 || true

@@ -56,8 +56,8 @@ def main():
         expect(all(end in ids for end in ends), f"relationship of {ends}")
         linked.add(ends[1])
     expect(set(ids) - linked == {"SPDXRef-DOCUMENT"}, f"relationships of {set(ids) - linked}")
-    libraries = {path.resolve() for path in folder.rglob("*") if path.is_file() and path.read_bytes()[:4] == b"\x7fELF"}
-    expect(libraries == listed, f"programs and libraries: {[str(p) for p in libraries ^ listed]}")
+    libraries = {path.resolve() for path in folder.rglob("*") if path.is_file() and (path.suffix == ".ttf" or path.read_bytes()[:4] == b"\x7fELF")}
+    expect(libraries == listed, f"programs, libraries and fonts: {[str(p) for p in libraries ^ listed]}")
     licences = folder / "share/doc/tessera/third-party"
     for package in text["packages"]:
         if package["name"] != "tessera" and package["filesAnalyzed"]:

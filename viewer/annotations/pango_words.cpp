@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <cairo.h>
+#include <cstdlib>
 #include <filesystem>
 #include <fontconfig/fontconfig.h>
 #include <glib-object.h>
+#include <memory>
+#include <mutex>
 #include <pango/pangocairo.h>
 #include <pango/pangofc-font.h>
 
@@ -24,6 +27,31 @@ using Options = std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_optio
 
 double pixelsOf(int units) {
     return static_cast<double>(units) / PANGO_SCALE;
+}
+
+bool isThereAFont() {
+    for (const FcSetName set : {FcSetSystem, FcSetApplication})
+        if (const FcFontSet* const fonts = FcConfigGetFonts(nullptr, set); fonts && fonts->nfont > 0)
+            return true;
+    return false;
+}
+
+/// An archive of the program has a font (cmake/packages/), for systems without any, or without fontconfig's
+/// files. As a single file it needs no cache, which a user without a folder could not keep.
+void findFonts() {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    const fs::path own =
+        fs::read_symlink("/proc/self/exe", ignored).parent_path() / "../share/tessera/fonts/DejaVuSans.ttf";
+    if (!fs::exists(own, ignored))
+        return;
+    if (!std::getenv("FONTCONFIG_FILE") && !fs::exists("/etc/fonts/fonts.conf", ignored)) {
+        FcConfig* const none = FcConfigCreate(); // else fontconfig complains of its missing files
+        FcConfigSetCurrent(none);
+        FcConfigDestroy(none); // the current one stays
+    }
+    if (!isThereAFont())
+        FcConfigAppFontAddFile(nullptr, reinterpret_cast<const FcChar8*>(own.c_str()));
 }
 
 std::string textOf(FcPattern* pattern, const char* key) {
@@ -50,8 +78,9 @@ struct PangoWords::Pango {
 };
 
 PangoWords::PangoWords() : pango_(std::make_unique<Pango>()) {
-    const FcFontSet* const fonts = FcConfigGetFonts(nullptr, FcSetSystem);
-    if (!fonts || fonts->nfont == 0)
+    static std::once_flag once;
+    std::call_once(once, findFonts);
+    if (!isThereAFont())
         throw Error("annotations: expected a font on this machine, such as that of the package "
                     "fonts-dejavu-core, found none");
     pango_->map.reset(pango_cairo_font_map_new());
