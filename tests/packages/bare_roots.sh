@@ -83,7 +83,13 @@ for part in "${parts[@]}"; do
         as_nobody '/usr/bin/tessera view' 2>&1 | sed 's/^/    /' | cut -c1-200 || true
         as_root 'apt-get -q -y --no-install-recommends install /work/tessera-window_*.deb'
         as_nobody '/usr/bin/tessera view' 2>&1 | sed 's/^/    with tessera-window: /' | cut -c1-200 || true
-        as_root 'apt-get -q -y purge tessera tessera-window'
+        if ls "$packages"/python3-tessera_*.deb >/dev/null 2>&1; then
+            cp "$packages"/python3-tessera_*.deb "$root/work/"
+            as_root 'apt-get -q -y --no-install-recommends install /work/python3-tessera_*.deb'
+            as_nobody 'python3 -c "import tessera; tessera.render(tessera.open(\"/dicom\")).save(\"python.png\")"'
+            drawn python.png
+        fi
+        as_root 'apt-get -q -y purge tessera tessera-window && apt-get -q -y purge python3-tessera || true'
         left=$(find "$root/usr" -path '*tessera*' | head -3)
         [[ -z $left ]] || { echo "FAILED: removal leaves $left"; exit 1; }
         ;;
