@@ -315,7 +315,7 @@ void addSelectionOptions(Command& command, InputOptions& input, PhaseWords words
         .check(wholeNumberFrom(1));
     command.flag("--largest", input.largest, "source files: the largest CT of a folder with several volumes");
     constexpr const char* kPhase =
-        "source files: number of the phase, if there are images of several times at each position";
+        "source files: number of the phase, if a series has several images at each position";
     if (words == PhaseWords::all)
         command.option(
             "--phase", [&input](const std::string& text) { parsePhase(text, input); },

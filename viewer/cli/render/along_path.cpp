@@ -71,7 +71,7 @@ void checkFilmOptions(const RenderArguments& a) {
     for (const auto& [said, option] :
          {std::pair{!a.frames.empty(), "--frames"}, {a.framesPerSecond > 0, "--fps"}})
         if (said && !film && !a.input.allPhases)
-            throw badFile(option, "--path, --turn or --phase all with it: it is for films", "none");
+            throw badFile(option, "--path or --turn with it, or --phase all: it is for films", "none");
     for (const auto& [said, option] : {std::pair{a.speed > 0, "--speed"}, {a.seconds > 0, "--seconds"}})
         if (said && !film)
             throw badFile(option, "--path or --turn with it: it is for films", "none");

@@ -254,6 +254,35 @@ TEST(ImportZarr, ChannelsAndTimesAreVolumesToChooseFrom) {
     }
 }
 
+TEST(ImportZarr, TimesOfOneChannelArePhases) {
+    const ScratchFolder folder;
+    std::vector<std::uint32_t> values(3 * 4 * 5 * 6);
+    std::iota(values.begin(), values.end(), 100u);
+    WrittenZarr zarr;
+    zarr.type = "int16";
+    zarr.shape = {3, 1, 4, 5, 6};
+    zarr.chunk = {2, 1, 3, 2, 5};
+    writeImage(folder / "image", zarr, values, "tczyx");
+    SourceOptions phase, series;
+    for (const int t : {1, 2, 3}) {
+        phase.phase = series.series = t;
+        const auto voxels = readAll<std::int16_t>(*openSource(folder / "image", phase));
+        EXPECT_EQ(voxels, readAll<std::int16_t>(*openSource(folder / "image", series)));
+        EXPECT_EQ(voxels.front(), 100 + 120 * (t - 1));
+        EXPECT_EQ(lookThrough(folder / "image").rows[static_cast<std::size_t>(t) - 1].time, t);
+    }
+    phase.phase = 4;
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "image", phase); }), HasSubstr("between 1 and 3"));
+    phase.phase = 1, phase.series = 2; // of two times
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "image", phase); }), HasSubstr("--phase"));
+    zarr.shape = {1, 3, 4, 5, 6}; // channels are no phases
+    zarr.chunk = {1, 1, 4, 5, 6};
+    writeImage(folder / "channels", zarr, values, "tczyx");
+    phase = {};
+    phase.phase = 2;
+    EXPECT_THAT(refusalOf([&] { openSource(folder / "channels", phase); }), HasSubstr("3 volumes"));
+}
+
 TEST(ImportZarr, AnArrayByItselfAsksForItsSpacing) {
     const ScratchFolder folder;
     WrittenZarr zarr;
