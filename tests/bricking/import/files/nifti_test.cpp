@@ -462,7 +462,11 @@ TEST(ImportNifti, LyingHeadersAreRefused) {
     refusedWith([](std::string& b) { put<std::int16_t>(b, 42, 0); }, "dim[1]");
     refusedWith([](std::string& b) { put<std::int16_t>(b, 42, -5); }, "dim[1]");
     refusedWith([](std::string& b) { put<std::int16_t>(b, 40, 9); }, "dimensions");
-    refusedWith([](std::string& b) { put<std::int16_t>(b, 40, 4), put<std::int16_t>(b, 48, 2); }, "dim[4]");
+    refusedWith(
+        [](std::string& b) {
+            put<std::int16_t>(b, 40, 5), put<std::int16_t>(b, 48, 1), put<std::int16_t>(b, 50, 2);
+        },
+        "dim[5]");
     refusedWith([](std::string& b) { put<std::int16_t>(b, 70, 128); }, "datatype 128"); // RGB
     refusedWith([](std::string& b) { put(b, 108, 1e30f); }, "vox_offset");
     refusedWith([](std::string& b) { put(b, 108, -3.f); }, "vox_offset");
