@@ -1,7 +1,7 @@
 // viewer/window/endoscopy_overlay.cpp: the overlay of endoscopy.h on the picture and the planes: lines, the
 // lumen's width around them, what was found, and a map of the position.
-#include "viewer/window/boxes.h" // drawLabel
 #include "viewer/session/view_geometry.h"
+#include "viewer/window/boxes.h" // drawLabel
 #include "viewer/window/endoscopy.h"
 
 #include "core/animation/path.h"
