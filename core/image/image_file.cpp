@@ -180,6 +180,17 @@ Image readImage(const std::filesystem::path& path) {
     return image;
 }
 
+glm::ivec2 pictureSize(const std::filesystem::path& path) {
+    return read(path, PictureParts::header).size;
+}
+
+void checkPictureIsWhole(const std::filesystem::path& path) {
+    if (pageFormat(path))
+        readManifest(path); // looks at the end, too
+    else
+        read(path, PictureParts::headerAndEnd);
+}
+
 std::string readManifest(const std::filesystem::path& path) {
     const std::optional<PageFormat> page = pageFormat(path);
     if (!page)

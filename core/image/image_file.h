@@ -6,6 +6,7 @@
 #include "core/image/image.h"
 
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <span>
 #include <string>
 
@@ -29,6 +30,11 @@ void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
 /// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming
 /// path.
 Image readImage(const std::filesystem::path& path);
+/// The size by the header alone. Throws InputError naming path.
+glm::ivec2 pictureSize(const std::filesystem::path& path);
+/// Throws InputError naming path for a picture that cannot be read or is cut off at its end, and for a page
+/// (viewer/annotations/figure_file.h) likewise. Reads its beginning and its end.
+void checkPictureIsWhole(const std::filesystem::path& path);
 /// The ImageDescription of a picture, or the manifest of a PDF or SVG (viewer/annotations/figure_file.h); ""
 /// if none.
 std::string readManifest(const std::filesystem::path& path);

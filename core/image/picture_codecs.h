@@ -82,7 +82,9 @@ class CheckedOutput {
     std::exception_ptr problem_;
 };
 
-enum class PictureParts { header, all };
+/// headerAndEnd: the end is there, though no samples are kept.
+enum class PictureParts { header, headerAndEnd, all };
+constexpr const char* kPictureEndsTooSoon = "a picture that ends too soon";
 
 // All throw PictureProblem; those that write throw the file's Error too, and what the rows throw.
 void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture);

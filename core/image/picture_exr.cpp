@@ -73,6 +73,18 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
         picture.description = text->value();
     if (parts == PictureParts::header)
         return picture;
+    if (parts == PictureParts::headerAndEnd) {
+        if (!file.isComplete())
+            throw PictureProblem(kPictureEndsTooSoon);
+        std::vector<float> row(static_cast<std::size_t>(picture.size.x));
+        Imath::Box2i last = window;
+        last.min.y = last.max.y;
+        Imf::FrameBuffer buffer;
+        buffer.insert(kChannels[0], sliceOf(row.data(), 1, 0, last));
+        file.setFrameBuffer(buffer);
+        file.readPixels(window.max.y, window.max.y);
+        return picture;
+    }
     const auto channels = static_cast<std::size_t>(picture.channels);
     picture.reserve();
     constexpr int kRows = 64; // at a time, so that a false header takes no memory for missing rows

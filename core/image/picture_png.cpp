@@ -66,6 +66,15 @@ class Png {
 constexpr const char* kPngDescription = "Description"; // PNG's keyword
 constexpr png_alloc_size_t kMostTextBytes = 16u << 20; // a manifest has some thousands
 
+/// True if the last chunk is that of a file's end.
+bool endsWhole(std::FILE* file) {
+    constexpr char kEnd[] = "\0\0\0\0IEND\xae\x42\x60\x82"; // length, kind, checksum
+    constexpr long kBytes = sizeof kEnd - 1;
+    char last[kBytes];
+    return std::fseek(file, -kBytes, SEEK_END) == 0 && std::fread(last, 1, kBytes, file) == kBytes &&
+           std::memcmp(last, kEnd, kBytes) == 0;
+}
+
 } // namespace
 
 void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture) {
@@ -135,7 +144,9 @@ PictureFile<float> readPng(const std::string& path, PictureParts parts) {
     for (int i = 0; i < count; ++i)
         if (texts[i].key == std::string(kPngDescription))
             picture.description = texts[i].text;
-    if (parts == PictureParts::header)
+    if (parts == PictureParts::headerAndEnd && !endsWhole(stream.get()))
+        throw PictureProblem(kPictureEndsTooSoon);
+    if (parts != PictureParts::all)
         return picture;
 
     if (interlaced)

@@ -94,6 +94,18 @@ template <typename Sample> void readRows(TIFF* tiff, PictureFile<float>& picture
     }
 }
 
+/// True if all strips or tiles lie within the file.
+bool endsWhole(TIFF* tiff) {
+    const std::uint64_t size = TIFFGetSizeProc(tiff)(TIFFClientdata(tiff));
+    const std::uint32_t count = TIFFIsTiled(tiff) ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+    for (std::uint32_t n = 0; n < count; ++n) {
+        const std::uint64_t at = TIFFGetStrileOffset(tiff, n), bytes = TIFFGetStrileByteCount(tiff, n);
+        if (at == 0 || bytes == 0 || at > size || bytes > size - at)
+            return false;
+    }
+    return true;
+}
+
 } // namespace
 
 void writeTiff(CheckedOutput& out, const SampleRows<std::uint16_t>& picture) {
@@ -144,7 +156,9 @@ PictureFile<float> readTiff(const std::string& path, PictureParts parts) {
     checkPicture(picture.size, picture.channels);
     if (const char* text = nullptr; TIFFGetField(tiff.get(), TIFFTAG_IMAGEDESCRIPTION, &text) == 1)
         picture.description = text;
-    if (parts == PictureParts::header)
+    if (parts == PictureParts::headerAndEnd && !endsWhole(tiff.get()))
+        throw PictureProblem(kPictureEndsTooSoon);
+    if (parts != PictureParts::all)
         return picture;
     if ((bits != 8 && bits != 16) || format != SAMPLEFORMAT_UINT || planes != PLANARCONFIG_CONTIG ||
         meaning != PHOTOMETRIC_RGB || TIFFIsTiled(tiff.get()))

@@ -361,5 +361,24 @@ TEST_F(ImageFile, BadNamesAndFilesAreInputErrors) {
     EXPECT_THROW(readImage(folder_ / "a.exr"), InputError);
 }
 
+// Nothing but its beginning and its end is read.
+TEST_F(ImageFile, SizesAndEndsAreSeenWithoutThePixels) {
+    for (const char* name : {"a.png", "a.exr", "a.tif"})
+        for (const bool opaque : {true, false}) {
+            const fs::path path = folder_ / name;
+            const Image image = randomImage(opaque);
+            writeImage(path, image, "some");
+            EXPECT_EQ(pictureSize(path), image.size) << name;
+            EXPECT_NO_THROW(checkPictureIsWhole(path)) << name;
+            for (std::uintmax_t bytes = fs::file_size(path); bytes-- > 0;) {
+                fs::resize_file(path, bytes);
+                EXPECT_THROW(checkPictureIsWhole(path), InputError) << name << " of " << bytes << " bytes";
+                if (bytes > 400)
+                    bytes -= bytes / 50;
+            }
+        }
+    EXPECT_THROW(pictureSize(folder_ / "none.png"), InputError);
+}
+
 } // namespace
 } // namespace tessera

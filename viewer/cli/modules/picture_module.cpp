@@ -2,8 +2,6 @@
 #include "viewer/cli/modules/picture_module.h"
 
 extern "C" const tessera::PictureModule tesseraModule;
-const tessera::PictureModule tesseraModule = {{TESSERA_VERSION},
-                                              tessera::writeImage,
-                                              tessera::writeImageRows,
-                                              tessera::readImage,
-                                              tessera::readManifest};
+const tessera::PictureModule tesseraModule = {
+    {TESSERA_VERSION},     tessera::writeImage,  tessera::writeImageRows,     tessera::readImage,
+    tessera::readManifest, tessera::pictureSize, tessera::checkPictureIsWhole};

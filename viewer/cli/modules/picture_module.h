@@ -12,6 +12,8 @@ struct PictureModule {
     decltype(&writeImageRows) writeRows;
     decltype(&readImage) read;
     decltype(&readManifest) manifest;
+    decltype(&pictureSize) size;
+    decltype(&checkPictureIsWhole) checkIsWhole;
 };
 
 } // namespace tessera

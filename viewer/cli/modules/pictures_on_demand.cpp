@@ -30,5 +30,11 @@ Image readImage(const std::filesystem::path& path) {
 std::string readManifest(const std::filesystem::path& path) {
     return pictureModule().manifest(path);
 }
+glm::ivec2 pictureSize(const std::filesystem::path& path) {
+    return pictureModule().size(path);
+}
+void checkPictureIsWhole(const std::filesystem::path& path) {
+    pictureModule().checkIsWhole(path);
+}
 
 } // namespace tessera

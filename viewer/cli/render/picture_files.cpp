@@ -29,6 +29,10 @@ std::string readManifest(const fs::path&) {
 Image readImage(const fs::path&) {
     return {};
 }
+glm::ivec2 pictureSize(const fs::path&) {
+    return {};
+}
+void checkPictureIsWhole(const fs::path&) {}
 #endif
 
 } // namespace
@@ -38,12 +42,16 @@ void checkPictureOutput(const fs::path& out) {
     checkOutputFile(out);
 }
 
-void checkFigureOutput(const fs::path& out) {
+void checkFigureName(const fs::path& out) {
 #if TESSERA_WITH_IMAGE_FILES
     checkFigurePath(out);
 #else
     checkImagePath(out);
 #endif
+}
+
+void checkFigureOutput(const fs::path& out) {
+    checkFigureName(out);
     checkOutputFile(out);
 }
 
@@ -74,6 +82,14 @@ void writeRows(const fs::path& path, const ImageRows& picture, const std::string
 
 std::string manifestOf(const fs::path& path) {
     return readManifest(path);
+}
+
+glm::ivec2 sizeOfPicture(const fs::path& path) {
+    return pictureSize(path);
+}
+
+void checkWholePicture(const fs::path& path) {
+    checkPictureIsWhole(path);
 }
 
 Image readPicture(const fs::path& path) {

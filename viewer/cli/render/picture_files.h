@@ -5,6 +5,7 @@
 #include "core/image/image.h"
 
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -15,7 +16,9 @@ namespace tessera {
 
 /// Before the long work: throws InputError naming out for a picture that cannot be written there.
 void checkPictureOutput(const std::filesystem::path& out);
-/// The same for a picture that may be a page (writeFigure()).
+/// Throws InputError naming out unless its name is that of a picture or of a page (writeFigure()).
+void checkFigureName(const std::filesystem::path& out);
+/// checkPictureOutput() for a picture that may be a page.
 void checkFigureOutput(const std::filesystem::path& out);
 /// The same for a film: a folder for frames, or a file of its own.
 void checkFilmOutput(const std::filesystem::path& out);
@@ -30,6 +33,10 @@ void writeRows(const std::filesystem::path& path, const ImageRows& picture, cons
 /// readManifest() (core/image/image_file.h); "" in a program without picture files.
 std::string manifestOf(const std::filesystem::path& path);
 
+/// pictureSize() (core/image/image_file.h).
+glm::ivec2 sizeOfPicture(const std::filesystem::path& path);
+/// checkPictureIsWhole() (core/image/image_file.h).
+void checkWholePicture(const std::filesystem::path& path);
 /// readImage() (core/image/image_file.h).
 Image readPicture(const std::filesystem::path& path);
 
