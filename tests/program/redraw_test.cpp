@@ -274,5 +274,103 @@ TEST_F(Redraw, MeshesAndSourcesAreFoundByTheirContent) {
 }
 #endif
 
+// Their manifests do not hold the path.
+TEST_F(Redraw, RefusesReformations) {
+    write("line.json",
+          R"({"tesseraPath":1,"lines":[{"count":3,"spacing":10,"points":[[0,0,10],[0,0,0],[0,0,-10]],
+        "radius":[9,9,9]}]})");
+    for (const auto& [option, form] :
+         {std::pair("--straighten", "straightened"), {"--curved", "stretched"}}) {
+        const Outcome drawn = run(std::string("render s.zarr --path line.json -q -o p.png ") + option);
+        ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
+        expectRefused("redraw p.png", {"p.png", "a reformation", "--straighten"});
+        EXPECT_THAT(run("info p.png").out, HasSubstr(std::string("reformation:   ") + form + "\n"));
+    }
+}
+
+// Whoever made a picture does not say how much memory is taken here.
+TEST_F(Redraw, TakesNoMoreMemoryThanTheDefault) {
+    draw("a.png", "--ram 200MiB");
+    for (const char* budget : {"ram", "gpuMemory"}) {
+        rewrite("a.png", [&](json& manifest, Image&) {
+            manifest["budgets"][budget]["limitBytes"] = std::uint64_t{1} << 63;
+        });
+        const std::string option = budget == std::string("ram") ? "--ram" : "--gpu-memory";
+        const Outcome outcome = run("redraw a.png -o b.png");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+        EXPECT_THAT(outcome.problems, HasSubstr("of " + option + "; it is drawn with "));
+        EXPECT_LE(manifestOf("b.png")["budgets"][budget]["limitBytes"].get<std::uint64_t>(), 1U << 30);
+        EXPECT_THAT(run("redraw a.png " + option + " 200MiB").problems, Not(HasSubstr("it is drawn with")));
+    }
+    draw("a.png", "--panel left,right");
+    rewrite("a.png", [](json& manifest, Image&) {
+        for (json& panel : manifest["panels"])
+            panel["budgets"]["ram"]["limitBytes"] = std::uint64_t{1} << 40;
+    });
+    const Outcome panels = run("redraw a.png -o b.png");
+    EXPECT_EQ(panels.exitCode, 0) << panels.problems;
+    EXPECT_THAT(panels.problems, HasSubstr("it is drawn with "));
+    EXPECT_LE(manifestOf("b.png")["panels"][1]["budgets"]["ram"]["limitBytes"].get<std::uint64_t>(),
+              1U << 30);
+}
+
+TEST_F(Redraw, RefusesTilesThatTheOptionRefuses) {
+    draw("a.png");
+    for (const char* side : {"-5", "1", "63", "16385", "1e300", "\"64\"", "18446744073709551615"}) {
+        rewrite("a.png", [&](json& manifest, Image&) { manifest["options"]["tile"] = json::parse(side); });
+        expectRefused("redraw a.png", {"a.png", "tiles of 64 to 16384 pixels"});
+    }
+    rewrite("a.png", [&](json& manifest, Image&) { manifest["options"] = json::array({1}); });
+    expectRefused("redraw a.png", {"a.png", "manifest"});
+}
+
+// By their headers: what cannot be compared is not read.
+TEST_F(Redraw, ComparesSizesBeforePixels) {
+    draw("a.png");
+    rewrite("a.png", [](json&, Image& image) { image = Image(glm::ivec2(300, 200)); });
+    const std::string whole = readAll(folder_ / "a.png");
+    write("a.png", whole.substr(0, whole.size() - 100));
+    const Outcome outcome = run("redraw a.png");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_THAT(outcome.out, HasSubstr("not compared: their sizes differ, 300 x 200 and 40 x 32"));
+}
+
+TEST_F(Redraw, PagesAreComparedByTheirBytes) {
+    for (const char* page : {"a.pdf", "a.svg"}) {
+        const Outcome drawn =
+            run(std::string("render s.zarr -q --preset auto --size 40x32 --ram 200MiB -o ") + page);
+        if (drawn.problems.find("built without") != std::string::npos)
+            GTEST_SKIP() << drawn.problems;
+        const Outcome outcome = run(std::string("redraw ") + page + " -q");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+        EXPECT_THAT(outcome.out, HasSubstr(" bytes of the page)")) << page;
+        const Outcome changed = run(std::string("redraw ") + page + " -q --with shading.ambient=0.4");
+        EXPECT_THAT(changed.out, HasSubstr("not compared: of pages, ")) << page;
+        const Outcome other = run(std::string("redraw ") + page + " -q -o b.png");
+        EXPECT_THAT(other.out,
+                    HasSubstr("their formats differ, ." + std::string(page).substr(2) + " and .png"));
+    }
+}
+
+// What a stranger wrote does not reach the terminal as it is.
+TEST_F(Redraw, NamesOfAManifestAreNoCommandsOfTheTerminal) {
+    draw("a.png");
+    const auto with = [&](const char* key, const json& value) {
+        draw("a.png");
+        rewrite("a.png", [&](json& manifest, Image&) { manifest["data"][0][key] = value; });
+    };
+    for (const char* hash : {"\x1b[31mRED", "0123456789abcde", "0123456789abcdefg", "0123456789ABCDEF"}) {
+        with("contentHash", hash);
+        expectRefused("redraw a.png", {"a.png", "contentHash"});
+    }
+    for (const json& extent : {json({1e300, 2, 3}), json({-1, 2, 3}), json({1, 2}), json(7)}) {
+        with("extentVoxels", extent);
+        EXPECT_EQ(run("redraw a.png").exitCode, 0) << extent;
+    }
+    fs::remove_all(folder_ / "s.zarr");
+    with("type", "\x1b[31m\nRED");
+    expectRefused("redraw a.png", {"a.png", "volume 1"});
+}
+
 } // namespace
 } // namespace tessera::test

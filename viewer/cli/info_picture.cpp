@@ -87,6 +87,10 @@ void printPicture(const json& manifest) {
     printLine("made by", manifest.at("program").get<std::string>() + ", engine " +
                              manifest.at("engine").get<std::string>() + ", " +
                              manifest.at("device").get<std::string>());
+    if (manifest.contains("unfolded"))
+        printLine("unfolded", "a wall, " + numberText(manifest.at("unfolded").at("lengthMm")) + " mm long");
+    if (manifest.contains("reformation"))
+        printLine("reformation", manifest.at("reformation").at("form").get<std::string>());
     printFilePart(manifest.at("store"), "file level");
     for (const json& volume : manifest.value("furtherVolumes", json::array()))
         printFilePart(volume, "of a further");

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -112,10 +113,25 @@ bool isSame(const PictureData& a, const PictureData& b) {
     return a.kind == b.kind && a.number == b.number;
 }
 
+/// Of an axis; 0 for what is no number of voxels.
+int voxelsOf(const json& value) {
+    constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
+    return value.is_number_unsigned() && value.get<std::uint64_t>() <= kMost ? value.get<int>() : 0;
+}
+
 glm::ivec3 extentOf(const json& value) {
     return value.is_array() && value.size() == 3
-               ? glm::ivec3(value.at(0).get<int>(), value.at(1).get<int>(), value.at(2).get<int>())
+               ? glm::ivec3(voxelsOf(value.at(0)), voxelsOf(value.at(1)), voxelsOf(value.at(2)))
                : glm::ivec3(0);
+}
+
+std::string hashOf(const json& row) {
+    std::string hash = row.value("contentHash", "");
+    constexpr std::size_t kDigits = 16;
+    if (!hash.empty() &&
+        (hash.size() != kDigits || hash.find_first_not_of("0123456789abcdef") != std::string::npos))
+        throw InputError("a contentHash that is not 16 digits");
+    return hash;
 }
 
 /// What a manifest says of one, if it does.
@@ -128,7 +144,7 @@ std::optional<PictureData> said(const json& manifest, const PictureData& needed)
                          .number = row.value("number", std::size_t{1}) - 1};
         if (!isSame(data, needed))
             continue;
-        data.contentHash = row.value("contentHash", "");
+        data.contentHash = hashOf(row);
         data.extentVoxels = extentOf(row.value("extentVoxels", json()));
         data.type = row.value("type", "");
         data.bytes = row.value("bytes", std::uint64_t{0});
@@ -142,7 +158,7 @@ std::optional<PictureData> said(const json& manifest, const PictureData& needed)
                         : needed.number - 1 < further.size() ? further.at(needed.number - 1)
                                                              : json::object();
     PictureData data = needed;
-    data.contentHash = volume.value("contentHash", "");
+    data.contentHash = hashOf(volume);
     data.extentVoxels = extentOf(volume.value("extentVoxels", json()));
     data.type = volume.value("type", "");
     return data;
@@ -251,6 +267,8 @@ std::vector<PictureData> dataOfManifest(const json& manifest, const Scene& scene
             data = said(manifest, data).value_or(data);
     } catch (const json::exception&) {
         throw badFile(where, "the manifest of a picture of tessera", "another \"data\"");
+    } catch (const InputError& problem) {
+        throw badFile(where, "the manifest of a picture of tessera", problem.what());
     }
     return all;
 }

@@ -2,7 +2,9 @@
 #include "viewer/cli/redraw/differences.h"
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/image/image.h"
+#include "core/image/page_format.h"
 #include "viewer/cli/redraw/figure_record.h" // verifyOfManifest
 #include "viewer/cli/render/picture_files.h"
 
@@ -10,9 +12,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace tessera {
@@ -80,6 +85,47 @@ Values sceneValues(const json& manifest) {
     return values;
 }
 
+/// Blocks of a file.
+class Blocks {
+  public:
+    explicit Blocks(const std::filesystem::path& path) : path_(path), file_(path, std::ios::binary) {
+        if (!file_)
+            throw badFile(path.string(), "a readable file", "none");
+    }
+    /// Empty at the end.
+    std::span<const char> next() {
+        file_.read(block_.data(), static_cast<std::streamsize>(block_.size()));
+        if (file_.bad())
+            throw badFile(path_.string(), "a readable file", "one that cannot be read to its end");
+        return std::span(block_).first(static_cast<std::size_t>(file_.gcount()));
+    }
+
+  private:
+    const std::filesystem::path path_;
+    std::ifstream file_;
+    std::vector<char> block_ = std::vector<char>(std::size_t{1} << 18);
+};
+
+PixelDifferences comparePages(const std::filesystem::path& before, const std::filesystem::path& now) {
+    PixelDifferences found;
+    found.ofPages = true;
+    Blocks one(before), other(now);
+    for (;;) {
+        checkInterrupted();
+        const std::span<const char> a = one.next(), b = other.next();
+        if (a.empty() && b.empty())
+            break;
+        const std::size_t both = std::min(a.size(), b.size()), more = std::max(a.size(), b.size());
+        found.pixels += more;
+        found.differing += more - both;
+        for (std::size_t n = 0; n < both; ++n)
+            found.differing += a[n] != b[n] ? 1 : 0;
+    }
+    if (found.differing > 0 && manifestOf(before) != manifestOf(now))
+        found.notCompared = "of pages, whose bytes are compared, the manifests differ";
+    return found;
+}
+
 std::optional<PictureFormat> formatOf(const std::filesystem::path& path) {
     try {
         return pictureFormat(path);
@@ -132,12 +178,21 @@ ManifestDifferences compareManifests(const json& before, const json& now) {
 }
 
 PixelDifferences comparePixels(const std::filesystem::path& before, const std::filesystem::path& now,
-                               const glm::ivec2& size, MemoryBudget& ram) {
+                               MemoryBudget& ram) {
     PixelDifferences found;
     const auto one = formatOf(before), other = formatOf(now);
+    if (const auto page = pageFormat(before); page && page == pageFormat(now))
+        return comparePages(before, now);
     if (!one || !other || *one != *other) {
         found.notCompared =
             "their formats differ, " + before.extension().string() + " and " + now.extension().string();
+        return found;
+    }
+    const glm::ivec2 size = sizeOfPicture(before);
+    found.size = sizeOfPicture(now);
+    if (size != found.size) {
+        found.notCompared = "their sizes differ, " + std::to_string(size.x) + " x " + std::to_string(size.y) +
+                            " and " + std::to_string(found.size.x) + " x " + std::to_string(found.size.y);
         return found;
     }
     // As floats, and as the file has them while it is read.
@@ -156,13 +211,8 @@ PixelDifferences comparePixels(const std::filesystem::path& before, const std::f
         found.notCompared = error.what();
         return found;
     }
-    found.size = b.size;
-    if (a.size != b.size) {
-        found.notCompared = "their sizes differ, " + std::to_string(a.size.x) + " x " +
-                            std::to_string(a.size.y) + " and " + std::to_string(b.size.x) + " x " +
-                            std::to_string(b.size.y);
-        return found;
-    }
+    if (a.size != b.size || a.size != size)
+        throw badFile(before.string(), "a picture that stays as it is", "one that was replaced");
     found.pixels = a.pixels.size();
     double squares = 0;
     for (std::size_t n = 0; n < a.pixels.size(); ++n) {

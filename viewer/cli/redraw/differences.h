@@ -26,14 +26,15 @@ ManifestDifferences compareManifests(const nlohmann::json& before, const nlohman
 
 struct PixelDifferences {
     std::string notCompared; // why; "": they were
+    bool ofPages = false;    // PDF or SVG: pixels are bytes of the files
     glm::ivec2 size{0};
     std::size_t pixels = 0, differing = 0;
     double rms = 0; // linear premultiplied RGBA, over all pixels
 };
-/// Of two pictures' files. Both are charged to ram while they are compared; where it has no room, or their
-/// formats differ, they are not.
-/// @param size  of the picture that was drawn
+/// Of two pictures' files. Both are charged to ram before they are read; where it has no room, or their
+/// formats or sizes differ, they are not compared. Of two pages the files' bytes are, where the manifests in
+/// them are equal.
 PixelDifferences comparePixels(const std::filesystem::path& before, const std::filesystem::path& now,
-                               const glm::ivec2& size, MemoryBudget& ram);
+                               MemoryBudget& ram);
 
 } // namespace tessera

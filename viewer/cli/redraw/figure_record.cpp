@@ -5,6 +5,8 @@
 #include "core/base/json_reader.h"
 #include "viewer/cli/render/picture_files.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <utility>
 
 namespace tessera {
@@ -26,12 +28,28 @@ SourceChoice sourceOf(const json& chosen, const std::string& where) {
     return parseScene(scene.dump(), {}, where).volumes.front().source;
 }
 
+/// 0: none
+int tilesOf(const json& options, const FigureRecord& record) {
+    constexpr std::int64_t kLeast = 64, kMost = 16384; // as --tiles
+    const json side =
+        options.contains("tile") ? options["tile"] : partOf(record.manifest, "tiles").value("side", json(0));
+    const auto pixels = side.is_number_integer() ? side.get<std::int64_t>() : -1;
+    if (pixels != 0 && (pixels < kLeast || pixels > kMost))
+        throw badFile(record.figure.string(), "tiles of 64 to 16384 pixels", side.dump());
+    return static_cast<int>(pixels);
+}
+
 FigureRecord recordOf(const json& manifest, const std::filesystem::path& figure) {
     FigureRecord record;
+    record.figure = figure;
     record.manifest = manifest;
     if (manifest.contains("unfolded"))
         throw badFile(figure.string(), "a picture by a camera",
                       "an unfolded wall, whose path its manifest does not hold; tessera render --unfold");
+    if (manifest.contains("reformation"))
+        throw badFile(figure.string(), "a picture by a camera",
+                      "a reformation, whose path its manifest does not hold; tessera render --straighten or "
+                      "--curved");
     if (!manifest.contains("scene"))
         throw badFile(figure.string(), kExpected, "one without a scene");
     record.scene = parseScene(manifest["scene"].dump(), figure.parent_path(), figure.string());
@@ -89,11 +107,11 @@ RenderArguments argumentsOf(const FigureRecord& record) {
         arguments.engine = record.manifest.at("engine").get<std::string>();
         arguments.device = options.value("glDevice", "auto");
         arguments.verify = verifyOfManifest(record.manifest);
-        arguments.tiles = options.value("tile", partOf(record.manifest, "tiles").value("side", 0));
+        arguments.tiles = tilesOf(options, record);
         arguments.layers = record.manifest.value("layers", std::vector<std::string>());
         arguments.allowDamaged = options.value("allowDamaged", false);
     } catch (const json::exception&) {
-        throw InputError(std::string("redraw: expected ") + kExpected + ", found another");
+        throw badFile(record.figure.string(), kExpected, "another");
     }
     if (record.ramBytes > 0)
         arguments.ram = std::to_string(record.ramBytes);

@@ -15,6 +15,7 @@
 namespace tessera {
 
 struct FigureRecord {
+    std::filesystem::path figure;
     nlohmann::json manifest;
     Scene scene; // its paths stand for data and lead nowhere
     std::vector<PictureData> data;
@@ -24,13 +25,14 @@ struct FigureRecord {
 
 /// A picture's own, or those of the panels of a figure. Throws InputError naming the file: for one that is no
 /// picture of this program, for a manifest that cannot be understood, and for pictures that their manifest
-/// alone does not describe (unfolded walls).
+/// alone does not describe (unfolded walls, reformations).
 std::vector<FigureRecord> readFigure(const std::filesystem::path& figure);
 
 /// The manifest of a picture that was just drawn.
 nlohmann::json manifestJsonOf(const std::filesystem::path& picture);
 
 /// What draws it: engine, verification, tiles, layers and budgets as they were. Without input and output.
+/// Throws InputError naming the figure for options that no picture has.
 RenderArguments argumentsOf(const FigureRecord& record);
 
 /// The measurement that a manifest tells of: "quick".

@@ -67,7 +67,7 @@ std::string describe(const PictureData& data) {
     if (data.extentVoxels != glm::ivec3(0))
         text += ", " + formatExtent(data.extentVoxels) + " voxels";
     if (!data.type.empty())
-        text += ", " + data.type;
+        text += ", " + printable(data.type);
     if (data.bytes > 0)
         text += ", " + std::to_string(data.bytes) + " bytes";
     if (!data.extension.empty() && data.kind != Kind::volume)

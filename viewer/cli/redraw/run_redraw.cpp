@@ -14,9 +14,9 @@
 #include "viewer/cli/render/run_render.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <glm/vec2.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -94,7 +94,7 @@ void printLines(const char* what, const std::vector<Difference>& differences, co
 
 void printReport(const Report& report, const json& now) {
     for (const FoundData& found : report.data) {
-        const std::string name = nameOf(found.wanted) + ", " + found.where;
+        const std::string name = printable(nameOf(found.wanted) + ", " + found.where);
         if (found.wanted.contentHash.empty())
             std::printf("data:     not known to be the same (%s; now %s)\n", name.c_str(),
                         found.contentHash.c_str());
@@ -111,11 +111,15 @@ void printReport(const Report& report, const json& now) {
                now.value("engine", "") + " engine, " + now.value("device", ""));
     printLines("settings", report.differences.settings, "");
     const PixelDifferences& pixels = report.pixels;
-    const std::string size = std::to_string(pixels.size.x) + " x " + std::to_string(pixels.size.y);
+    const std::string size = pixels.ofPages
+                                 ? std::to_string(pixels.pixels) + " bytes of the page"
+                                 : std::to_string(pixels.size.x) + " x " + std::to_string(pixels.size.y);
     if (!pixels.notCompared.empty())
-        std::printf("pixels:   not compared: %s\n", pixels.notCompared.c_str());
+        std::printf("pixels:   not compared: %s\n", printable(pixels.notCompared).c_str());
     else if (pixels.differing == 0)
         std::printf("pixels:   equal (%s)\n", size.c_str());
+    else if (pixels.ofPages)
+        std::printf("pixels:   %zu of %zu bytes of the page differ\n", pixels.differing, pixels.pixels);
     else
         std::printf("pixels:   %zu of %zu differ, rms %s\n", pixels.differing, pixels.pixels,
                     numberText(pixels.rms).c_str());
@@ -139,11 +143,16 @@ json reportJson(const RedrawArguments& arguments, const Report& report) {
                                {"now", found.contentHash},
                                {"where", found.where}});
     const PixelDifferences& pixels = report.pixels;
-    out["pixels"] = pixels.notCompared.empty() ? json{{"equal", pixels.differing == 0},
-                                                      {"differing", pixels.differing},
-                                                      {"of", pixels.pixels},
-                                                      {"rms", pixels.rms}}
-                                               : json{{"notCompared", pixels.notCompared}};
+    if (pixels.ofPages && pixels.notCompared.empty())
+        out["pixels"] = {{"equal", pixels.differing == 0},
+                         {"differingBytes", pixels.differing},
+                         {"ofBytes", pixels.pixels}};
+    else
+        out["pixels"] = pixels.notCompared.empty() ? json{{"equal", pixels.differing == 0},
+                                                          {"differing", pixels.differing},
+                                                          {"of", pixels.pixels},
+                                                          {"rms", pixels.rms}}
+                                                   : json{{"notCompared", pixels.notCompared}};
     return out;
 }
 
@@ -159,6 +168,25 @@ RenderArguments drawingOf(const FigureRecord& record, const RedrawArguments& arg
     render.in = arguments.figure;
     render.out = out.string();
     return render;
+}
+
+/// The memory of another machine is not taken: budgets are those of manifests, or the default if that is
+/// less.
+void limitBudgets(std::vector<FigureRecord>& records, const RedrawArguments& arguments,
+                  const CommonOptions& common) {
+    const auto limit = [&](std::size_t FigureRecord::*bytes, const std::string& given, const char* option) {
+        const std::size_t most = budgetBytes("", option, common);
+        std::size_t asked = 0;
+        for (FigureRecord& record : records) {
+            asked = std::max(asked, record.*bytes);
+            record.*bytes = std::min(record.*bytes, most);
+        }
+        if (asked > most && given.empty())
+            common.note("the picture had " + formatBytes(asked) + " of " + option + "; it is drawn with " +
+                        formatBytes(most) + ", the default, unless " + option + " is given");
+    };
+    limit(&FigureRecord::ramBytes, arguments.ram, "--ram");
+    limit(&FigureRecord::gpuBytes, arguments.gpuMemory, "--gpu-memory");
 }
 
 /// Finds the data of all pictures, and sets the paths of their scenes. What several have is told once.
@@ -191,9 +219,8 @@ std::vector<FoundData> findAll(std::vector<FigureRecord>& records, const RedrawA
 }
 
 /// Draws the panels of a figure again.
-/// @return its size
-glm::ivec2 redrawPanels(const json& before, const std::vector<FigureRecord>& records,
-                        const RedrawArguments& arguments, const fs::path& out, const CommonOptions& common) {
+void redrawPanels(const json& before, const std::vector<FigureRecord>& records,
+                  const RedrawArguments& arguments, const fs::path& out, const CommonOptions& common) {
     PanelFigure figure = figureOfJson(before.value("figure", json::object()),
                                       static_cast<int>(records.size()), arguments.figure);
     figure.grid.panelSize = records.front().scene.imageSize;
@@ -205,19 +232,16 @@ glm::ivec2 redrawPanels(const json& before, const std::vector<FigureRecord>& rec
         figure.panels.push_back({std::move(render), std::nullopt, record.scene.annotations});
     }
     const std::size_t bytes = bytesOf(figure.grid);
-    const RenderArguments& first = figure.panels.front().arguments;
-    // That of a panel is what the figure left of --ram.
-    const std::size_t limit =
-        arguments.ram.empty() ? parseBytes(first.ram, "--ram") + bytes : parseBytes(arguments.ram, "--ram");
+    std::size_t limit = budgetBytes(arguments.ram, "--ram", common);
+    if (const std::size_t ofPanel = records.front().ramBytes; arguments.ram.empty() && ofPanel > 0)
+        limit = std::min(limit, ofPanel + bytes); // that of a panel is what the figure left of --ram
     MemoryBudget ram("RAM", "--ram", limit);
     const Charge charge = ram.charge(bytes, "the figure");
-    if (!arguments.ram.empty())
-        for (FittedPanel& panel : figure.panels)
-            panel.arguments.ram = std::to_string(limit - bytes);
+    for (FittedPanel& panel : figure.panels)
+        panel.arguments.ram = std::to_string(std::max<std::size_t>(1, limit - bytes));
     RenderArguments whole;
     whole.out = out.string();
     drawPanels(figure, whole, common, ram, withRenderTask);
-    return figure.grid.size();
 }
 
 /// Of all pictures; those of a panel with its number.
@@ -257,15 +281,15 @@ void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
         throw badFile("-o", "another file than the picture that is drawn again", arguments.out);
     for (FigureRecord& record : records)
         change(arguments.changes, record.scene);
+    limitBudgets(records, arguments, common);
 
     RenderArguments render = drawingOf(records.front(), arguments, out);
     Report report;
     report.data = findAll(records, arguments, render.ram, common);
     CommonOptions drawing = common;
     drawing.quiet = common.quiet || scratch.has_value(); // of a picture that nobody gets
-    glm::ivec2 size = records.front().scene.imageSize;
     if (before.contains("panels")) {
-        size = redrawPanels(before, records, arguments, out, drawing);
+        redrawPanels(before, records, arguments, out, drawing);
     } else {
         render.scene = records.front().scene;
         runRender(render, drawing);
@@ -275,7 +299,7 @@ void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
     const json now = manifestJsonOf(out);
     report.differences = compareAll(before, now);
     MemoryBudget ram("RAM", "--ram", budgetBytes(render.ram, "--ram", common));
-    report.pixels = comparePixels(figure, out, size, ram);
+    report.pixels = comparePixels(figure, out, ram);
     common.progress->end();
     if (arguments.json)
         tessera::printReport(reportJson(arguments, report));
