@@ -320,5 +320,131 @@ TEST_F(Batch, MemoryIsThatOfTheRowsAtOnce) {
     EXPECT_LT(many, few + 4096) << "KiB";
 }
 
+// A lock file that cannot be made is no other process's.
+TEST_F(Batch, ClaimsInAFolderThatCannotBeWrittenFail) {
+    write("t.csv", "id\na\n");
+    for (const char* claim : {"", " --claim"}) {
+        const Outcome outcome =
+            run("batch t.csv --scene scene.json -o /proc/{id}.png --no-check" + std::string(claim));
+        EXPECT_EQ(outcome.exitCode, 1) << outcome.problems;
+        EXPECT_THAT(outcome.out, HasSubstr("1 rows: 0 drawn, 1 failed\n  row 1, a: /proc/a.png: "));
+    }
+}
+
+// It never takes the place of what it is about.
+TEST_F(Batch, TheRecordIsAFileOfItsOwn) {
+    write("t.csv", "id\na\nb\n");
+    const std::string command = "batch t.csv --scene scene.json -o out/{id}.png --no-check -q --report ";
+    expectRefused(command + "t.csv", {"--report", "t.csv", "the table"});
+    expectRefused(command + "scene.json", {"--report", "scene.json", "--scene"});
+    fs::create_symlink("t.csv", folder_ / "link.csv");
+    expectRefused(command + "link.csv", {"--report", "link.csv", "the table"});
+    fs::create_symlink("out/a.png", folder_ / "picture.csv");
+    expectRefused(command + "picture.csv", {"--report", "out/a.png"});
+    EXPECT_THAT(readAll(folder_ / "t.csv"), HasSubstr("id\na\nb\n"));
+    EXPECT_EQ(readAll(folder_ / "scene.json"), kScene);
+    EXPECT_FALSE(exists("out"));
+    fs::create_directory(folder_ / "out");
+    fs::create_symlink("../r.csv", folder_ / "out" / "b.png");
+    expectRefused(command + "r.csv", {"t.csv:3", "--report"});
+    fs::remove(folder_ / "out" / "b.png");
+    ASSERT_EQ(run(command + "new/folder/r.csv").exitCode, 0) << "its folder is made";
+    const std::string record = readAll(folder_ / "new/folder/r.csv");
+    EXPECT_THAT(record, HasSubstr("b,out/b.png,drawn,"));
+    ASSERT_EQ(run(command + "new/folder/r.csv --dry-run").exitCode, 0);
+    EXPECT_EQ(readAll(folder_ / "new/folder/r.csv"), record) << "a dry run erases nothing";
+    ASSERT_EQ(run(command + "other/r.csv --dry-run").exitCode, 0);
+    EXPECT_FALSE(exists("other"));
+    expectRefused(command + "t.csv --dry-run", {"--report", "the table"});
+}
+
+TEST_F(Batch, ThePathOfTheSceneIsOfTheWorkingFolder) {
+    fs::create_directory(folder_ / "tables");
+    write("tables/t.csv", "id,shading.ambient\na,0.2\n");
+    const Outcome outcome =
+        run("batch tables/t.csv --scene s.zarr -o out/{id}.png --no-check --set image.size=24x16");
+    const Outcome plain = run("batch tables/t.csv --scene s.zarr -o out/{id}.png --no-check");
+    EXPECT_EQ(plain.exitCode, 0) << outcome.problems << plain.problems;
+    EXPECT_TRUE(exists("out/a.png"));
+    write("tables/t.csv", "id,volumes[0].path\nb,t.zarr\n");
+    ASSERT_EQ(run("phantom sphere --size 24x24x24 -o tables/t.zarr -q").exitCode, 0);
+    EXPECT_EQ(run("batch tables/t.csv --scene s.zarr -o out/{id}.png --no-check").exitCode, 0);
+    EXPECT_TRUE(exists("out/b.png"));
+}
+
+// Whatever lies where a picture goes, it is drawn, and once.
+TEST_F(Batch, PicturesThatAreOddOrCutOffAreDrawnAgain) {
+    write("t.csv", "id\na\n");
+    for (const char* ending : {".png", ".tif", ".exr"}) {
+        const std::string name = std::string("out/a") + ending;
+        const auto draws = [&](const char* why) {
+            const Outcome outcome =
+                run(std::string("batch t.csv --scene scene.json -o out/{id}") + ending + " --no-check -q");
+            EXPECT_EQ(outcome.exitCode, 0) << why << outcome.problems;
+            EXPECT_THAT(outcome.out, HasSubstr("1 rows: 1 drawn\n")) << why << ending;
+            EXPECT_THAT(
+                run(std::string("batch t.csv --scene scene.json -o out/{id}") + ending + " --no-check -q")
+                    .out,
+                HasSubstr("0 drawn, 1 unchanged"))
+                << why << ending;
+        };
+        draws("nothing there");
+        for (const char* key : {"program", "commit", "options", "data"})
+            for (const char* value : {"5", "null", "[]", "{\"a\":[]}"}) {
+                json manifest = json::parse(readManifest(folder_ / name));
+                manifest[key] = json::parse(value);
+                writeImage(folder_ / name, picture(name), manifest.dump());
+                draws(key);
+                if (ending != std::string(".png"))
+                    break; // as of PNG
+            }
+        const std::string whole = readAll(folder_ / name);
+        for (const std::size_t bytes : {std::size_t{1}, std::size_t{8}, std::size_t{40}, whole.size() / 2}) {
+            write(name, whole.substr(0, whole.size() - bytes));
+            draws("cut off");
+        }
+    }
+}
+
+TEST_F(Batch, MoreRowsAtOnceThanTheSystemLetsRunAreRefused) {
+    std::string table = "id\n";
+    for (int n = 0; n < 1500; ++n)
+        table += "p" + std::to_string(n) + "\n";
+    write("t.csv", table);
+    const std::string command = "batch t.csv --scene scene.json -o out/{id}.png --no-check -q --again ";
+    expectRefused(command + "--jobs 4097", {"--jobs", "from 1 to 4096"});
+    expectRefused(command + "--jobs 0", {"--jobs"});
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    rlimit before{};
+    ::getrlimit(RLIMIT_AS, &before);
+    rlimit few = before;
+    few.rlim_cur = rlim_t{4} << 30; // less than the stacks of 1500 threads
+    ::setrlimit(RLIMIT_AS, &few);
+    const Outcome outcome = run(command + "--jobs 1500 --ram 100GiB");
+    ::setrlimit(RLIMIT_AS, &before);
+    EXPECT_EQ(outcome.exitCode, 2) << outcome.problems;
+    EXPECT_THAT(outcome.problems, HasSubstr("--jobs: expected as many rows at once as the system has"));
+#endif
+}
+
+TEST_F(Batch, RowsMayBePages) {
+    write("t.csv", "id\na\n");
+    for (const char* ending : {".pdf", ".svg"}) {
+        const std::string command =
+            std::string("batch t.csv --scene scene.json -o out/{id}") + ending + " --no-check -q";
+        const Outcome outcome = run(command);
+        if (outcome.problems.find("built without") != std::string::npos ||
+            outcome.problems.find(".pdf or .svg") == std::string::npos && outcome.exitCode == 2)
+            GTEST_SKIP() << outcome.problems;
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+        EXPECT_THAT(run(command).out, HasSubstr("0 drawn, 1 unchanged"));
+        const std::string name = std::string("out/a") + ending;
+        const std::string whole = readAll(folder_ / name);
+        write(name, whole.substr(0, whole.size() - 20));
+        EXPECT_THAT(run(command).out, HasSubstr("1 rows: 1 drawn"));
+        EXPECT_EQ(readAll(folder_ / name).size(), whole.size());
+    }
+}
+
 } // namespace
 } // namespace tessera::test

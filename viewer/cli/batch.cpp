@@ -31,6 +31,7 @@ void addBatchCommand(Command& program, const CommonOptions& common, Action& acti
     command.option("--report", a->report,
                    "record of every row, written as it ends: .csv, or .json for a JSON object a line");
     command.option("--jobs", a->jobs, "rows at once (default: by --ram and the size of pictures)")
+        .check(numberWithin(1, 4096, "rows at once from 1 to 4096"))
         .check(wholeNumberFrom(1));
     command.flag("--again", a->again, "draw pictures again that are there and unchanged");
     command

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <unistd.h>
 
 namespace tessera {
@@ -30,13 +31,25 @@ const char* nameOf(RowState state) {
     return "failed";
 }
 
+void BatchRecord::check(const std::filesystem::path& path) {
+    for (const std::filesystem::path& named : {path, outputTarget(path)}) {
+        const std::string ending = named.extension().string();
+        if (ending != ".csv" && ending != ".json" && ending != ".jsonl" && ending != ".ndjson")
+            throw badFile("--report", "a file .csv, .json, .jsonl or .ndjson", "\"" + named.string() + "\"");
+    }
+}
+
 BatchRecord::BatchRecord(const std::filesystem::path& path) : path_(path) {
     if (path.empty())
         return;
-    const std::string ending = path.extension().string();
-    json_ = ending == ".json" || ending == ".jsonl" || ending == ".ndjson";
-    if (!json_ && ending != ".csv")
-        throw badFile("--report", "a file .csv, .json, .jsonl or .ndjson", "\"" + path.string() + "\"");
+    check(path);
+    json_ = path.extension() != ".csv";
+    const std::filesystem::path folder = outputTarget(path).parent_path();
+    std::error_code failed;
+    if (!folder.empty())
+        std::filesystem::create_directories(folder, failed);
+    if (failed)
+        throw Error(printable(folder.string()) + ": cannot be made: " + failed.message());
     checkOutputFile(path);
     constexpr int kEveryone = 0666; // less the mask
     file_ = FileHandle(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, kEveryone));

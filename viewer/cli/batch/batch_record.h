@@ -25,8 +25,11 @@ struct RowResult {
 /// All functions may be called from any thread.
 class BatchRecord {
   public:
+    /// Throws InputError for a name of another ending, and for a link to one.
+    static void check(const std::filesystem::path& path);
     /// A table, or with the ending .json, .jsonl or .ndjson a JSON object a line; "": none. A file of that
-    /// name is replaced. Throws InputError naming the path as checkOutputFile() does, and for another ending.
+    /// name is replaced, and its folder made. Throws as check() does, and InputError naming the path as
+    /// checkOutputFile() does.
     explicit BatchRecord(const std::filesystem::path& path);
     /// Throws Error naming the path if the line cannot be written.
     void add(const RowResult& result);

@@ -4,12 +4,15 @@
 #include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/output_file.h"
 #include "viewer/cli/options/scene_options.h"
+#include "viewer/cli/render/picture_files.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <glm/common.hpp>
+#include <system_error>
 #include <utility>
 
 namespace tessera {
@@ -19,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostLetters = 1000; // as a scene file may have
 
-/// Paths that a cell gave are relative to the table.
+/// Makes paths absolute.
 void placePaths(Scene& scene, const fs::path& folder) {
     const auto place = [&](fs::path& path) {
         if (!path.empty() && path != Labels::kTotalSegmentator)
@@ -40,6 +43,7 @@ void placePaths(Scene& scene, const fs::path& folder) {
 
 BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::string& pattern)
     : table_(table), scene_(scene), output_(pattern, table.names()) {
+    placePaths(scene_, fs::current_path());
     const auto add = [&](const std::string& text, std::string Annotations::*member, std::size_t arrow,
                          const std::string& where) {
         TextPattern found(text, table.names(), where);
@@ -78,7 +82,7 @@ BatchRow BatchRows::named(std::size_t number, const std::vector<std::string>& ce
     row.number = number;
     row.place = table_.placeOf(number);
     row.output = output_.fill(cells, number, row.place + " (for -o)");
-    pictureFormat(row.output); // throws
+    checkFigureName(row.output);
     const auto id = std::ranges::find(table_.names(), "id");
     row.id = id != table_.names().end() ? cells[static_cast<std::size_t>(id - table_.names().begin())]
                                         : row.output.stem().string();
@@ -129,7 +133,7 @@ glm::ivec2 BatchRows::largestSize() const {
     return largest;
 }
 
-void BatchRows::requireDistinctOutputs(MemoryBudget& ram) const {
+void BatchRows::requireDistinctOutputs(const fs::path& record, MemoryBudget& ram) const {
     struct Output {
         std::uint64_t hash;
         std::uint64_t row;
@@ -139,7 +143,13 @@ void BatchRows::requireDistinctOutputs(MemoryBudget& ram) const {
     outputs.reserve(size());
     for (std::size_t n = 0; n < size(); ++n) {
         checkInterrupted();
-        outputs.push_back({std::hash<std::string>()(named(n).output.lexically_normal().string()), n});
+        const BatchRow row = named(n);
+        std::error_code ignored;
+        if (!record.empty() && fs::is_symlink(row.output, ignored) &&
+            fs::absolute(outputTarget(row.output)).lexically_normal() == record)
+            throw badFile(row.place, "an output of its own",
+                          row.output.string() + ", which leads to that of --report");
+        outputs.push_back({std::hash<std::string>()(row.output.lexically_normal().string()), n});
     }
     std::ranges::sort(outputs, [](const Output& a, const Output& b) {
         return a.hash != b.hash ? a.hash < b.hash : a.row < b.row;

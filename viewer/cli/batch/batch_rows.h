@@ -27,7 +27,8 @@ struct BatchRow {
 class BatchRows {
   public:
     /// A column is a key of the scene, or an option that sets one, or stands in the pattern or in the scene's
-    /// texts, or is called "id". Paths in cells are relative to the table.
+    /// texts, or is called "id". Paths in cells are relative to the table, those of the scene to the
+    /// working folder.
     /// Throws InputError for other columns, with the nearest, and as the patterns do.
     BatchRows(const CsvTable& table, const Scene& scene, const std::string& pattern);
 
@@ -35,14 +36,15 @@ class BatchRows {
     /// Throws InputError naming the row and its column for a value that a scene cannot have, and for a name
     /// that leaves the pattern's folder.
     BatchRow row(std::size_t number) const;
-    std::string placeOf(std::size_t number) const { return table_.placeOf(number); }
     /// The row's id and output alone. Throws likewise.
     BatchRow named(std::size_t number) const;
     /// At least as wide and high as any picture.
     glm::ivec2 largestSize() const;
-    /// Names all outputs. Throws as named() does, and for two rows with the same output.
+    /// Names all outputs. Throws as named() does, for two rows with the same output, and for one that leads
+    /// to the record.
+    /// @param record  absolute; "": none
     /// @param ram  is charged meanwhile
-    void requireDistinctOutputs(MemoryBudget& ram) const;
+    void requireDistinctOutputs(const std::filesystem::path& record, MemoryBudget& ram) const;
 
   private:
     struct Column {

@@ -25,17 +25,23 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Null for what is no picture of this program.
+/// Null for what is no picture of this program, and for one that is cut off at its end.
 json manifestThere(const fs::path& output) {
     std::error_code ignored;
     if (!fs::is_regular_file(output, ignored))
         return {};
     try {
         json manifest = json::parse(manifestOf(output), nullptr, false);
+        checkWholePicture(output);
         return manifest.is_object() && manifest.contains("tesseraManifest") ? manifest : json();
     } catch (const InputError&) {
         return {}; // no picture: it is drawn
     }
+}
+
+std::string textOf(const json& manifest, const char* key) {
+    const json value = manifest.value(key, json());
+    return value.is_string() ? value.get<std::string>() : std::string();
 }
 
 /// What pixels depend on, of the manifest's "options".
@@ -58,9 +64,8 @@ bool isImported(const SceneVolume& volume) {
 bool isDoneBefore(const fs::path& output, const RenderArguments& arguments, DoneCheck check,
                   MemoryBudget& ram, const CommonOptions& common) {
     const json there = manifestThere(output);
-    if (there.is_null() || there.value("program", "") != "tessera " TESSERA_VERSION ||
-        there.value("commit", "") != buildCommit() ||
-        there.contains("damagedChunks")) // mended since, perhaps
+    if (there.is_null() || textOf(there, "program") != "tessera " TESSERA_VERSION ||
+        textOf(there, "commit") != buildCommit() || there.contains("damagedChunks")) // mended since, perhaps
         return false;
     Scene scene = arguments.scene.value();
     applyArguments(arguments, scene, common);

@@ -1,6 +1,7 @@
 // viewer/cli/batch/row_pool.cpp: see row_pool.h.
 #include "viewer/cli/batch/row_pool.h"
 
+#include "core/base/error.h"
 #include "core/base/interrupt.h"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -21,8 +23,16 @@ class Pool {
     Pool(const std::vector<std::size_t>& rows, const DoRow& doRow, int threads)
         : rows_(rows), doRow_(doRow), atWork_(static_cast<std::size_t>(threads)),
           running_(static_cast<std::size_t>(threads)) {
-        for (std::size_t n = 0; n < atWork_.size(); ++n)
-            threads_.emplace_back([this, n] { work(n); });
+        try {
+            for (std::size_t n = 0; n < atWork_.size(); ++n)
+                threads_.emplace_back([this, n] { work(n); });
+        } catch (const std::system_error&) {
+            stop();
+            end();
+            throw badFile("--jobs", "as many rows at once as the system has threads for",
+                          std::to_string(threads) + ", of which " + std::to_string(threads_.size()) +
+                              " could be started");
+        }
     }
     ~Pool() { end(); }
     Pool(const Pool&) = delete;

@@ -31,7 +31,8 @@ struct RowAtWork {
 using DoRow = std::function<void(std::size_t row, const std::function<void(RowAtWork)>& tell)>;
 
 /// Does the rows in their order, on so many threads. Shows their progress; `total` rows are all, `done()` of
-/// them are done. Throws Interrupted after Ctrl-C, and what a row throws, once all threads have ended.
+/// them are done. Throws InputError naming --jobs where the system does not let so many run, Interrupted
+/// after Ctrl-C, and what a row throws, once all threads have ended.
 void doRows(const std::vector<std::size_t>& rows, int threads, std::size_t total,
             const std::function<std::size_t()>& done, const DoRow& doRow, Progress& progress);
 

@@ -7,17 +7,15 @@
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
-#include "core/base/threads.h"
-#include "render/backends/engine_maker.h"
-#include "render/picture/render_scene.h" // pictureBytesPerPixel
 #include "viewer/cli/batch/batch_record.h"
 #include "viewer/cli/batch/batch_rows.h"
+#include "viewer/cli/batch/batch_summary.h"
 #include "viewer/cli/batch/csv_table.h"
 #include "viewer/cli/batch/done_before.h"
 #include "viewer/cli/batch/row_pool.h"
+#include "viewer/cli/batch/row_shares.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/remote_input.h"
-#include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/run_render.h"
 
 #include <algorithm>
@@ -29,7 +27,6 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <thread>
@@ -42,64 +39,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// What each of several rows at once has.
-struct Shares {
-    int jobs = 1, threads = 0; // threads: of a row; 0: all processors
-    std::size_t ram = 0, gpu = 0;
-};
-
-/// True if pictures are drawn by one device, which rows would wait for.
-bool drawsOnDevice(const BatchArguments& arguments) {
-    RenderArguments render;
-    render.engine = arguments.engine;
-    GlDeviceChoice device;
-    device.text = arguments.device;
-    return traitsOf(EngineMaker(engineOf(render), device, 1).kind()).onContext;
-}
-
-Shares sharesOf(const BatchArguments& arguments, const BatchRows& rows, const Scene& scene,
-                std::size_t ramBytes, std::size_t gpuBytes, const CommonOptions& common) {
-    constexpr std::size_t kLeastBytes = std::size_t{8} << 20;   // of a row beside its picture
-    constexpr std::size_t kUsualBytes = std::size_t{192} << 20; // with bricks of a volume
-    RenderArguments render;
-    render.engine = arguments.engine;
-    const EngineKind engine = engineOf(render);
-    const glm::ivec2 size = rows.largestSize();
-    const std::size_t ofPicture =
-        static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
-        (pictureBytesPerPixel(engine, scene.quality.pixels) + kPictureBytesPerPixel);
-    const int processors = defaultThreads();
-    Shares shares;
-    if (arguments.jobs > 0 && !arguments.dryRun) { // which looks at them in their order
-        shares.jobs = arguments.jobs;
-        const std::size_t least = static_cast<std::size_t>(shares.jobs) * (ofPicture + kLeastBytes);
-        if (ramBytes < least)
-            throw InputError("--ram: " + std::to_string(shares.jobs) + " rows at once, of " +
-                             std::to_string(size.x) + " x " + std::to_string(size.y) +
-                             " pixels, need at least " + formatBytes(least) + ", but the budget has " +
-                             formatBytes(ramBytes) + " for them; fewer --jobs need less");
-    } else if (!arguments.dryRun && !drawsOnDevice(arguments)) {
-        const std::size_t room = ramBytes / (ofPicture + kUsualBytes);
-        shares.jobs = static_cast<int>(
-            std::clamp<std::size_t>(room, 1, static_cast<std::size_t>(std::max(1, processors))));
-    }
-    shares.jobs = static_cast<int>(
-        std::min<std::size_t>(static_cast<std::size_t>(shares.jobs), std::max<std::size_t>(1, rows.size())));
-    if (shares.jobs > 1)
-        shares.threads = std::max(1, processors / shares.jobs);
-    shares.ram = ramBytes / static_cast<std::size_t>(shares.jobs);
-    shares.gpu = gpuBytes / static_cast<std::size_t>(shares.jobs);
-    common.detail(std::to_string(shares.jobs) + (shares.jobs == 1 ? " row" : " rows") +
-                  " at once, each with " + formatBytes(shares.ram) + " of --ram, " + formatBytes(shares.gpu) +
-                  " of --gpu-memory and " + std::to_string(shares.threads > 0 ? shares.threads : processors) +
-                  " threads");
-    return shares;
-}
-
 class Batch {
   public:
-    Batch(const BatchArguments& arguments, const BatchRows& rows, const Shares& shares, BatchRecord& record,
-          const CommonOptions& common)
+    Batch(const BatchArguments& arguments, const BatchRows& rows, const RowShares& shares,
+          BatchRecord& record, const CommonOptions& common)
         : arguments_(arguments), rows_(rows), shares_(shares), record_(record), common_(common) {}
 
     /// Draws all rows. Throws as doRows() does.
@@ -108,7 +51,7 @@ class Batch {
         std::iota(all.begin(), all.end(), std::size_t{0});
         pass(all, shares_);
         std::vector<std::size_t> again = std::exchange(tooSmall_, {});
-        Shares alone = shares_;
+        RowShares alone = shares_;
         alone.ram *= static_cast<std::size_t>(shares_.jobs);
         alone.gpu *= static_cast<std::size_t>(shares_.jobs);
         alone.jobs = 1, alone.threads = 0;
@@ -128,7 +71,7 @@ class Batch {
     const BatchTally& tally() const { return tally_; }
 
   private:
-    void pass(const std::vector<std::size_t>& rows, const Shares& shares) {
+    void pass(const std::vector<std::size_t>& rows, const RowShares& shares) {
         if (rows.empty())
             return;
         doRows(
@@ -141,7 +84,7 @@ class Batch {
             [&](std::size_t row, const auto& tell) { doRow(row, shares, tell); }, *common_.progress);
     }
 
-    void doRow(std::size_t number, const Shares& shares, const std::function<void(RowAtWork)>& tell) {
+    void doRow(std::size_t number, const RowShares& shares, const std::function<void(RowAtWork)>& tell) {
         const auto start = Clock::now();
         RowResult result{.row = number};
         CommonOptions mine = common_;
@@ -189,7 +132,7 @@ class Batch {
                message.starts_with("--gpu-memory: ");
     }
 
-    RenderArguments argumentsOf(const BatchRow& row, const Shares& shares) const {
+    RenderArguments argumentsOf(const BatchRow& row, const RowShares& shares) const {
         RenderArguments render;
         render.in = row.place;
         render.out = row.output.string();
@@ -208,7 +151,7 @@ class Batch {
     }
 
     /// Nullopt: another process is drawing it.
-    std::optional<RowState> draw(const BatchRow& row, const Shares& shares, const CommonOptions& mine) {
+    std::optional<RowState> draw(const BatchRow& row, const RowShares& shares, const CommonOptions& mine) {
         const RenderArguments render = argumentsOf(row, shares);
         if (arguments_.dryRun)
             return look(row, render, shares, mine);
@@ -220,8 +163,10 @@ class Batch {
         std::unique_ptr<Claim> claim;
         if (arguments_.claim) {
             claim = Claims(folder).claim(row.output.filename().string());
-            if (!claim)
+            if (!claim) {
+                const OutputFile canBeMade(row.output); // throws where no lock file can be, either
                 return std::nullopt;
+            }
         }
         if ((!arguments_.again || isTakenAfter_) && isDone(row, render, DoneCheck::imports, shares, mine))
             return isTakenAfter_ ? RowState::byOthers : RowState::unchanged;
@@ -230,13 +175,13 @@ class Batch {
     }
 
     static bool isDone(const BatchRow& row, const RenderArguments& render, DoneCheck check,
-                       const Shares& shares, const CommonOptions& mine) {
+                       const RowShares& shares, const CommonOptions& mine) {
         MemoryBudget ram("RAM", "--ram", shares.ram);
         return isDoneBefore(row.output, render, check, ram, mine);
     }
 
     /// Of --dry-run: checks what can be checked without importing and drawing.
-    RowState look(const BatchRow& row, const RenderArguments& render, const Shares& shares,
+    RowState look(const BatchRow& row, const RenderArguments& render, const RowShares& shares,
                   const CommonOptions& mine) {
         Scene scene = row.scene;
         applyArguments(render, scene, mine);
@@ -267,7 +212,7 @@ class Batch {
 
     const BatchArguments& arguments_;
     const BatchRows& rows_;
-    const Shares shares_;
+    const RowShares shares_;
     BatchRecord& record_;
     const CommonOptions& common_;
     std::mutex mutex_; // of all below
@@ -276,38 +221,20 @@ class Batch {
     bool isLastTry_ = false, isTakenAfter_ = false; // between passes: alone; after others had them
 };
 
-void printSummary(const BatchArguments& arguments, const BatchRows& rows, const BatchTally& tally,
-                  double seconds) {
-    if (arguments.json) {
-        nlohmann::json failures = nlohmann::json::array();
-        for (const RowResult& one : tally.failures)
-            failures.push_back({{"row", one.row + 1}, {"id", one.id}, {"message", one.message}});
-        printReport({{"rows", rows.size()},
-                     {"drawn", tally.drawn},
-                     {"unchanged", tally.unchanged},
-                     {"byOthers", tally.byOthers},
-                     {"wouldBeDrawn", tally.wouldBeDrawn},
-                     {"failed", tally.failed},
-                     {"failures", failures},
-                     {"seconds", seconds}});
-        return;
+/// The file that --report leads to. Throws InputError for the table, and for the scene.
+fs::path checkedReport(const BatchArguments& arguments) {
+    if (arguments.report.empty())
+        return {};
+    BatchRecord::check(arguments.report);
+    const fs::path target = outputTarget(arguments.report);
+    for (const auto& [path, what] :
+         {std::pair{&arguments.table, "the table"}, {&arguments.scene, "--scene"}}) {
+        std::error_code ignored;
+        if (!path->empty() && !isAddress(*path) && fs::equivalent(target, *path, ignored))
+            throw badFile("--report", "a file of its own",
+                          printable(arguments.report) + ", which is " + what);
     }
-    const auto part = [](std::size_t count, const char* what) {
-        return count > 0 ? ", " + std::to_string(count) + " " + what : std::string();
-    };
-    const std::string counts =
-        arguments.dryRun
-            ? std::to_string(tally.wouldBeDrawn) + " would be drawn" + part(tally.unchanged, "unchanged")
-            : std::to_string(tally.drawn) + " drawn" +
-                  part(tally.unchanged, "unchanged and left as they are") +
-                  part(tally.byOthers, "drawn by other processes");
-    std::printf("%zu rows: %s%s%s\n", rows.size(), counts.c_str(), part(tally.failed, "failed").c_str(),
-                part(rows.size() - tally.all(), "not reached").c_str());
-    for (const RowResult& one : tally.failures)
-        std::printf("  row %zu, %s: %s\n", one.row + 1,
-                    one.id.empty() ? "(no id)" : printable(one.id).c_str(), printable(one.message).c_str());
-    if (tally.failed > tally.failures.size())
-        std::printf("  and %zu more, which --report lists\n", tally.failed - tally.failures.size());
+    return fs::absolute(target).lexically_normal();
 }
 
 } // namespace
@@ -322,15 +249,16 @@ void runBatch(const BatchArguments& arguments, const CommonOptions& common) {
     const CsvTable table(arguments.table, ram);
     const BatchRows rows(table, scene, arguments.out);
     common.progress->stage("checking the rows of " + arguments.table);
-    rows.requireDistinctOutputs(ram);
-    const Shares shares = sharesOf(arguments, rows, scene, ram.freeBytes(), gpuBytes, common);
-    BatchRecord record(arguments.report);
+    const fs::path report = checkedReport(arguments);
+    rows.requireDistinctOutputs(report, ram);
+    const RowShares shares = sharesOf(arguments, rows, scene, ram.freeBytes(), gpuBytes, common);
+    BatchRecord record(arguments.dryRun ? fs::path() : fs::path(arguments.report));
     common.progress->stage((arguments.dryRun ? "checking " : "drawing ") + std::to_string(rows.size()) +
                            (rows.size() == 1 ? " picture" : " pictures"));
     Batch batch(arguments, rows, shares, record, common);
     const auto summarise = [&] {
         common.progress->end();
-        printSummary(arguments, rows, batch.tally(), secondsSince(start));
+        printSummary(arguments, rows.size(), batch.tally(), secondsSince(start));
         finishStandardOutput();
     };
     try {
