@@ -14,9 +14,9 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
-using ::testing::UnorderedElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 /// First words of the lines of a part of help, "Subcommands:".
 std::vector<std::string> listedIn(const std::string& help, const std::string& part) {

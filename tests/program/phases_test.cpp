@@ -182,7 +182,8 @@ constexpr const char* kLine = R"({"tesseraPath":1,
 TEST_F(Phases, LinesAreReformed) {
     makeSphere();
     write("line.json", kLine);
-    const std::string command = "render s.zarr --path line.json --mm-per-pixel 2 --across 20 -o p.png --json ";
+    const std::string command =
+        "render s.zarr --path line.json --mm-per-pixel 2 --across 20 -o p.png --json ";
     const Outcome three = run(command + "--straighten --angles 3 --slab 4:maximum");
     ASSERT_EQ(three.exitCode, 0) << three.problems;
     const json straight = manifestOf("p.png")["reformation"];

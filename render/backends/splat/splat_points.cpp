@@ -14,8 +14,8 @@
 namespace tessera {
 namespace {
 
-constexpr double kDeviation = 0.5; // of a point's radius
-constexpr double kPointsBeforeEye = 3;     // deviations before the eye
+constexpr double kDeviation = 0.5;     // of a point's radius
+constexpr double kPointsBeforeEye = 3; // deviations before the eye
 
 PointLook lookOf(const SceneMesh& mesh, double radiusMm, const SplatView& view,
                  const SplatSettings& settings) {
