@@ -6,6 +6,7 @@
 #include "core/image/colour.h"
 #include "viewer/session/view_geometry.h"
 #include "viewer/window/label_panel.h"
+#include "viewer/window/part_drawing.h"
 
 #include <algorithm>
 #include <array>
@@ -20,46 +21,12 @@
 namespace tessera {
 namespace {
 
-constexpr double kScaleBarHeight = 34; // above the lower edge, units
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255), kFaint = IM_COL32(235, 235, 235, 130),
                 kWarning = IM_COL32(255, 190, 70, 255);
 
 void text(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& words) {
     draw.AddText({at.x + 1, at.y + 1}, IM_COL32(0, 0, 0, 200), words.c_str());
     draw.AddText(at, colour, words.c_str());
-}
-
-/// A cube with a letter on every side that faces the viewer: left, right, anterior, posterior, head, foot;
-/// without letters where the orientation is unknown.
-void drawCube(ImDrawList& draw, const Camera& camera, bool lettered, const ImVec2& middle, float half) {
-    const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(camera));
-    const auto project = [&](const glm::dvec3& p) {
-        const glm::dvec3 c = cameraFromPatient * p;
-        return ImVec2(middle.x + half * static_cast<float>(c.x), middle.y - half * static_cast<float>(c.y));
-    };
-    constexpr const char* kLetters[3][2] = {{"R", "L"}, {"A", "P"}, {"F", "H"}}; // LPS: to -, to +
-    for (int axis = 0; axis < 3; ++axis)
-        for (const int side : {-1, 1}) {
-            glm::dvec3 normal(0);
-            normal[axis] = side;
-            const double facing = (cameraFromPatient * normal).z;
-            if (facing <= 0.02)
-                continue;
-            glm::dvec3 u(0), v(0);
-            u[(axis + 1) % 3] = 1;
-            v[(axis + 2) % 3] = 1;
-            const double edge = 0.62;
-            const ImVec2 corners[4] = {project(edge * (normal + u + v)), project(edge * (normal + u - v)),
-                                       project(edge * (normal - u - v)), project(edge * (normal - u + v))};
-            const int grey = static_cast<int>(50 + 90 * facing);
-            draw.AddConvexPolyFilled(corners, 4, IM_COL32(grey, grey, grey + 12, 215));
-            draw.AddPolyline(corners, 4, kFaint, ImDrawFlags_Closed, 1.0f);
-            if (lettered && facing > 0.3) {
-                const char* const letter = kLetters[axis][side > 0];
-                const ImVec2 size = ImGui::CalcTextSize(letter), at = project(edge * normal);
-                draw.AddText({at.x - size.x / 2, at.y - size.y / 2}, kText, letter);
-            }
-        }
 }
 
 } // namespace
@@ -149,56 +116,6 @@ void drawLevels(ImDrawList& draw, const WindowState& desk, const Area& area) {
 
 } // namespace
 
-void drawScaleBar(ImDrawList& draw, const Area& area, const ScaleBar& bar, double right) {
-    const auto length = static_cast<float>(bar.pixels / area.pixelsPerUnit);
-    const ImVec2 end(static_cast<float>(right),
-                     static_cast<float>(area.from.y + area.size.y - kScaleBarHeight));
-    const ImVec2 start(end.x - length, end.y);
-    for (const float more : {2.0f, 0.0f}) { // a dark edge, so that it shows on anything
-        const ImU32 ink = more > 0 ? IM_COL32(0, 0, 0, 170) : kText;
-        draw.AddLine({start.x - more / 2, start.y}, {end.x + more / 2, end.y}, ink, 2 + more);
-        for (const float x : {start.x, end.x})
-            draw.AddLine({x, end.y - 5 - more / 2}, {x, end.y + 5 + more / 2}, ink, 2 + more);
-    }
-    const std::string words = bar.text();
-    const ImVec2 at(end.x - ImGui::CalcTextSize(words.c_str()).x, end.y - 22);
-    for (const ImVec2& by : {ImVec2(-1, -1), ImVec2(1, -1), ImVec2(-1, 1)}) // and text() the fourth
-        draw.AddText({at.x + by.x, at.y + by.y}, IM_COL32(0, 0, 0, 200), words.c_str());
-    text(draw, at, kText, words);
-}
-
-void drawLegend(ImDrawList& draw, const Area& area, const std::vector<LegendBar>& bars) {
-    constexpr float kWidth = 190, kHeight = 10, kRow = 54, kLine = 18;
-    const float left = static_cast<float>(area.from.x) + 12;
-    float y = static_cast<float>(area.from.y + area.size.y) - 30 - kRow * static_cast<float>(bars.size());
-    for (const LegendBar& bar : bars) {
-        const auto edged = [&](float x, float top, const std::string& words) {
-            for (const ImVec2& by : {ImVec2(-1, -1), ImVec2(1, -1), ImVec2(-1, 1)}) // and text() the fourth
-                draw.AddText({x + by.x, top + by.y}, IM_COL32(0, 0, 0, 200), words.c_str());
-            text(draw, {x, top}, kText, words);
-        };
-        edged(left, y, bar.title());
-        const float top = y + kLine, step = kWidth / static_cast<float>(bar.colours.size());
-        draw.AddRectFilled({left - 1, top - 1}, {left + kWidth + 1, top + kHeight + 1},
-                           IM_COL32(0, 0, 0, 200));
-        for (std::size_t n = 0; n < bar.colours.size(); ++n) {
-            const auto code = [&](double linear) {
-                return static_cast<int>(std::lround(255 * srgbFromLinear(std::clamp(linear, 0.0, 1.0))));
-            };
-            const glm::dvec3& c = bar.colours[n];
-            const float from = left + step * static_cast<float>(n);
-            draw.AddRectFilled({from, top}, {from + step, top + kHeight},
-                               IM_COL32(code(c.r), code(c.g), code(c.b), 255));
-        }
-        for (const float part : {0.0f, 0.5f, 1.0f}) {
-            const std::string words = bar.textAt(static_cast<double>(part));
-            const float width = ImGui::CalcTextSize(words.c_str()).x;
-            edged(left + part * (kWidth - width), top + kHeight + 3, words);
-        }
-        y += kRow;
-    }
-}
-
 void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) {
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
     const auto left = static_cast<float>(area.from.x), top = static_cast<float>(area.from.y),
@@ -210,10 +127,7 @@ void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) 
     if (const VolumeSeen* volume = desk.volume()) {
         if (desk.showLevels && desk.state().levels)
             drawLevels(draw, desk, area);
-        drawCube(draw, desk.camera(), volume->info.orientationKnown, {right - 52, top + 52}, 42);
-        drawScaleBar(draw, area, scaleBarOf(desk.camera(), area.pixels()), area.from.x + area.size.x - 14);
-        if (desk.showsLegend())
-            drawLegend(draw, area, desk.legend());
+        drawPart(draw, area, desk.overlay(), kRowOfWords);
         if (const std::string words = badge(desk); !words.empty())
             text(draw, {left + 12, top + 10}, kWarning, words);
         if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver()) {

@@ -3,7 +3,7 @@
 
 #include "core/base/shown_text.h"
 #include "viewer/window/boxes.h"
-#include "viewer/window/overlays.h" // drawScaleBar
+#include "viewer/window/part_drawing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -195,8 +195,11 @@ void SlicePanel::draw(WindowState& desk, Tools& tools, Endoscopy& endoscopy, con
             draw.AddText(at({view.from.x + 5, view.from.y + 18}), kPlaneText,
                          (narrow && !value.empty() ? value + "\n" + windowText : both).c_str());
         }
-        drawScaleBar(draw, view, scaleBarOf(frame.mmPerPixel, view.pixels().x),
-                     view.from.x + view.size.x - 24);
+        FigurePart scale;
+        scale.annotations.scaleBar = true;
+        scale.camera.projection = Projection::parallel;
+        scale.camera.parallelScale = parallelScaleOf(frame.mmPerPixel, view.pixels());
+        drawPart(draw, view, std::move(scale), kRowOfWords);
         if (shown_ && !shown_->fine)
             draw.AddText(at({view.from.x + 5, view.from.y + view.size.y - 18}), IM_COL32(255, 190, 70, 255),
                          "coarse");

@@ -408,6 +408,26 @@ PictureMarks WindowState::marks() const {
     return marks;
 }
 
+FigurePart WindowState::overlay() const {
+    FigurePart part;
+    part.annotations = scene_.annotations;
+    Directions& directions = part.annotations.directions;
+    directions = directions == Directions::letters || directions == Directions::all ? Directions::all
+                                                                                    : Directions::cube;
+    part.annotations.scaleBar = true;
+    part.annotations.legend = showsLegend();
+    part.annotations.measurements = false; // the tools draw them
+    part.camera = camera();
+    part.orientationKnown = volume_ && volume_->info.orientationKnown;
+    if (part.annotations.legend)
+        part.legend = legend();
+    if (part.annotations.labelLegend && volume_ && volume_->labels)
+        part.labels = legendLabels(*volume_->labels, scene_.volumes.front().labels);
+    part.error =
+        state_.measured.empty() ? "measured error: not measured yet" : "measured error: " + state_.measured;
+    return part;
+}
+
 void WindowState::savePicture(const std::string& name, int times) {
     save(name, ".png", [&](const std::filesystem::path& file) {
         if (times == 1) {

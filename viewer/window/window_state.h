@@ -196,6 +196,8 @@ class WindowState {
     /// Of the scene as it is.
     std::vector<LegendBar> legend() const;
     PictureMarks marks() const;
+    /// What is drawn over the picture in the window: a scale bar and the cube always.
+    FigurePart overlay() const;
     int enlargedPlane = -1; // shown alone beside the picture; -1: all three
     /// The planes' share of the width beside the panel.
     double planesShare() const { return enlargedPlane < 0 ? planesShare_ : kEnlargedShare; }
