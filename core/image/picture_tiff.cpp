@@ -94,8 +94,10 @@ template <typename Sample> void readRows(TIFF* tiff, PictureFile<float>& picture
     }
 }
 
-/// True if all strips or tiles lie within the file.
+/// True if all strips or tiles lie within the file, and what writeTiff() writes last does.
 bool endsWhole(TIFF* tiff) {
+    if (const char* text = nullptr; TIFFGetField(tiff, TIFFTAG_SOFTWARE, &text) != 1)
+        return false;
     const std::uint64_t size = TIFFGetSizeProc(tiff)(TIFFClientdata(tiff));
     const std::uint32_t count = TIFFIsTiled(tiff) ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
     for (std::uint32_t n = 0; n < count; ++n) {
