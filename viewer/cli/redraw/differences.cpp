@@ -2,7 +2,6 @@
 #include "viewer/cli/redraw/differences.h"
 
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
 #include "core/image/image.h"
 #include "core/image/page_format.h"
 #include "viewer/cli/redraw/figure_record.h" // verifyOfManifest
@@ -14,10 +13,10 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
 #include <utility>
 
 namespace tessera {
@@ -85,44 +84,40 @@ Values sceneValues(const json& manifest) {
     return values;
 }
 
-/// Blocks of a file.
-class Blocks {
-  public:
-    explicit Blocks(const std::filesystem::path& path) : path_(path), file_(path, std::ios::binary) {
-        if (!file_)
-            throw badFile(path.string(), "a readable file", "none");
-    }
-    /// Empty at the end.
-    std::span<const char> next() {
-        file_.read(block_.data(), static_cast<std::streamsize>(block_.size()));
-        if (file_.bad())
-            throw badFile(path_.string(), "a readable file", "one that cannot be read to its end");
-        return std::span(block_).first(static_cast<std::size_t>(file_.gcount()));
-    }
+std::string noRoom(const MemoryBudget& ram) {
+    return ram.option() + " of " + formatBytes(ram.limitBytes()) + " has no room for both";
+}
 
-  private:
-    const std::filesystem::path path_;
-    std::ifstream file_;
-    std::vector<char> block_ = std::vector<char>(std::size_t{1} << 18);
-};
+/// The bytes of a page without those of its manifest: of a PDF all before it, since it is at the end and
+/// moves what follows.
+std::string pageWithoutManifest(const std::filesystem::path& path, PageFormat format) {
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (!file || bytes.empty())
+        throw badFile(path.string(), "a readable file", "none");
+    if (format == PageFormat::pdf)
+        return bytes.substr(0, bytes.rfind("/Keywords"));
+    const std::size_t begin = bytes.find("<metadata id=\"tessera-manifest\">");
+    const std::size_t end = begin == std::string::npos ? begin : bytes.find("</metadata>", begin);
+    return end == std::string::npos ? bytes : bytes.erase(begin, end - begin);
+}
 
-PixelDifferences comparePages(const std::filesystem::path& before, const std::filesystem::path& now) {
+PixelDifferences comparePages(const std::filesystem::path& before, const std::filesystem::path& now,
+                              PageFormat format, MemoryBudget& ram) {
     PixelDifferences found;
     found.ofPages = true;
-    Blocks one(before), other(now);
-    for (;;) {
-        checkInterrupted();
-        const std::span<const char> a = one.next(), b = other.next();
-        if (a.empty() && b.empty())
-            break;
-        const std::size_t both = std::min(a.size(), b.size()), more = std::max(a.size(), b.size());
-        found.pixels += more;
-        found.differing += more - both;
-        for (std::size_t n = 0; n < both; ++n)
-            found.differing += a[n] != b[n] ? 1 : 0;
+    const std::size_t bytes = std::filesystem::file_size(before) + std::filesystem::file_size(now);
+    const std::optional<Charge> charge = ram.tryCharge(2 * bytes); // a text that grows has twice its bytes
+    if (!charge) {
+        found.notCompared = noRoom(ram);
+        return found;
     }
-    if (found.differing > 0 && manifestOf(before) != manifestOf(now))
-        found.notCompared = "of pages, whose bytes are compared, the manifests differ";
+    const std::string a = pageWithoutManifest(before, format), b = pageWithoutManifest(now, format);
+    const std::size_t both = std::min(a.size(), b.size());
+    found.pixels = std::max(a.size(), b.size());
+    found.differing = found.pixels - both;
+    for (std::size_t n = 0; n < both; ++n)
+        found.differing += a[n] != b[n] ? 1 : 0;
     return found;
 }
 
@@ -182,7 +177,7 @@ PixelDifferences comparePixels(const std::filesystem::path& before, const std::f
     PixelDifferences found;
     const auto one = formatOf(before), other = formatOf(now);
     if (const auto page = pageFormat(before); page && page == pageFormat(now))
-        return comparePages(before, now);
+        return comparePages(before, now, *page, ram);
     if (!one || !other || *one != *other) {
         found.notCompared =
             "their formats differ, " + before.extension().string() + " and " + now.extension().string();
@@ -200,7 +195,7 @@ PixelDifferences comparePixels(const std::filesystem::path& before, const std::f
     const auto count = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
     const std::optional<Charge> charge = ram.tryCharge(count * kBytesPerPixel);
     if (!charge) {
-        found.notCompared = ram.option() + " of " + formatBytes(ram.limitBytes()) + " has no room for both";
+        found.notCompared = noRoom(ram);
         return found;
     }
     Image a, b;

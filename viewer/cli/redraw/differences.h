@@ -32,8 +32,8 @@ struct PixelDifferences {
     double rms = 0; // linear premultiplied RGBA, over all pixels
 };
 /// Of two pictures' files. Both are charged to ram before they are read; where it has no room, or their
-/// formats or sizes differ, they are not compared. Of two pages the files' bytes are, where the manifests in
-/// them are equal.
+/// formats or sizes differ, they are not compared. Of two pages the files' bytes are, without
+/// the manifests in them.
 PixelDifferences comparePixels(const std::filesystem::path& before, const std::filesystem::path& now,
                                MemoryBudget& ram);
 
