@@ -8,8 +8,10 @@
 #include "viewer/cli/render/picture_files.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -129,13 +131,6 @@ std::optional<PictureFormat> formatOf(const std::filesystem::path& path) {
     }
 }
 
-bool isSameBits(const glm::vec4& a, const glm::vec4& b) {
-    for (int c = 0; c < 4; ++c)
-        if (std::bit_cast<std::uint32_t>(a[c]) != std::bit_cast<std::uint32_t>(b[c]))
-            return false;
-    return true;
-}
-
 } // namespace
 
 ManifestDifferences compareManifests(const json& before, const json& now) {
@@ -209,9 +204,10 @@ PixelDifferences comparePixels(const std::filesystem::path& before, const std::f
     if (a.size != b.size || a.size != size)
         throw badFile(before.string(), "a picture that stays as it is", "one that was replaced");
     found.pixels = a.pixels.size();
+    using Bits = std::array<std::uint32_t, 4>; // of a pixel
     double squares = 0;
     for (std::size_t n = 0; n < a.pixels.size(); ++n) {
-        if (isSameBits(a.pixels[n], b.pixels[n]))
+        if (std::bit_cast<Bits>(a.pixels[n]) == std::bit_cast<Bits>(b.pixels[n]))
             continue;
         ++found.differing;
         for (int c = 0; c < 4; ++c) {
