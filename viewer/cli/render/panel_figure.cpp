@@ -272,6 +272,14 @@ PanelFigure figureOfJson(const nlohmann::json& said, int panels, const std::stri
         figure.words.caption = said.at("caption").get<std::string>();
         figure.words.textPoints = said.at("textPoints").get<double>();
         figure.words.dpi = said.at("dpi").get<double>();
+        // As scenes have them (core/scene/annotation_fields.cpp).
+        constexpr std::size_t kMostLetters = 1000;
+        const auto isWithin = [](double number, double least, double most) {
+            return number >= least && number <= most;
+        };
+        if (!isWithin(figure.words.textPoints, 1, 200) || !isWithin(figure.words.dpi, 10, 10000) ||
+            figure.words.title.size() > kMostLetters || figure.words.caption.size() > kMostLetters)
+            throw wrong();
         figure.oneScale = said.at("oneScale").get<bool>();
     } catch (const nlohmann::json::exception&) {
         throw wrong();
