@@ -4,7 +4,7 @@
 #include "core/base/shown_text.h"
 #include "core/image/colour.h"
 #include "viewer/annotations/part_layout.h"
-#include "viewer/annotations/patient_letters.h"
+#include "viewer/session/patient_letters.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 #include "viewer/window/slice_panel.h"
 
 #include "core/base/shown_text.h"
+#include "viewer/session/patient_letters.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/part_drawing.h"
 
@@ -20,8 +21,6 @@ namespace {
 constexpr ImU32 kLine[] = {IM_COL32(230, 90, 80, 150), IM_COL32(90, 200, 110, 150),
                            IM_COL32(100, 150, 240, 150)};
 constexpr ImU32 kPlaneText = IM_COL32(235, 235, 235, 255);
-/// At the edges of each plane: left, right, upper, lower.
-constexpr const char* kLetters[3][4] = {{"R", "L", "A", "P"}, {"R", "L", "H", "F"}, {"A", "P", "H", "F"}};
 
 ImVec2 at(const glm::dvec2& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y)};
@@ -179,10 +178,16 @@ void SlicePanel::draw(WindowState& desk, Tools& tools, Endoscopy& endoscopy, con
         draw.AddRect(at(view.from), at(view.from + view.size - 1.0), kLine[n]);
         if (desk.volume()->info.orientationKnown) {
             const glm::dvec2 middle = view.from + 0.5 * view.size;
-            draw.AddText(at({view.from.x + 5, middle.y - 7}), kPlaneText, kLetters[n][0]);
-            draw.AddText(at({view.from.x + view.size.x - 14, middle.y - 7}), kPlaneText, kLetters[n][1]);
-            draw.AddText(at({middle.x - 4, view.from.y + 3}), kPlaneText, kLetters[n][2]);
-            draw.AddText(at({middle.x - 4, view.from.y + view.size.y - 18}), kPlaneText, kLetters[n][3]);
+            const glm::dvec3 corner = frame.patientFromPicture({0, 0}),
+                             right = frame.patientFromPicture({1, 0}) - corner,
+                             down = frame.patientFromPicture({0, 1}) - corner;
+            const auto write = [&](const glm::dvec2& place, const glm::dvec3& towards) {
+                draw.AddText(at(place), kPlaneText, directionLetters(towards).c_str());
+            };
+            write({view.from.x + 5, middle.y - 7}, -right);
+            write({view.from.x + view.size.x - 14, middle.y - 7}, right);
+            write({middle.x - 4, view.from.y + 3}, -down);
+            write({middle.x - 4, view.from.y + view.size.y - 18}, down);
         }
         if ((n == 0 || alone >= 0) && shown_) {
             const GreyWindow& window = shown_->wish.window;

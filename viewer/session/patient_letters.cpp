@@ -1,5 +1,5 @@
-// viewer/annotations/patient_letters.cpp: see patient_letters.h.
-#include "viewer/annotations/patient_letters.h"
+// viewer/session/patient_letters.cpp: see patient_letters.h.
+#include "viewer/session/patient_letters.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
-// tests/viewer/annotations/patient_letters_test.cpp: the letters at a picture's edges are the patient's
+// tests/viewer/session/patient_letters_test.cpp: the letters at a picture's edges are the patient's
 // directions there, from any side and however the camera is tilted.
-#include "viewer/annotations/patient_letters.h"
+#include "viewer/session/patient_letters.h"
 
 #include "core/scene/scene.h"
 #include "viewer/session/view_geometry.h"

@@ -1,4 +1,4 @@
-// viewer/annotations/patient_letters.h: the patient's directions in letters, as DICOM writes them in Patient
+// viewer/session/patient_letters.h: the patient's directions in letters, as DICOM writes them in Patient
 // Orientation (0020,0020): right R and left L, anterior A and posterior P; superior S and inferior I, for
 // which DICOM writes H and F.
 #pragma once
