@@ -43,6 +43,7 @@ std::vector<LegendBar> colourLegend(const Scene& scene, std::span<const LegendVo
         const ValueLook look{composite ? ValueColour::transferFunction : alone.valueColour,
                              windowOf(alone.window, volumes[n].values)};
         LegendBar bar;
+        bar.volume = n;
         bar.name = printable(volume.path.stem().string());
         bar.unit = printable(volumes[n].unit);
         std::tie(bar.low, bar.high) = look.colour == ValueColour::transferFunction

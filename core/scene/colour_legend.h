@@ -24,6 +24,7 @@ struct LegendBar {
     std::string name, unit;          // of the volume, and of its values; "": none
     double low = 0, high = 1;        // the values at its ends, low < high
     std::vector<glm::dvec3> colours; // linear light, evenly from low to high
+    std::size_t volume = 0;          // of the scene's
 
     std::string title() const { return name + (name.empty() || unit.empty() ? "" : ", ") + unit; }
     /// The value at a part of its length, [0,1].

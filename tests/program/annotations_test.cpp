@@ -96,5 +96,18 @@ TEST_F(AnnotationsOfPictures, AreRefusedWhereThereIsNothingToSay) {
     EXPECT_FALSE(exists("a.pdf"));
 }
 
+// Volumes have their numbers in the scene, those that do not show as well.
+TEST_F(AnnotationsOfPictures, LegendsNumberTheScenesVolumes) {
+    write("three.json", R"({"tesseraScene": 1, "volumes": [{"path": "s.zarr", "opacity": 0},
+        {"path": "s.zarr"}, {"path": "s.zarr"}]})");
+    const Outcome outcome =
+        run("render three.json -q --engine native --size 180x160 --legend --json -o three.svg");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    const std::string page = readAll(folder_ / "three.svg");
+    EXPECT_THAT(page, HasSubstr(">volume 2"));
+    EXPECT_THAT(page, HasSubstr(">volume 3"));
+    EXPECT_THAT(page, Not(HasSubstr(">volume 1")));
+}
+
 } // namespace
 } // namespace tessera::test

@@ -23,8 +23,8 @@ std::vector<LegendBar> legendOf(Scene scene, const std::vector<LegendVolume>& vo
         if (const auto* const name = std::get_if<std::string>(&scene.volumes[n].transferFunction))
             scene.volumes[n].transferFunction = presetFunction(std::string(*name), volumes[n].values);
     std::vector<LegendBar> bars = colourLegend(scene, volumes);
-    for (std::size_t n = 0; n < bars.size(); ++n) // names of files may be those of patients
-        bars[n].name = bars.size() > 1 ? "volume " + std::to_string(n + 1) : "";
+    for (LegendBar& bar : bars) // names of files may be those of patients
+        bar.name = scene.volumes.size() > 1 ? "volume " + std::to_string(bar.volume + 1) : "";
     return bars;
 }
 

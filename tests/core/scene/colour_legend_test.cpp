@@ -61,5 +61,17 @@ TEST(ColourLegend, HasTheGreysOfTheWindow) {
     EXPECT_TRUE(colourLegend(scene, volumesOfTwo()).empty());
 }
 
+TEST(ColourLegend, KnowsWhichVolumeItIsOf) {
+    Scene scene = ofTwo();
+    scene.volumes.push_back(scene.volumes[1]);
+    scene.volumes[0].opacity = 0;
+    std::vector<LegendVolume> volumes = volumesOfTwo();
+    volumes.push_back(volumes[1]);
+    const std::vector<LegendBar> bars = colourLegend(scene, volumes);
+    ASSERT_EQ(bars.size(), 2u);
+    EXPECT_EQ(bars[0].volume, 1u);
+    EXPECT_EQ(bars[1].volume, 2u);
+}
+
 } // namespace
 } // namespace tessera
