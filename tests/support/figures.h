@@ -14,7 +14,7 @@
 namespace tessera::test {
 
 /// Words in a font whose letters are all 0.6 of its size wide.
-inline WordSize evenLetters(const std::string& words, double pixels) {
+inline WordSize evenLetters(const std::string& words, double pixels, bool = false) {
     double letters = 0;
     for (const char c : words)
         letters += (static_cast<unsigned char>(c) & 0xC0) != 0x80;

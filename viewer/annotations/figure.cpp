@@ -30,7 +30,7 @@ std::string firstAnnotation(const Annotations& a) {
 
 bool Figure::any() const {
     return std::any_of(parts.begin(), parts.end(),
-                       [](const FigurePart& part) { return part.annotations.any(); });
+                       [](const FigurePart& part) { return part.annotations.any() || !part.mark.empty(); });
 }
 
 } // namespace tessera

@@ -34,6 +34,12 @@ struct FigurePart {
     std::vector<LegendLabel> labels;
     std::vector<Measurement> measurements;
     std::string error; // for the caption: what was measured
+    std::string mark;  // of a panel: "A"; bold, in the upper left corner
+};
+/// Strips of words above and below a figure's panels, pixels.
+struct StripHeights {
+    int above = 0, below = 0;
+    bool operator==(const StripHeights&) const = default;
 };
 
 /// The option, or the key where there is none, that asks for the first of them; "" none.

@@ -30,9 +30,13 @@ namespace {
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
+MeasureWords measureBy(PangoWords& words) {
+    return
+        [&](const std::string& text, double pixels, bool bold) { return words.measure(text, pixels, bold); };
+}
+
 FigureLayout laidOut(const Figure& figure, PangoWords& words) {
-    return layOut(figure,
-                  [&](const std::string& text, double pixels) { return words.measure(text, pixels); });
+    return layOut(figure, measureBy(words));
 }
 
 /// The linear value of every 8-bit code of sRGB.
@@ -108,6 +112,11 @@ DrawingReport describeDrawing(const Figure& figure) {
     report.fonts = words.fontsOf(layout.words);
     report.leftOut = std::move(layout.leftOut);
     return report;
+}
+
+StripHeights measureStrips(const FigurePart& part, double dpi) {
+    PangoWords words;
+    return stripsNeeded(part, dpi, measureBy(words));
 }
 
 void drawAnnotations(const Figure& figure, Image& picture) {

@@ -26,6 +26,9 @@ struct DrawingReport {
 /// Lays out the figure and draws nothing. Throws Error where there is no font.
 DrawingReport describeDrawing(const Figure& figure);
 
+/// stripsNeeded() (figure_layout.h) in the figures' font.
+StripHeights measureStrips(const FigurePart& words, double dpi);
+
 /// Draws over a picture of the figure's size.
 void drawAnnotations(const Figure& figure, Image& picture);
 

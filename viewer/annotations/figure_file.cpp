@@ -24,6 +24,9 @@ namespace tessera {
 DrawingReport describeDrawing(const Figure&) {
     throw InputError("annotations: this program was built without them");
 }
+StripHeights measureStrips(const FigurePart&, double) {
+    throw InputError("annotations: this program was built without them");
+}
 void drawAnnotations(const Figure&, Image&) {
     throw InputError("annotations: this program was built without them");
 }
@@ -112,6 +115,11 @@ std::string leftOutText(const nlohmann::json& manifest) {
     for (const nlohmann::json& what : told->at("leftOut"))
         text += (text.empty() ? "not in the picture: " : "; ") + what.get<std::string>();
     return text;
+}
+
+StripHeights stripsOf(const FigurePart& words, double dpi) {
+    return words.annotations.title.empty() && words.annotations.caption.empty() ? StripHeights()
+                                                                                : measureStrips(words, dpi);
 }
 
 void annotate(Image& picture, const Figure& figure) {

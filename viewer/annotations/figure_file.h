@@ -27,6 +27,9 @@ void tellAnnotations(nlohmann::json& manifest, const Figure& figure);
 /// "not in the picture: the title; ..."; "" where all is.
 std::string leftOutText(const nlohmann::json& manifest);
 
+/// Strips above and below a picture of the part's size in which the part's title and caption have room.
+StripHeights stripsOf(const FigurePart& words, double dpi);
+
 /// Draws the annotations over a picture of the figure's size, on its background.
 void annotate(Image& picture, const Figure& figure);
 

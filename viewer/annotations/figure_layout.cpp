@@ -23,13 +23,17 @@ constexpr double kTitle = 1.2;        // size of its letters
 constexpr double kMostOfTitle = 0.25; // of the part's height, as for the caption
 
 /// Lines one above the other, each in the middle.
-LaidBlock centred(const PartLayout& in, const std::string& words, double size) {
+/// @param room  their width at most
+LaidBlock centred(const PartLayout& in, const std::string& words, double size, double room,
+                  const std::string& what) {
     const double row = PartLayout::boxOf(in.line("Ag", size)).y;
     const auto most = static_cast<std::size_t>(std::max(1.0, kMostOfTitle * in.height() / row));
     LaidBlock block;
     std::vector<LaidWords> lines;
-    for (const std::string& text :
-         brokenWords(printableLines(words), size * in.em, in.width() - 2 * in.edge, most, in.measure())) {
+    const BrokenWords broken =
+        brokenWords(printableLines(words), size * in.em, room - 2 * in.edge, most, in.measure());
+    block.cut = broken.cut ? what : "";
+    for (const std::string& text : broken.lines) {
         lines.push_back(in.line(text, size));
         block.size.x = std::max(block.size.x, PartLayout::boxOf(lines.back()).x);
     }
@@ -41,20 +45,44 @@ LaidBlock centred(const PartLayout& in, const std::string& words, double size) {
     return block;
 }
 
+/// Places centred words; what has no room for a letter is left out.
+void placeCentred(PartLayout& in, LaidBlock block, const std::vector<glm::dvec2>& corners,
+                  const std::string& what) {
+    if (!block.words.empty())
+        in.place(std::move(block), corners, what);
+    else if (!block.cut.empty())
+        in.leaveOut(what);
+}
+
 void layAtBottom(PartLayout& in, const std::string& words, const std::string& what) {
-    LaidBlock block = centred(in, words, 1);
+    LaidBlock block = centred(in, words, 1, in.width(), what);
     const glm::dvec2 corner((in.from.x + in.to.x - block.size.x) / 2, in.to.y - block.size.y);
-    in.place(std::move(block), in.slide(corner, -1), what);
+    placeCentred(in, std::move(block), in.slide(corner, -1), what);
 }
 
 } // namespace
 
+void layMark(PartLayout& in) {
+    constexpr double kMark = 1.6; // size of its letters
+    if (in.part.mark.empty())
+        return;
+    LaidBlock block;
+    const LaidWords line = in.line(in.part.mark, kMark, true);
+    block.size = PartLayout::boxOf(line);
+    block.write(line, {0, 0});
+    const double width = block.size.x;
+    if (in.place(std::move(block), {in.from}, "the letter " + in.part.mark))
+        in.besideMark = width + in.gap;
+}
+
 void layTitle(PartLayout& in) {
     if (in.part.annotations.title.empty())
         return;
-    LaidBlock block = centred(in, in.part.annotations.title, kTitle);
+    const std::string what = "the title";
+    LaidBlock block =
+        centred(in, in.part.annotations.title, kTitle, in.width() - 2 * std::ceil(in.besideMark + 1), what);
     const glm::dvec2 corner((in.from.x + in.to.x - block.size.x) / 2, in.from.y);
-    in.place(std::move(block), {corner}, "the title");
+    placeCentred(in, std::move(block), {corner}, what);
 }
 
 void layCaption(PartLayout& in) {
@@ -91,12 +119,8 @@ void layScaleBar(PartLayout& in) {
 
 void layEdgeLetters(PartLayout& in) {
     const Directions wanted = in.part.annotations.directions;
-    if (wanted != Directions::letters && wanted != Directions::all)
+    if ((wanted != Directions::letters && wanted != Directions::all) || !in.part.orientationKnown)
         return;
-    if (!in.part.orientationKnown) {
-        in.leaveOut("the patient's directions: the volume does not tell them");
-        return;
-    }
     const EdgeLetters letters = edgeLetters(in.part.camera);
     const glm::dvec2 middle = (in.from + in.to) / 2.0;
     const auto lay = [&](const std::string& text, double x, double y, int towards) {
@@ -163,6 +187,9 @@ FigureLayout layOut(const Figure& figure, const MeasureWords& measure) {
     FigureLayout layout;
     for (const FigurePart& part : figure.parts) {
         PartLayout in(part, figure.dpi, measure, layout);
+        if (part.annotations.directions != Directions::none && !part.orientationKnown)
+            in.leaveOut("the patient's directions: the volume does not tell them");
+        layMark(in);
         layTitle(in);
         layCaption(in);
         layScaleBar(in);
@@ -174,6 +201,45 @@ FigureLayout layOut(const Figure& figure, const MeasureWords& measure) {
         layArrows(in);
     }
     return layout;
+}
+
+StripHeights stripsNeeded(const FigurePart& words, double dpi, const MeasureWords& measure) {
+    constexpr int kMostRounds = 60;
+    FigurePart part;
+    part.size = words.size;
+    part.annotations.title = words.annotations.title;
+    part.annotations.caption = words.annotations.caption;
+    part.annotations.textPoints = words.annotations.textPoints;
+    const auto needed = [&](const StripHeights& strips) {
+        part.size.y = words.size.y + strips.above + strips.below;
+        FigureLayout layout;
+        PartLayout in(part, dpi, measure, layout);
+        StripHeights heights;
+        layTitle(in);
+        for (const LaidWords& line : layout.words)
+            heights.above = std::max(heights.above, static_cast<int>(std::ceil(line.to().y + in.margin)));
+        const std::size_t ofTitle = layout.words.size();
+        layCaption(in);
+        for (std::size_t n = ofTitle; n < layout.words.size(); ++n)
+            heights.below =
+                std::max(heights.below,
+                         static_cast<int>(std::ceil(part.size.y - layout.words[n].from().y + in.margin)));
+        return heights;
+    };
+    // Letters grow with the figure, and strips with the letters: from more than any strip needs, for words
+    // have a quarter of a figure at most, down to what is needed.
+    constexpr int kMargins = 64;
+    const int most = words.size.y + kMargins;
+    StripHeights enough{part.annotations.title.empty() ? 0 : most,
+                        part.annotations.caption.empty() ? 0 : most};
+    StripHeights next = needed(enough);
+    for (int round = 0; round < kMostRounds && next != enough; ++round) {
+        const StripHeights further = needed(next);
+        if (further.above > next.above || further.below > next.below)
+            break; // these would be too low
+        enough = std::exchange(next, further);
+    }
+    return next == enough ? next : enough;
 }
 
 } // namespace tessera

@@ -39,6 +39,7 @@ struct LaidWords {
     double edge = 1;   // on each side
     WordSize size;     // without the edge
     Ink ink = Ink::light;
+    bool bold = false;
 
     glm::dvec2 from() const { return {at.x - edge, at.y - size.ascent - edge}; }
     glm::dvec2 to() const { return {at.x + size.width + edge, at.y + size.descent + edge}; }
@@ -47,13 +48,17 @@ struct LaidWords {
 struct FigureLayout {
     std::vector<LaidShape> shapes;    // in the order that they are drawn in
     std::vector<LaidWords> words;     // over them
-    std::vector<std::string> leftOut; // what had no room
+    std::vector<std::string> leftOut; // what had no room; "the end of the title" where words are cut
 };
 
 /// In leftOut, where the scale bar is.
 constexpr const char* kScaleBarWords = "the scale bar";
 
 FigureLayout layOut(const Figure& figure, const MeasureWords& measure);
+
+/// Strips that the part's title and caption need above and below a picture of the part's size, so that they
+/// lie beside it. Their letters are those of a figure that is higher by both.
+StripHeights stripsNeeded(const FigurePart& words, double dpi, const MeasureWords& measure);
 
 /// The size of a part's letters, pixels: as asked, but smaller in a small picture.
 double letterPixels(const FigurePart& part, double dpi);

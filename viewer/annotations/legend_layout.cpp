@@ -60,7 +60,9 @@ LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
     const double width = std::ceil(std::max(ends, std::min(kWidth * in.em, kMostOfWidth * in.width())));
     LaidBlock block;
     block.size.x = width + 2 * edge;
-    if (const std::string title = cutWords(bar.title(), in.em, width, in.measure()); !title.empty()) {
+    const std::string title = cutWords(bar.title(), in.em, width, in.measure());
+    block.cut = title != bar.title() ? "the title " + bar.title() : "";
+    if (!title.empty()) {
         const LaidWords line = in.line(title);
         block.write(line, {0, 0});
         block.size.y = PartLayout::boxOf(line).y;
@@ -103,6 +105,7 @@ void layLabelLegend(PartLayout& in) {
     const auto rowOf = [&](const std::string& name, const glm::vec3* colour) {
         LaidBlock row;
         const LaidWords line = in.line(cutWords(printable(name), in.em, most, in.measure()));
+        row.cut = line.words != printable(name) ? "the name " + printable(name) : "";
         const glm::dvec2 box = PartLayout::boxOf(line);
         const double left = square + 2 * edge + in.gap, side = square + 2 * edge;
         row.size = {left + box.x, std::ceil(std::max(box.y, side))};

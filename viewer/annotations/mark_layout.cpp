@@ -131,13 +131,15 @@ void layMeasurement(PartLayout& in, const Measurement& m) {
     in.place(std::move(block), corners, "the words " + line.words);
 }
 
-LaidBlock wordsOf(const PartLayout& in, const Arrow& arrow) {
+LaidBlock wordsOf(const PartLayout& in, const Arrow& arrow, const std::string& what) {
     constexpr double kWidest = 14; // letters
     constexpr std::size_t kMostLines = 3;
     LaidBlock block;
-    for (const std::string& text :
-         brokenWords(printableLines(arrow.text), in.em, std::min(kWidest * in.em, 0.6 * in.width()),
-                     kMostLines, in.measure())) {
+    const BrokenWords broken =
+        brokenWords(printableLines(arrow.text), in.em, std::min(kWidest * in.em, 0.6 * in.width()),
+                    kMostLines, in.measure());
+    block.cut = broken.cut ? "the words of " + what : "";
+    for (const std::string& text : broken.lines) {
         const LaidWords line = in.line(text);
         block.write(line, {0, block.size.y});
         block.size.x = std::max(block.size.x, PartLayout::boxOf(line).x);
@@ -178,7 +180,7 @@ void layArrow(PartLayout& in, const Arrow& arrow) {
     if (!tip)
         return in.leaveOut(what + ": the picture does not show its place");
     const glm::dvec2 asked = arrow.offset * (in.dpi / kPointsPerInch);
-    const LaidBlock words = wordsOf(in, arrow);
+    const LaidBlock words = wordsOf(in, arrow, what);
     // As asked; else turned, shorter and longer.
     for (const double factor : {1.0, 0.6, 1.6})
         for (int turn = 0; turn < kTurns; ++turn) {
@@ -200,6 +202,8 @@ void layArrow(PartLayout& in, const Arrow& arrow) {
             in.add(std::move(lines));
             if (!words.words.empty())
                 in.place(words, {corner}, what);
+            else if (!words.cut.empty())
+                in.leaveOut(words.cut);
             return;
         }
     in.leaveOut(what);

@@ -125,9 +125,9 @@ std::string textOf(const LaidWords& words) {
                                                                                      ? "#000000"
                                                                                      : "#ffffff";
     return "<text x=\"" + number(words.at.x) + "\" y=\"" + number(words.at.y) + "\" font-size=\"" +
-           number(words.pixels) + "\" textLength=\"" + number(words.size.width) + "\" fill=\"" + ink +
-           "\" stroke=\"" + edge + "\" stroke-width=\"" + number(2 * words.edge) + "\">" +
-           escaped(words.words) + "</text>\n";
+           number(words.pixels) + (words.bold ? "\" font-weight=\"bold" : "") + "\" textLength=\"" +
+           number(words.size.width) + "\" fill=\"" + ink + "\" stroke=\"" + edge + "\" stroke-width=\"" +
+           number(2 * words.edge) + "\">" + escaped(words.words) + "</text>\n";
 }
 
 } // namespace

@@ -68,9 +68,10 @@ struct PangoWords::Pango {
     Object<PangoContext> context;
     Object<PangoLayout> layout;
 
-    PangoLayoutLine* line(const std::string& words, double pixels) {
+    PangoLayoutLine* line(const std::string& words, double pixels, bool bold) {
         const Description font(pango_font_description_from_string(kFamilies), pango_font_description_free);
         pango_font_description_set_absolute_size(font.get(), pixels * PANGO_SCALE);
+        pango_font_description_set_weight(font.get(), bold ? PANGO_WEIGHT_BOLD : PANGO_WEIGHT_NORMAL);
         pango_layout_set_font_description(layout.get(), font.get());
         pango_layout_set_text(layout.get(), words.data(), static_cast<int>(words.size()));
         return pango_layout_get_line_readonly(layout.get(), 0);
@@ -97,14 +98,14 @@ PangoWords::PangoWords() : pango_(std::make_unique<Pango>()) {
 
 PangoWords::~PangoWords() = default;
 
-WordSize PangoWords::measure(const std::string& words, double pixels) {
+WordSize PangoWords::measure(const std::string& words, double pixels, bool bold) {
     PangoRectangle logical;
-    pango_layout_line_get_extents(pango_->line(words, pixels), nullptr, &logical);
+    pango_layout_line_get_extents(pango_->line(words, pixels, bold), nullptr, &logical);
     return {pixelsOf(logical.width), pixelsOf(-logical.y), pixelsOf(logical.y + logical.height)};
 }
 
 void PangoWords::draw(cairo_t* cairo, const LaidWords& words) {
-    PangoLayoutLine* const line = pango_->line(words.words, words.pixels);
+    PangoLayoutLine* const line = pango_->line(words.words, words.pixels, words.bold);
     const double ink = words.ink == Ink::light ? 1 : 0;
     cairo_new_path(cairo);
     cairo_move_to(cairo, words.at.x, words.at.y);
@@ -122,7 +123,8 @@ void PangoWords::draw(cairo_t* cairo, const LaidWords& words) {
 std::vector<DrawingReport::Font> PangoWords::fontsOf(const std::vector<LaidWords>& words) {
     std::vector<DrawingReport::Font> fonts;
     for (const LaidWords& laid : words)
-        for (const GSList* run = pango_->line(laid.words, laid.pixels)->runs; run; run = run->next) {
+        for (const GSList* run = pango_->line(laid.words, laid.pixels, laid.bold)->runs; run;
+             run = run->next) {
             PangoFont* const font = static_cast<const PangoGlyphItem*>(run->data)->item->analysis.font;
             if (!font || !PANGO_IS_FC_FONT(font))
                 continue;

@@ -24,7 +24,7 @@ class PangoWords {
     /// The first of these that is there.
     static constexpr const char* kFamilies = "DejaVu Sans, sans-serif";
 
-    WordSize measure(const std::string& words, double pixels);
+    WordSize measure(const std::string& words, double pixels, bool bold = false);
     /// With their edge.
     void draw(cairo_t* cairo, const LaidWords& words);
     /// The fonts that words are drawn with, each once.

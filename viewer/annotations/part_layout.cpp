@@ -47,12 +47,13 @@ PartLayout::PartLayout(const FigurePart& p, double figureDpi, const MeasureWords
       ink(p.onLight ? Ink::dark : Ink::light), from(glm::dvec2(p.from) + margin),
       to(glm::dvec2(p.from + p.size) - margin), measure_(measure), out_(out) {}
 
-LaidWords PartLayout::line(const std::string& words, double size) const {
+LaidWords PartLayout::line(const std::string& words, double size, bool bold) const {
     LaidWords line;
     line.words = words;
     line.pixels = size * em;
     line.edge = edge;
-    line.size = measure_(words, line.pixels);
+    line.size = measure_(words, line.pixels, bold);
+    line.bold = bold;
     line.ink = ink;
     return line;
 }
@@ -79,6 +80,8 @@ bool PartLayout::place(LaidBlock block, const std::vector<glm::dvec2>& corners, 
                     out_.shapes.push_back(std::move(shape));
                 for (LaidWords& line : block.words)
                     out_.words.push_back(std::move(line));
+                if (!block.cut.empty())
+                    leaveOut("the end of " + block.cut);
                 return true;
             }
     leaveOut(what);
@@ -91,7 +94,7 @@ void PartLayout::leaveOut(const std::string& what) {
 
 std::vector<glm::dvec2> PartLayout::slide(const glm::dvec2& first, int towards) const {
     std::vector<glm::dvec2> corners{first};
-    const double step = 0.5 * em;
+    const double step = std::max(1.0, 0.5 * em); // positive, whatever the letters
     for (double by = step; by < height(); by += step) {
         if (towards >= 0)
             corners.push_back({first.x, first.y + by});

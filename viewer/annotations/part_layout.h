@@ -17,6 +17,7 @@ struct LaidBlock {
     glm::dvec2 size{0};
     std::vector<LaidShape> shapes;
     std::vector<LaidWords> words;
+    std::string cut = {}; // whose words are cut in it: "the title"
 
     /// At their left end and the upper edge of their box.
     void write(LaidWords line, const glm::dvec2& at);
@@ -36,13 +37,15 @@ class PartLayout {
     double width() const { return to.x - from.x; }
     double height() const { return to.y - from.y; }
     const MeasureWords& measure() const { return measure_; }
+    double besideMark = 0; // what a mark takes of a row, from the left
     /// Measured, at (0,0).
-    LaidWords line(const std::string& words, double size = 1) const;
+    LaidWords line(const std::string& words, double size = 1, bool bold = false) const;
     /// A line's box, with its edge.
     static glm::dvec2 boxOf(const LaidWords& line) { return line.to() - line.from(); }
 
     bool isFree(const glm::dvec2& corner, const glm::dvec2& size) const;
-    /// Places the block at the first of these upper left corners that has room for it, else leaves it out.
+    /// Places the block at the first of these upper left corners that has room for it, else leaves it out, as
+    /// the end of words that are cut.
     bool place(LaidBlock block, const std::vector<glm::dvec2>& corners, const std::string& what);
     void leaveOut(const std::string& what);
     /// Shapes over the picture, which take no room.
@@ -62,6 +65,7 @@ class PartLayout {
 
 // What a part says, in the order that it takes room in.
 
+void layMark(PartLayout& in);
 void layTitle(PartLayout& in);
 void layCaption(PartLayout& in);
 void layScaleBar(PartLayout& in);

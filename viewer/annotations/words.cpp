@@ -23,7 +23,7 @@ std::vector<std::size_t> letterStarts(const std::string& words) {
 } // namespace
 
 std::string cutWords(const std::string& words, double pixels, double width, const MeasureWords& measure) {
-    const auto fits = [&](const std::string& text) { return measure(text, pixels).width <= width; };
+    const auto fits = [&](const std::string& text) { return measure(text, pixels, false).width <= width; };
     if (fits(words))
         return words;
     const std::vector<std::size_t> starts = letterStarts(words);
@@ -42,9 +42,10 @@ std::string cutWords(const std::string& words, double pixels, double width, cons
     return fits(cut) ? cut : std::string();
 }
 
-std::vector<std::string> brokenWords(const std::string& words, double pixels, double width, std::size_t most,
-                                     const MeasureWords& measure) {
-    std::vector<std::string> lines;
+BrokenWords brokenWords(const std::string& words, double pixels, double width, std::size_t most,
+                        const MeasureWords& measure) {
+    BrokenWords broken;
+    std::vector<std::string>& lines = broken.lines;
     std::istringstream paragraphs(words);
     bool full = most == 0; // the last line holds more than it has room for
     for (std::string paragraph; !full && std::getline(paragraphs, paragraph);) {
@@ -52,7 +53,7 @@ std::vector<std::string> brokenWords(const std::string& words, double pixels, do
         std::string line;
         for (std::string word; !full && parts >> word;) {
             const std::string longer = line.empty() ? word : line + " " + word;
-            const bool fits = line.empty() || measure(longer, pixels).width <= width;
+            const bool fits = line.empty() || measure(longer, pixels, false).width <= width;
             if (fits || lines.size() + 1 >= most) {
                 line = longer;
                 full = !fits;
@@ -67,10 +68,14 @@ std::vector<std::string> brokenWords(const std::string& words, double pixels, do
         else
             lines.back() += " " + line;
     }
-    for (std::string& line : lines) // a word may be wider, and so may the last line
-        line = cutWords(line, pixels, width, measure);
+    broken.cut = most == 0 && words.find_first_not_of(" \n") != std::string::npos;
+    for (std::string& line : lines) { // a word may be wider, and so may the last line
+        std::string cut = cutWords(line, pixels, width, measure);
+        broken.cut = broken.cut || cut != line;
+        line = std::move(cut);
+    }
     std::erase(lines, "");
-    return lines;
+    return broken;
 }
 
 } // namespace tessera

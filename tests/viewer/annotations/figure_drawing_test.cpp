@@ -72,7 +72,9 @@ TEST(FigureDrawing, TheScaleBarIsAsLongAsItSays) {
 
 TEST(FigureDrawing, WordsOfTheRealFontStayApart) {
     PangoWords words;
-    const auto measure = [&](const std::string& text, double pixels) { return words.measure(text, pixels); };
+    const auto measure = [&](const std::string& text, double pixels, bool bold) {
+        return words.measure(text, pixels, bold);
+    };
     for (const glm::ivec2 size : {glm::ivec2(128, 96), {200, 320}, {512, 512}, {1024, 300}, {4096, 4096}})
         for (const double dpi : {96.0, 300.0})
             for (const ViewAngles angles : {ViewAngles{0, 0}, {35, 25}, {-120, -60}}) {
@@ -91,8 +93,9 @@ TEST(FigureDrawing, DrawsNothingElse) {
     part.annotations.measurements = false;
     part.annotations.directions = Directions::letters;
     part.annotations.arrows.clear();
-    const FigureLayout layout =
-        layOut(figure, [&](const std::string& text, double pixels) { return words.measure(text, pixels); });
+    const FigureLayout layout = layOut(figure, [&](const std::string& text, double pixels, bool bold) {
+        return words.measure(text, pixels, bold);
+    });
     Image image(figure.size);
     const glm::vec4 before(0.25f, 0.5f, 0.125f, 0.5f);
     image.pixels.assign(image.pixels.size(), before);

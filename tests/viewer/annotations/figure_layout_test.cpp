@@ -202,7 +202,7 @@ TEST(FigureLayout, LegendsHaveTheFunctionsColours) {
 
 TEST(Words, AreBrokenAndCut) {
     const auto lines = [](const std::string& words, double letters, std::size_t most) {
-        return brokenWords(words, 10, 6 * letters, most, evenLetters);
+        return brokenWords(words, 10, 6 * letters, most, evenLetters).lines;
     };
     using Lines = std::vector<std::string>;
     EXPECT_EQ(lines("one two three", 20, 3), (Lines{"one two three"}));
@@ -217,6 +217,124 @@ TEST(Words, AreBrokenAndCut) {
     EXPECT_EQ(cutWords("\xc3\xa4\xc3\xb6\xc3\xbc\xc3\x9f\xc3\xa4", 10, 18, evenLetters),
               "\xc3\xa4\xc3\xb6\xe2\x80\xa6")
         << "whole letters";
+}
+
+TEST(FigureLayout, TellsOnceThatDirectionsAreUnknown) {
+    for (const Directions asked : {Directions::letters, Directions::cube, Directions::all}) {
+        Figure figure = fullFigure({512, 512}, {});
+        figure.parts[0].orientationKnown = false;
+        figure.parts[0].annotations.directions = asked;
+        EXPECT_EQ(layOut(figure, evenLetters).leftOut,
+                  std::vector<std::string>{"the patient's directions: the volume does not tell them"});
+    }
+    Figure figure = fullFigure({512, 512}, {});
+    figure.parts[0].orientationKnown = false;
+    figure.parts[0].annotations.directions = Directions::none;
+    EXPECT_TRUE(layOut(figure, evenLetters).leftOut.empty());
+}
+
+std::string wordsOfLength(std::size_t letters) {
+    std::string words;
+    while (words.size() < letters)
+        words += "caption ";
+    return words.substr(0, letters);
+}
+
+// No words end without a word about it.
+TEST(FigureLayout, SaysWhereWordsAreCut) {
+    using Said = std::vector<std::string>;
+    Figure figure = fullFigure({400, 300}, {});
+    FigurePart& part = figure.parts.front();
+    const auto leftOut = [&] { return layOut(figure, evenLetters).leftOut; };
+    part.annotations = {};
+    part.annotations.title = part.annotations.caption = "short";
+    EXPECT_EQ(leftOut(), Said());
+    part.annotations.title = wordsOfLength(900);
+    EXPECT_EQ(leftOut(), Said{"the end of the title"});
+    part.annotations = {};
+    part.annotations.caption = wordsOfLength(900);
+    EXPECT_EQ(leftOut(), Said{"the end of the caption"});
+    part.annotations = {};
+    part.annotations.arrows = {{{0, 0, 0}, {24, -24}, wordsOfLength(200)}};
+    EXPECT_EQ(leftOut(), Said{"the end of the words of the arrow \"" + wordsOfLength(200) + "\""});
+    part.annotations = {};
+    part.annotations.labelLegend = true;
+    part.labels = {{wordsOfLength(60), glm::vec3(1)}, {"liver", glm::vec3(1)}};
+    EXPECT_EQ(leftOut(), Said{"the end of the name " + wordsOfLength(60)});
+    part.annotations = {};
+    part.annotations.legend = true;
+    part.legend.front().unit = wordsOfLength(60);
+    EXPECT_EQ(leftOut(), Said{"the end of the title " + wordsOfLength(60)});
+    part.annotations = {};
+    part.annotations.title = "words";
+    figure.size = part.size = {8, 400};
+    EXPECT_EQ(leftOut(), Said{"the title"});
+}
+
+// The words of a figure of panels lie beside its panels, and have no more room than they need.
+TEST(FigureLayout, StripsHoldTheirWordsAndLittleMore) {
+    std::mt19937 random(5);
+    std::uniform_int_distribution<int> extent(200, 2000), letters(0, 1000), dots(72, 600);
+    for (int n = 0; n < 400; ++n) {
+        Figure figure;
+        FigurePart part;
+        part.size = {extent(random), extent(random)};
+        figure.dpi = dots(random);
+        part.annotations.textPoints = n % 3 == 0 ? 9 : 4 + n % 40;
+        part.annotations.title = wordsOfLength(static_cast<std::size_t>(letters(random) / (1 + n % 20)));
+        part.annotations.caption = wordsOfLength(static_cast<std::size_t>(letters(random) / (1 + n % 7)));
+        if (n % 5 == 0)
+            part.annotations.caption = "one\ntwo\nthree\nfour";
+        SCOPED_TRACE(std::to_string(n) + ": " + std::to_string(part.size.x) + " x " +
+                     std::to_string(part.size.y) + ", " + std::to_string(figure.dpi));
+        const StripHeights strips = stripsNeeded(part, figure.dpi, evenLetters);
+        const int panels = part.size.y;
+        part.size.y += strips.above + strips.below;
+        figure.size = part.size;
+        figure.parts = {part};
+        const FigureLayout layout = layOut(figure, evenLetters);
+        double title = 0, caption = 0, most = 0;
+        for (const LaidWords& words : layout.words) {
+            if (words.to().y <= strips.above)
+                title = std::max(title, words.to().y);
+            else
+                caption = std::max(caption, part.size.y - words.from().y);
+            EXPECT_TRUE(words.to().y <= strips.above || words.from().y >= strips.above + panels)
+                << words.words;
+            most = std::max(most, words.pixels);
+        }
+        EXPECT_EQ(title > 0, !part.annotations.title.empty());
+        EXPECT_EQ(caption > 0, !part.annotations.caption.empty());
+        EXPECT_LE(strips.above, 1.3 * title + most);
+        EXPECT_LE(strips.below, 1.3 * caption + most);
+    }
+}
+
+TEST(FigureLayout, MarksOfPanelsAreInTheirCorner) {
+    for (const glm::ivec2 size : {glm::ivec2(160, 120), {400, 300}, {1200, 1200}})
+        for (const std::string title :
+             {"", "A title", "a title of so many words that it needs all of a row"}) {
+            Figure figure = fullFigure(size, {});
+            figure.parts[0].mark = "B";
+            figure.parts[0].annotations.title = title;
+            const FigureLayout layout = layOut(figure, evenLetters);
+            test::expectApart(figure, layout);
+            ASSERT_FALSE(layout.words.empty());
+            const LaidWords& mark = layout.words.front();
+            EXPECT_EQ(mark.words, "B");
+            EXPECT_TRUE(mark.bold);
+            EXPECT_LT(mark.from().x + mark.from().y, 1.2 * mark.pixels);
+            for (std::size_t n = 1; n < layout.words.size(); ++n) {
+                EXPECT_GT(mark.pixels, layout.words[n].pixels);
+                EXPECT_FALSE(layout.words[n].bold);
+            }
+            EXPECT_EQ(std::ranges::count(layout.leftOut, "the title"), 0);
+        }
+    Figure alone;
+    alone.parts.emplace_back();
+    EXPECT_FALSE(alone.any());
+    alone.parts[0].mark = "A";
+    EXPECT_TRUE(alone.any());
 }
 
 } // namespace

@@ -10,6 +10,7 @@ namespace tessera {
 struct AnnotationModule {
     ModuleHead head;
     decltype(&describeDrawing) describe;
+    decltype(&measureStrips) strips;
     decltype(&drawAnnotations) draw;
     decltype(&writePage) page;
 };

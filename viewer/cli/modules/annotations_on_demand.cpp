@@ -15,6 +15,9 @@ const AnnotationModule& annotationModule() {
 DrawingReport describeDrawing(const Figure& figure) {
     return annotationModule().describe(figure);
 }
+StripHeights measureStrips(const FigurePart& words, double dpi) {
+    return annotationModule().strips(words, dpi);
+}
 void drawAnnotations(const Figure& figure, Image& picture) {
     annotationModule().draw(figure, picture);
 }
