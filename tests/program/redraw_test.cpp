@@ -392,6 +392,32 @@ TEST_F(Redraw, RefusesWordsThatNoFigureHas) {
         rewrite("p.png", [&](json& written, Image&) { written = manifest; });
         expectRefused("redraw p.png", {"p.png", "figure"});
     }
+
+// Whatever a stranger's figure says, it is refused before it takes room.
+TEST_F(Redraw, FiguresOfStrangersAreRefused) {
+    draw("a.png", "--panel left,anterior --title Both --engine native");
+    const json own = manifestOf("a.png")["figure"];
+    const std::vector<std::pair<const char*, json>> strange = {
+        {"dpi", 0},          {"dpi", 1e9},           {"dpi", "many"},
+        {"textPoints", -5},  {"textPoints", 1e-300}, {"title", std::string(1 << 20, 'x')},
+        {"caption", 3},      {"columns", -1},        {"columns", 1.5},
+        {"gap", 1u << 30},   {"above", 32768},       {"below", 5000000000},
+        {"panelSize", {40}}, {"panelSize", nullptr}, {"oneScale", "yes"}};
+    for (const auto& [key, value] : strange) {
+        SCOPED_TRACE(std::string(key) + ": " + value.dump().substr(0, 40));
+        rewrite("a.png", [&, key = key, value = value](json& manifest, Image&) {
+            manifest["figure"] = own;
+            manifest["figure"][key] = value;
+        });
+        expectRefused("redraw a.png", {"a.png", "expected \"figure\" as tessera writes it"});
+    }
+    rewrite("a.png", [&](json& manifest, Image&) {
+        manifest["figure"] = own;
+        const json panel = manifest["panels"][0];
+        for (int n = 2; n <= 400; ++n)
+            manifest["panels"].push_back(panel);
+    });
+    expectRefused("redraw a.png", {"a.png", "expected \"figure\" as tessera writes it"});
 }
 
 } // namespace

@@ -160,7 +160,8 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
         .flag("--own-scales", a->ownScales,
               "fit every panel for itself, in place of one scale for all panels")
         .needs("--panel");
-    command.flag("--panel-letters", a->panelLetters, "A, B, C at the top of the panels").needs("--panel");
+    command.flag("--panel-letters", a->panelLetters, "A, B, C in the upper left corners of the panels")
+        .needs("--panel");
     a->keys.add(command, {"annotations"});
     command
         .option("--engine", a->engine, joinNames(engineNames()) + "; auto: gpu if there is one, else native")

@@ -218,11 +218,40 @@ std::vector<FoundData> findAll(std::vector<FigureRecord>& records, const RedrawA
     return found;
 }
 
+/// True if --with changes that key of scenes, or an object with it.
+bool isChanged(const RedrawArguments& arguments, const std::string& key) {
+    return std::ranges::any_of(arguments.changes, [&](const std::string& said) {
+        const std::string changed = keyNamed(said.substr(0, said.find('=')));
+        return changed == key || key.starts_with(changed + ".");
+    });
+}
+
+/// What --with changes of the words that panels share. True: they may need other room.
+bool changeWords(PanelFigure& figure, const RedrawArguments& arguments, const Annotations& changed) {
+    bool any = false;
+    for (const auto& [key, words] : {std::pair{"annotations.title", &Annotations::title},
+                                     {"annotations.caption", &Annotations::caption}})
+        if (isChanged(arguments, key)) {
+            figure.words.*words = changed.*words;
+            for (FittedPanel& panel : figure.panels)
+                (panel.annotations.*words).clear();
+            any = true;
+        }
+    for (const auto& [key, number] : {std::pair{"annotations.textPoints", &Annotations::textPoints},
+                                      {"annotations.dpi", &Annotations::dpi}})
+        if (isChanged(arguments, key)) {
+            figure.words.*number = changed.*number;
+            any = true;
+        }
+    return any;
+}
+
 /// Draws the panels of a figure again.
 void redrawPanels(const json& before, const std::vector<FigureRecord>& records,
                   const RedrawArguments& arguments, const fs::path& out, const CommonOptions& common) {
     PanelFigure figure = figureOfJson(before.value("figure", json::object()),
                                       static_cast<int>(records.size()), arguments.figure);
+    const bool resized = figure.grid.panelSize != records.front().scene.imageSize;
     figure.grid.panelSize = records.front().scene.imageSize;
     for (const FigureRecord& record : records) {
         if (record.scene.imageSize != figure.grid.panelSize)
@@ -231,6 +260,13 @@ void redrawPanels(const json& before, const std::vector<FigureRecord>& records,
         render.scene = record.scene;
         figure.panels.push_back({std::move(render), std::nullopt, record.scene.annotations});
     }
+    checkSize(figure.grid);
+    if (std::ranges::any_of(arguments.changes, [](const std::string& said) {
+            return keyNamed(said.substr(0, said.find('='))).starts_with("camera");
+        }))
+        fitPanels(figure, common, withRenderTask);
+    if (changeWords(figure, arguments, records.front().scene.annotations) || resized)
+        makeRoomForWords(figure);
     const std::size_t bytes = bytesOf(figure.grid);
     std::size_t limit = budgetBytes(arguments.ram, "--ram", common);
     if (const std::size_t ofPanel = records.front().ramBytes; arguments.ram.empty() && ofPanel > 0)
@@ -248,7 +284,12 @@ void redrawPanels(const json& before, const std::vector<FigureRecord>& records,
 ManifestDifferences compareAll(const json& before, const json& now) {
     if (!before.contains("panels") || !now.contains("panels"))
         return compareManifests(before, now);
-    ManifestDifferences all;
+    const auto sharedOf = [](const json& manifest) { // as keys of a scene
+        return json::object({{"scene", manifest.value("figure", json::object())}});
+    };
+    ManifestDifferences all = compareManifests(sharedOf(before), sharedOf(now));
+    for (Difference& difference : all.settings)
+        difference.key = "figure, " + difference.key;
     for (std::size_t n = 0; n < std::min(before["panels"].size(), now["panels"].size()); ++n) {
         const ManifestDifferences one = compareManifests(before["panels"][n], now["panels"][n]);
         const auto add = [n](const std::vector<Difference>& from, std::vector<Difference>& to) {

@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/output_file.h"
+#include "core/scene/scene_fields.h" // setSceneKey
 #include "render/plan/frame_plan.h"
 #include "render/plan/fusion.h" // resolved
 #include "viewer/annotations/figure.h"
@@ -12,7 +13,7 @@
 #include "viewer/cli/render/picture_files.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -108,17 +109,6 @@ Annotations takeShared(std::vector<FittedPanel>& panels) {
     return all;
 }
 
-/// Room for lines of words, pixels.
-int heightOf(const std::string& words, const Annotations& all, int width) {
-    constexpr double kLetterWidth = 0.62, kLine = 1.4, kMargins = 2; // parts of a letter's height
-    if (words.empty())
-        return 0;
-    const double letter = all.textPoints / 72 * all.dpi;
-    const double lines = std::ceil(kLetterWidth * letter * static_cast<double>(words.size()) /
-                                   std::max(1.0, width - kMargins * letter));
-    return static_cast<int>(std::ceil(letter * (kLine * lines + kMargins)));
-}
-
 /// The words of all panels, beside those of each.
 FigurePart partOf(const Annotations& words, const Figure& figure) {
     FigurePart part;
@@ -146,6 +136,7 @@ void drawPanel(const RenderTask& whole, const FittedPanel& fitted, int panel, Sh
                     const nlohmann::json& manifest) {
         FigurePart part = figure.parts.front();
         part.from = sheet.grid.at(panel);
+        part.mark = fitted.mark;
         sheet.figure.parts.push_back(std::move(part));
         sheet.panels.push_back(manifest);
         sheet.blank += isBlank(result.image) ? 1 : 0;
@@ -161,40 +152,51 @@ void drawPanel(const RenderTask& whole, const FittedPanel& fitted, int panel, Sh
 void renderPanels(const RenderArguments& arguments, const CommonOptions& common, const WithTask& withTask) {
     checkPanelOptions(arguments);
     PanelFigure figure;
-    CommonOptions quiet = common; // what is told when a panel is drawn is not told when it is fitted
-    quiet.quiet = true;
-    std::vector<Camera> cameras;
-    glm::ivec2 size{0};
-    for (const Panel& panel : panelsOf(arguments.panels)) {
-        const RenderArguments one = argumentsOf(panel, arguments);
-        withTask(one, quiet, [&](const RenderTask& task) {
-            if (size != glm::ivec2(0) && size != task.scene.imageSize)
-                throw badFile(kPanelOfFigure, "panels of one size (--size)", "others");
-            size = task.scene.imageSize;
-            cameras.push_back(cameraOf(task));
-            figure.panels.push_back({one, cameras.back(), task.scene.annotations});
-        });
-    }
+    for (const Panel& panel : panelsOf(arguments.panels))
+        figure.panels.push_back({argumentsOf(panel, arguments), std::nullopt, {}, {}});
     figure.oneScale = !arguments.ownScales;
-    if (figure.oneScale)
-        shareScale(cameras);
+    figure.letters = arguments.panelLetters;
+    const glm::ivec2 size = fitPanels(figure, common, withTask);
     figure.words = takeShared(figure.panels);
-    for (std::size_t n = 0; n < cameras.size(); ++n) {
-        FittedPanel& panel = figure.panels[n];
-        panel.camera = cameras[n];
-        if (arguments.panelLetters)
-            panel.annotations.title = letterOf(static_cast<int>(n)) +
-                                      (panel.annotations.title.empty() ? "" : "  " + panel.annotations.title);
-    }
-    figure.grid = gridOf(static_cast<int>(cameras.size()), arguments.columns, arguments.gap, size);
-    figure.grid.above = heightOf(figure.words.title, figure.words, figure.grid.size().x);
-    figure.grid.below = heightOf(figure.words.caption, figure.words, figure.grid.size().x);
+    figure.grid = gridOf(static_cast<int>(figure.panels.size()), arguments.columns, arguments.gap, size);
+    makeRoomForWords(figure);
 
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
     const Charge charge = ram.charge(bytesOf(figure.grid), "the figure");
     for (FittedPanel& panel : figure.panels)
         panel.arguments.ram = std::to_string(ram.limitBytes() - charge.bytes());
     drawPanels(figure, arguments, common, ram, withTask);
+}
+
+glm::ivec2 fitPanels(PanelFigure& figure, const CommonOptions& common, const WithTask& withTask) {
+    CommonOptions quiet = common; // what is told when a panel is drawn is not told when it is fitted
+    quiet.quiet = true;
+    std::vector<Camera> cameras;
+    glm::ivec2 size{0};
+    for (FittedPanel& panel : figure.panels)
+        withTask(panel.arguments, quiet, [&](const RenderTask& task) {
+            if (size != glm::ivec2(0) && size != task.scene.imageSize)
+                throw badFile(kPanelOfFigure, "panels of one size (--size)", "others");
+            size = task.scene.imageSize;
+            cameras.push_back(cameraOf(task));
+            panel.annotations = task.scene.annotations;
+        });
+    if (figure.oneScale)
+        shareScale(cameras);
+    for (std::size_t n = 0; n < cameras.size(); ++n)
+        figure.panels[n].camera = cameras[n];
+    return size;
+}
+
+void makeRoomForWords(PanelFigure& figure) {
+    figure.grid.above = figure.grid.below = 0;
+    FigurePart part;
+    part.size = figure.grid.size();
+    part.annotations = figure.words;
+    const StripHeights strips = stripsOf(part, figure.words.dpi);
+    figure.grid.above = strips.above;
+    figure.grid.below = strips.below;
+    checkSize(figure.grid);
 }
 
 std::size_t bytesOf(const PanelGrid& grid) {
@@ -212,7 +214,8 @@ void drawPanels(const PanelFigure& figure, const RenderArguments& arguments, con
     sheet.figure.size = whole;
     sheet.figure.dpi = figure.words.dpi;
     for (int n = 0; n < count; ++n) {
-        const FittedPanel& panel = figure.panels[static_cast<std::size_t>(n)];
+        FittedPanel panel = figure.panels[static_cast<std::size_t>(n)];
+        panel.mark = figure.letters ? letterOf(n) : "";
         RenderArguments one = panel.arguments;
         one.json = false;
         withTask(one, common, [&](const RenderTask& task) { drawPanel(task, panel, n, sheet); });
@@ -242,46 +245,50 @@ void drawPanels(const PanelFigure& figure, const RenderArguments& arguments, con
 
 nlohmann::json figureJson(const PanelFigure& figure) {
     const PanelGrid& grid = figure.grid;
-    return {{"columns", grid.columns},
-            {"gap", grid.gap},
-            {"panelSize", {grid.panelSize.x, grid.panelSize.y}},
-            {"above", grid.above},
-            {"below", grid.below},
-            {"title", figure.words.title},
-            {"caption", figure.words.caption},
-            {"textPoints", figure.words.textPoints},
-            {"dpi", figure.words.dpi},
-            {"oneScale", figure.oneScale}};
+    nlohmann::json said = {{"columns", grid.columns},
+                           {"gap", grid.gap},
+                           {"panelSize", {grid.panelSize.x, grid.panelSize.y}},
+                           {"above", grid.above},
+                           {"below", grid.below},
+                           {"title", figure.words.title},
+                           {"caption", figure.words.caption},
+                           {"textPoints", figure.words.textPoints},
+                           {"dpi", figure.words.dpi},
+                           {"oneScale", figure.oneScale}};
+    if (figure.letters)
+        said["letters"] = true;
+    return said;
 }
 
 PanelFigure figureOfJson(const nlohmann::json& said, int panels, const std::string& where) {
     const auto wrong = [&] { return badFile(where, "\"figure\" as tessera writes it", "another"); };
+    const auto within = [&](const nlohmann::json& number, int most) {
+        const auto value = number.is_number_integer() ? number.get<std::int64_t>() : -1;
+        return value >= 0 && value <= most ? static_cast<int>(value) : throw wrong();
+    };
+    if (panels > static_cast<int>(kMostPanels))
+        throw wrong();
     PanelFigure figure;
     try {
+        const auto pixels = [&](const nlohmann::json& number) {
+            return within(number, Scene::kMaxImageExtent);
+        };
         PanelGrid& grid = figure.grid;
-        const auto within = [&](int number, int most) {
-            return number >= 0 && number <= most ? number : throw wrong();
-        };
-        grid.panelSize = {within(said.at("panelSize").at(0).get<int>(), Scene::kMaxImageExtent),
-                          within(said.at("panelSize").at(1).get<int>(), Scene::kMaxImageExtent)};
-        grid = gridOf(panels, within(said.at("columns").get<int>(), panels),
-                      within(said.at("gap").get<int>(), Scene::kMaxImageExtent), grid.panelSize);
-        grid.above = within(said.at("above").get<int>(), Scene::kMaxImageExtent);
-        grid.below = within(said.at("below").get<int>(), Scene::kMaxImageExtent);
-        figure.words.title = said.at("title").get<std::string>();
-        figure.words.caption = said.at("caption").get<std::string>();
-        figure.words.textPoints = said.at("textPoints").get<double>();
-        figure.words.dpi = said.at("dpi").get<double>();
-        // As scenes have them (core/scene/annotation_fields.cpp).
-        constexpr std::size_t kMostLetters = 1000;
-        const auto isWithin = [](double number, double least, double most) {
-            return number >= least && number <= most;
-        };
-        if (!isWithin(figure.words.textPoints, 1, 200) || !isWithin(figure.words.dpi, 10, 10000) ||
-            figure.words.title.size() > kMostLetters || figure.words.caption.size() > kMostLetters)
-            throw wrong();
+        const nlohmann::json& size = said.at("panelSize");
+        grid = gridOf(panels, within(said.at("columns"), panels), pixels(said.at("gap")),
+                      {pixels(size.at(0)), pixels(size.at(1))});
+        grid.above = pixels(said.at("above"));
+        grid.below = pixels(said.at("below"));
+        checkSize(grid);
+        Scene words; // by the ranges of scenes
+        for (const char* key : {"title", "caption", "textPoints", "dpi"})
+            setSceneKey(words, std::string("annotations.") + key, said.at(key), where);
+        figure.words = words.annotations;
         figure.oneScale = said.at("oneScale").get<bool>();
+        figure.letters = said.value("letters", false);
     } catch (const nlohmann::json::exception&) {
+        throw wrong();
+    } catch (const InputError&) {
         throw wrong();
     }
     return figure;

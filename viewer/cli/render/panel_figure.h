@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -25,6 +26,7 @@ struct FittedPanel {
     RenderArguments arguments;
     std::optional<Camera> camera; // none: as its scene has it
     Annotations annotations;
+    std::string mark = {}; // its letter
 };
 
 struct PanelFigure {
@@ -32,7 +34,14 @@ struct PanelFigure {
     PanelGrid grid;
     Annotations words; // the title and the caption of all panels, and their size
     bool oneScale = true;
+    bool letters = false; // A, B, C in the corners of panels
 };
+/// Sets the cameras of panels as their scenes have them, in one scale where that is asked for, and their
+/// annotations. Throws InputError for panels of several sizes.
+/// @return the size of each
+glm::ivec2 fitPanels(PanelFigure& figure, const CommonOptions& common, const WithTask& withTask);
+/// Sets the strips above and below the panels by the shared words. Throws InputError as checkSize() does.
+void makeRoomForWords(PanelFigure& figure);
 /// RAM that the figure takes while its panels are drawn.
 std::size_t bytesOf(const PanelGrid& grid);
 

@@ -18,7 +18,6 @@ namespace tessera {
 namespace {
 
 constexpr const char* kPanelOption = "--panel";
-constexpr std::size_t kMostPanels = 400;
 constexpr int kMostInARow = 3;
 
 std::vector<std::string> split(const std::string& text, char between) {
@@ -96,15 +95,19 @@ PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize) 
     const int square = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(panels))));
     const int chosen = columns > 0 ? columns : panels <= kMostInARow ? panels : square;
     PanelGrid grid{panels, std::min(chosen, panels), gap, panelSize};
-    const int rows = grid.rows(); // in 64 bits, for a side is refused before it overflows
-    const auto side = [&](std::int64_t count, int length) { return count * (length + gap) - gap; };
-    if (side(grid.columns, panelSize.x) > Scene::kMaxImageExtent ||
-        side(rows, panelSize.y) > Scene::kMaxImageExtent)
+    checkSize(grid);
+    return grid;
+}
+
+void checkSize(const PanelGrid& grid) {
+    // In 64 bits, for a side is refused before it overflows.
+    const auto side = [&](std::int64_t count, int length) { return count * (length + grid.gap) - grid.gap; };
+    const std::int64_t width = side(grid.columns, grid.panelSize.x),
+                       height = side(grid.rows(), grid.panelSize.y) + grid.above + grid.below;
+    if (width > Scene::kMaxImageExtent || height > Scene::kMaxImageExtent)
         throw badFile(kPanelOption,
                       "a figure of at most " + std::to_string(Scene::kMaxImageExtent) + " pixels a side",
-                      std::to_string(side(grid.columns, panelSize.x)) + " x " +
-                          std::to_string(side(rows, panelSize.y)));
-    return grid;
+                      std::to_string(width) + " x " + std::to_string(height));
 }
 
 void shareScale(std::vector<Camera>& cameras) {

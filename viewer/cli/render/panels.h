@@ -4,6 +4,7 @@
 
 #include "core/scene/camera.h"
 
+#include <cstddef>
 #include <glm/vec2.hpp>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@ struct Panel {
     std::string scene = {};             // a scene file or a volume in place of the arguments'; "": theirs
     std::vector<std::string> sets = {}; // KEY=VALUE, as of --set
 };
+
+/// Of a figure.
+constexpr std::size_t kMostPanels = 400;
 
 /// The panels of --panel: sides between commas, TURN,RISE, a scene's file or a volume, or KEY=VALUE with
 /// several of them between semicolons. Throws InputError naming --panel.
@@ -35,6 +39,10 @@ struct PanelGrid {
 /// @param columns  0: up to three stand in a row, more in a grid that is about square. Throws InputError
 ///     naming --panel for a figure with longer sides than pictures have
 PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize);
+
+/// Throws InputError naming --panel for a figure, with its strips of words, of longer sides than pictures
+/// have.
+void checkSize(const PanelGrid& grid);
 
 /// One scale for all cameras: of parallel ones the largest mm a pixel, of perspective ones the largest
 /// distance of the eye. Cameras of the other projection than the first stay.
