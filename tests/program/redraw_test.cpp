@@ -420,5 +420,31 @@ TEST_F(Redraw, FiguresOfStrangersAreRefused) {
     expectRefused("redraw a.png", {"a.png", "expected \"figure\" as tessera writes it"});
 }
 
+// What panels share changes in the figure, not in each of them: its words, and one scale.
+TEST_F(Redraw, WithChangesWhatPanelsShare) {
+    ASSERT_EQ(run("phantom torso -q --size 24x32x40 -o torso.zarr").exitCode, 0);
+    ASSERT_EQ(run("render torso.zarr -q --preset auto --size 80x64 --panel torso.zarr,s.zarr --panel-letters "
+                  "--title Both --projection parallel --engine native -o a.png")
+                  .exitCode,
+              0);
+    EXPECT_EQ(manifestOf("a.png")["figure"]["letters"], true);
+    const Outcome words =
+        run("redraw a.png -q --with annotations.title=Other --with annotations.caption=Below "
+            "--with annotations.dpi=120 -o b.png");
+    ASSERT_EQ(words.exitCode, 0) << words.problems;
+    EXPECT_THAT(words.out, HasSubstr("figure, title: Both, now Other"));
+    EXPECT_THAT(words.out, HasSubstr("figure, dpi: 96"));
+    const json changed = manifestOf("b.png");
+    EXPECT_EQ(changed["figure"]["title"], "Other");
+    EXPECT_EQ(changed["figure"]["caption"], "Below");
+    EXPECT_GT(changed["figure"]["below"].get<int>(), 0);
+    for (const json& panel : changed["panels"])
+        EXPECT_EQ(panel["scene"].value("annotations", json::object()).value("title", ""), "");
+    const Outcome seen = run("redraw a.png -q --with camera.view=left -o c.png");
+    ASSERT_EQ(seen.exitCode, 0) << seen.problems;
+    const json panels = manifestOf("c.png")["panels"];
+    EXPECT_EQ(panels[0]["scene"]["camera"]["parallelScale"], panels[1]["scene"]["camera"]["parallelScale"]);
+}
+
 } // namespace
 } // namespace tessera::test
