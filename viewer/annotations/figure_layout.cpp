@@ -239,7 +239,7 @@ StripHeights stripsNeeded(const FigurePart& words, double dpi, const MeasureWord
             break; // these would be too low
         enough = std::exchange(next, further);
     }
-    return next == enough ? next : enough;
+    return enough;
 }
 
 } // namespace tessera
