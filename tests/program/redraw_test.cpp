@@ -377,22 +377,6 @@ TEST_F(Redraw, NamesOfAManifestAreNoCommandsOfTheTerminal) {
     expectRefused("redraw a.png", {"a.png", "volume 1"});
 }
 
-// Words of a figure are those of scenes.
-TEST_F(Redraw, RefusesWordsThatNoFigureHas) {
-    draw("p.png", "--panel left,right");
-    const json whole = manifestOf("p.png");
-    for (const auto& [key, value] : {std::pair("dpi", json(0)),
-                                     {"dpi", json(1e300)},
-                                     {"textPoints", json(-5)},
-                                     {"textPoints", json(201)},
-                                     {"title", json(std::string(1001, 'x'))},
-                                     {"caption", json(std::string(1001, 'x'))}}) {
-        json manifest = whole;
-        manifest["figure"][key] = value;
-        rewrite("p.png", [&](json& written, Image&) { written = manifest; });
-        expectRefused("redraw p.png", {"p.png", "figure"});
-    }
-
 // Whatever a stranger's figure says, it is refused before it takes room.
 TEST_F(Redraw, FiguresOfStrangersAreRefused) {
     draw("a.png", "--panel left,anterior --title Both --engine native");
