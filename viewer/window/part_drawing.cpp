@@ -101,7 +101,7 @@ void drawPart(ImDrawList& draw, const Area& area, FigurePart part, double rows) 
     figure.size = size;
     figure.dpi = kPointsPerInch;
     figure.parts = {std::move(part)};
-    const auto measure = [&area](const std::string& words, double pixels) {
+    const auto measure = [&area](const std::string& words, double pixels, bool) { // one weight alone
         const ImFont& font = *ImGui::GetFont();
         const auto units = static_cast<float>(pixels / area.pixelsPerUnit);
         const ImVec2 box = font.CalcTextSizeA(units, FLT_MAX, 0, words.c_str());
