@@ -60,7 +60,7 @@ TEST_F(Panels, OneScaleIsTheLargestOfAll) {
     for (const char* projection : {"parallel", "perspective"}) {
         SCOPED_TRACE(projection);
         const std::string sides = std::string("--panel anterior,left,superior --projection ") + projection;
-        const json own = figure(sides + " --own-scales")["panels"], shared = figure(sides)["panels"];
+        const json own = figure(sides + " --fit-each")["panels"], shared = figure(sides)["panels"];
         const bool parallel = std::string(projection) == "parallel";
         const auto scale = [&](const json& panel) {
             const json& camera = panel["scene"]["camera"];
@@ -103,7 +103,7 @@ TEST_F(Panels, WhatCannotBeIsRefused) {
     expectRefused(render + "--panel image.size=20x20 --panel left", {"--panel", "one size"});
     expectRefused(render + "--panel nothing.here=2", {"nothing"});
     expectRefused(render + "--panel left --view left", {"--panel", "--view"});
-    for (const char* option : {"--columns 2", "--gap 3", "--own-scales"})
+    for (const char* option : {"--columns 2", "--gap 3", "--fit-each"})
         expectRefused(render + option, {"--panel"});
     expectRefused(render + "--panel left --tiles 64", {"--panel", "--tiles"});
     expectRefused(render + "--panel left --layers depth", {"--panel", "--layers"});

@@ -137,6 +137,9 @@ LabelFile openNrrdLabels(const std::filesystem::path& path, const SourceOptions&
     nrrd->path = path;
     nrrd->header = readNrrdHeader(InputFile(path));
     nrrd->grid = nrrdGridOf(nrrd->header, path.string());
+    if (const std::vector<std::string>& kinds = nrrd->header.kinds;
+        nrrd->grid.layers > 1 && std::find(kinds.begin(), kinds.end(), "time") != kinds.end())
+        throw badFile(path.string(), "an axis of layers of kind \"list\"", "\"time\": labels of one time");
     checkDataLengths(nrrd->header, path);
     nrrd->segments = nrrdSegmentsOf(nrrd->header.pairs, nrrd->grid.layers, path.string());
     nrrd->header.pairs.clear();
