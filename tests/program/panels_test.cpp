@@ -59,7 +59,7 @@ TEST_F(Panels, EachIsThePictureOfItsCamera) {
 TEST_F(Panels, OneScaleIsTheLargestOfAll) {
     for (const char* projection : {"parallel", "perspective"}) {
         SCOPED_TRACE(projection);
-        const std::string sides = std::string("--panel anterior,left,superior --projection ") + projection;
+        const std::string sides = std::string("--panel superior,anterior,left --projection ") + projection;
         const json own = figure(sides + " --fit-each")["panels"], shared = figure(sides)["panels"];
         const bool parallel = std::string(projection) == "parallel";
         const auto scale = [&](const json& panel) {
