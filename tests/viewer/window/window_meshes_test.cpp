@@ -3,6 +3,7 @@
 #include "tests/support/window_record.h"
 #include "viewer/session/file_kind.h"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -108,9 +109,10 @@ TEST_F(DroppedMeshes, ContoursOfStructureSetsBecomeSurfaces) {
     w.frame();
     w.frame();
     const auto look = [&](const std::string& name) {
-        for (const Drawn& d : w.drawn)
-            if (d.words == name)
-                w.click({static_cast<double>(d.left) - 13, w.placeOf(name).y});
+        const auto at = std::ranges::find(w.drawn, name, &Drawn::words);
+        ASSERT_NE(at, w.drawn.end());
+        const double left = at->left; // a click draws anew
+        w.click({left - 13, w.placeOf(name).y});
         w.frame();
         w.frame();
     };
