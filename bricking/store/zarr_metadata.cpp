@@ -6,6 +6,7 @@
 #include "bricking/store/shard.h"
 #include "core/base/dicom_uid.h"
 #include "core/base/error.h"
+#include "core/base/fnv_hash.h"
 #include "core/base/magnitude.h"
 #include "core/base/shown_text.h"
 
@@ -472,12 +473,9 @@ std::string contentHashOf(const StoreMetadata& metadata) {
     content.info.remarks.clear();
     content.info.frameOfReference.clear();
     content.info.filePart.reset();
-    std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
-    for (const char c : groupJson(content).dump())
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    char text[24];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-    return text;
+    FnvHash hash;
+    hash.addBytes(groupJson(content).dump());
+    return hash.digits();
 }
 
 } // namespace tessera

@@ -2,13 +2,13 @@
 #include "core/animation/reformed_line.h"
 
 #include "core/base/error.h"
+#include "core/base/fnv_hash.h"
 #include "core/base/magnitude.h"
 #include "core/scene/scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
@@ -133,11 +133,11 @@ std::size_t reformedBytes(const FlightCurve& line, const ReformedPixels& pixels)
 
 std::string digestOf(const FlightCurve& line) {
     const int places = static_cast<int>(std::clamp(std::ceil(line.lengthMm()), 256.0, 1e6));
-    std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a, 64 bits
+    FnvHash hash;
     const auto add = [&](double mm) {
         auto bits = static_cast<std::uint64_t>(std::llround(1000 * mm)); // micrometres
         for (int byte = 0; byte < 8; ++byte, bits >>= 8)
-            hash = (hash ^ (bits & 0xff)) * 0x100000001b3u;
+            hash.add(bits & 0xff);
     };
     for (int n = 0; n <= places; ++n) {
         const glm::dvec3 at = line.at(line.lengthMm() * n / places).at;
@@ -145,9 +145,7 @@ std::string digestOf(const FlightCurve& line) {
             add(at[axis]);
     }
     add(line.lengthMm());
-    char digits[17];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
-    return digits;
+    return hash.digits();
 }
 
 } // namespace tessera

@@ -121,6 +121,7 @@ void layEdgeLetters(PartLayout& in) {
     const Directions wanted = in.part.annotations.directions;
     if ((wanted != Directions::letters && wanted != Directions::all) || !in.part.orientationKnown)
         return;
+    constexpr double kFarthest = 0.25; // from its place, of the height: further in, it belongs to no edge
     const EdgeLetters letters = edgeLetters(in.part.camera);
     const glm::dvec2 middle = (in.from + in.to) / 2.0;
     const auto lay = [&](const std::string& text, double x, double y, int towards) {
@@ -131,7 +132,11 @@ void layEdgeLetters(PartLayout& in) {
         const glm::dvec2 corner(in.from.x + x * (in.width() - block.size.x),
                                 y == 0.5 ? middle.y - block.size.y / 2
                                          : in.from.y + y * (in.height() - block.size.y));
-        in.place(std::move(block), in.slide(corner, towards), "the letters " + text);
+        std::vector<glm::dvec2> corners = in.slide(corner, towards);
+        std::erase_if(corners, [&](const glm::dvec2& at) {
+            return std::abs(at.y - corner.y) > kFarthest * in.height();
+        });
+        in.place(std::move(block), corners, "the letters " + text);
     };
     lay(letters.left, 0, 0.5, 0);
     lay(letters.right, 1, 0.5, 0);

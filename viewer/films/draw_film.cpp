@@ -2,6 +2,7 @@
 #include "viewer/films/draw_film.h"
 
 #include "core/base/error.h"
+#include "core/base/fnv_hash.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "render/backends/engine_maker.h"
@@ -26,14 +27,11 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// FNV-1a, 64 bits: paths are long.
+/// Paths are long.
 std::string hashOf(const std::string& text) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : text)
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    char hex[17];
-    std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(hash));
-    return hex;
+    FnvHash hash;
+    hash.addBytes(text);
+    return hash.digits();
 }
 
 /// All inputs that determine the pixels of the frames.

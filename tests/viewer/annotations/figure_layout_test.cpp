@@ -337,5 +337,32 @@ TEST(FigureLayout, MarksOfPanelsAreInTheirCorner) {
     EXPECT_TRUE(alone.any());
 }
 
+// What a letter says holds at an edge: one that has no room near its own is left out, and that is told.
+TEST(FigureLayout, LettersStayAtTheirEdges) {
+    int leftOut = 0;
+    for (const int side : {200, 300, 450, 800})
+        for (const std::size_t letters : {0u, 40u, 200u, 900u})
+            for (const double dpi : {96.0, 300.0}) {
+                Figure figure = fullFigure({side, side}, {0, 0});
+                figure.dpi = dpi;
+                figure.parts[0].annotations.caption = std::string(letters, 'x');
+                figure.parts[0].annotations.directions = Directions::letters;
+                const FigureLayout layout = layOut(figure, evenLetters);
+                for (const std::string letter : {"S", "I", "R", "L"}) {
+                    const auto at = std::ranges::find(layout.words, letter, &LaidWords::words);
+                    if (at == layout.words.end()) {
+                        ++leftOut;
+                        EXPECT_NE(std::ranges::find(layout.leftOut, "the letters " + letter),
+                                  layout.leftOut.end());
+                        continue;
+                    }
+                    const double y = (at->from().y + at->to().y) / 2 / side;
+                    const double own = letter == "S" ? 0 : letter == "I" ? 1 : 0.5;
+                    EXPECT_NEAR(y, own, 0.33) << letter << " of " << side << ", " << letters;
+                }
+            }
+    EXPECT_GT(leftOut, 0);
+}
+
 } // namespace
 } // namespace tessera

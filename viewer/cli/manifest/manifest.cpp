@@ -3,6 +3,7 @@
 
 #include "bricking/store/stand_in_reader.h"
 #include "core/base/error.h"
+#include "core/base/fnv_hash.h"
 #include "render/geometry/shape.h"
 #include "render/transport/environment_map.h"
 #include "viewer/cli/manifest/build_commit.h"
@@ -10,7 +11,6 @@
 
 #include <bit>
 #include <cstdint>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -125,16 +125,14 @@ nlohmann::json errorsJson(const RenderResult& result, const Scene& scene) {
 } // namespace
 
 namespace {
-/// What a file's light is, in digits (FNV-1a, 64 bits).
+/// What a file's light is, in digits.
 std::string contentOf(const EnvironmentMap& map) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
+    FnvHash hash;
     const glm::ivec2 size = map.table().size();
     for (std::size_t n = 0; n < static_cast<std::size_t>(size.x * size.y); ++n)
         for (int c = 0; c < 3; ++c)
-            hash = (hash ^ std::bit_cast<std::uint32_t>(map.radianceAt(n)[c])) * 0x100000001b3u;
-    char digits[17];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
-    return digits;
+            hash.add(std::bit_cast<std::uint32_t>(map.radianceAt(n)[c]));
+    return hash.digits();
 }
 } // namespace
 

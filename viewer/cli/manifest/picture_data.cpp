@@ -5,11 +5,11 @@
 #include "core/base/budget.h"
 #include "core/base/error.h"
 #include "core/base/files.h"
+#include "core/base/fnv_hash.h"
 #include "core/base/interrupt.h"
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -28,30 +28,22 @@ using Kind = PictureData::Kind;
 
 constexpr std::array<const char*, 5> kKinds = {"volume", "labels", "labelNames", "mesh", "environment"};
 constexpr std::size_t kReaderBytes = std::size_t{64} << 20; // enough for the metadata of any store
-constexpr std::uint64_t kFnvStart = 0xcbf29ce484222325u, kFnvFactor = 0x100000001b3u; // FNV-1a, 64 bits
-
-std::string digitsOf(std::uint64_t hash) {
-    char digits[17];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
-    return digits;
-}
 
 std::string hashOfBytes(const fs::path& path) {
     refusePipeOrDevice(path);
     std::ifstream file(path, std::ios::binary);
     if (!file)
         throw badFile(path.string(), "a readable file", "none");
-    std::uint64_t hash = kFnvStart;
+    FnvHash hash;
     std::vector<char> block(std::size_t{1} << 18);
     while (file) {
         checkInterrupted();
         file.read(block.data(), static_cast<std::streamsize>(block.size()));
-        for (std::streamsize n = 0; n < file.gcount(); ++n)
-            hash = (hash ^ static_cast<unsigned char>(block[static_cast<std::size_t>(n)])) * kFnvFactor;
+        hash.addBytes({block.data(), static_cast<std::size_t>(file.gcount())});
     }
     if (file.bad())
         throw badFile(path.string(), "a readable file", "one that cannot be read to its end");
-    return digitsOf(hash);
+    return hash.digits();
 }
 
 PictureData ofFile(Kind kind, std::size_t number, const fs::path& path) {
