@@ -16,6 +16,8 @@
 
 namespace tessera {
 
+constexpr double kPointsPerInch = 72;
+
 /// A label that shows.
 struct LegendLabel {
     std::string name;

@@ -173,7 +173,7 @@ bool holds(const PartLayout& in, const LaidLines& lines) {
 }
 
 void layArrow(PartLayout& in, const Arrow& arrow) {
-    constexpr double kPointsPerInch = 72, kLeast = 0.5; // letters, of an arrow's length
+    constexpr double kLeast = 0.5; // letters, of an arrow's length
     constexpr int kTurns = 8;
     const std::string what = "the arrow" + (arrow.text.empty() ? "" : " \"" + printable(arrow.text) + "\"");
     const std::optional<glm::dvec2> tip = seen(in.part, arrow.place);

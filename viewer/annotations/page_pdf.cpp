@@ -12,8 +12,6 @@
 namespace tessera {
 namespace {
 
-constexpr double kPointsPerInch = 72;
-
 cairo_status_t onWrite(void* out, const unsigned char* bytes, unsigned int count) {
     return static_cast<PageOutput*>(out)->write({reinterpret_cast<const std::byte*>(bytes), count})
                ? CAIRO_STATUS_SUCCESS

@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kLetterUnits = 14, kPointsPerInch = 72;
+constexpr double kLetterUnits = 14;
 
 /// The camera of the middle rows of its picture.
 /// @param share  of the picture's height

@@ -3,6 +3,7 @@
 #include "core/animation/reformed_line.h"
 
 #include "core/base/error.h"
+#include "tests/support/curves.h"
 
 #include <cmath>
 #include <functional>
@@ -15,21 +16,9 @@
 namespace tessera {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using test::curveOf;
 
-/// A curve that is given by its length.
-FlightCurve reformedCurve(double lengthMm, const std::function<glm::dvec3(double)>& at, double spacing = 1) {
-    CentreLine line;
-    const int count = static_cast<int>(std::lround(lengthMm / spacing)) + 1;
-    line.spacingMm = lengthMm / (count - 1);
-    for (int i = 0; i < count; ++i) {
-        line.points.push_back(at(i * line.spacingMm));
-        line.radiusMm.push_back(5);
-    }
-    Flight flight;
-    flight.lookAheadMm = 0;
-    return FlightCurve({line}, flight);
-}
+constexpr double kPi = std::numbers::pi;
 
 /// Of radius 30 mm, 8 mm a radian, about z; a whole number of turns.
 constexpr double kHelixRadius = 30, kHelixRise = 8;
@@ -39,7 +28,7 @@ glm::dvec3 onReformedHelix(double mm) {
     return {kHelixRadius * std::cos(a), kHelixRadius * std::sin(a), kHelixRise * a};
 }
 FlightCurve twoHelixTurns() {
-    return reformedCurve(4 * kPi * kHelixSpeed, onReformedHelix);
+    return curveOf(4 * kPi * kHelixSpeed, onReformedHelix);
 }
 glm::dvec3 onCircle(double mm) {
     return {25 * std::cos(mm / 25), 25 * std::sin(mm / 25), 0};
@@ -76,7 +65,7 @@ TEST(ReformedLine, AStraightenedHelixHasItsLengthAndNoTwist) {
 }
 
 TEST(ReformedLine, TheViewerTurnsClockwiseFromUp) {
-    const FlightCurve line = reformedCurve(50, [](double mm) { return glm::dvec3(0, 0, -mm); });
+    const FlightCurve line = curveOf(50, [](double mm) { return glm::dvec3(0, 0, -mm); });
     const auto first = [&](double degrees) { return straightened(line, degrees, {20, 1, 1}).rows.front(); };
     // Downwards: up is the front; so the picture is a coronal one, with the patient's left at the right.
     EXPECT_LT(glm::distance(first(0).towards, {0, -1, 0}), 1e-9);
@@ -86,7 +75,7 @@ TEST(ReformedLine, TheViewerTurnsClockwiseFromUp) {
 }
 
 TEST(ReformedLine, RowsFoldAtTheCentreOfCurvature) {
-    const FlightCurve line = reformedCurve(100, onCircle);
+    const FlightCurve line = curveOf(100, onCircle);
     // Up is z, so at 0 degrees the picture lies in the circle's plane.
     int right = 0, left = 0;
     for (const double degrees : {0.0, 180.0, 60.0, 90.0}) {
@@ -155,7 +144,7 @@ TEST(ReformedLine, AStretchedLineKeepsItsLengthAndAngles) {
 }
 
 TEST(ReformedLine, WhatNoPictureHasIsRefused) {
-    const FlightCurve line = reformedCurve(50, [](double mm) { return glm::dvec3(0, 0, mm); });
+    const FlightCurve line = curveOf(50, [](double mm) { return glm::dvec3(0, 0, mm); });
     const auto message = [](const std::function<void()>& body) {
         try {
             body();
@@ -181,10 +170,10 @@ TEST(ReformedLine, ADigestTellsLinesApart) {
     const std::string digest = digestOf(twoHelixTurns());
     EXPECT_EQ(digest.size(), 16U);
     EXPECT_EQ(digest, digestOf(twoHelixTurns()));
-    EXPECT_NE(digest, digestOf(reformedCurve(4 * kPi * kHelixSpeed, [](double mm) {
+    EXPECT_NE(digest, digestOf(curveOf(4 * kPi * kHelixSpeed, [](double mm) {
                   return onReformedHelix(mm) + (mm > 100 && mm < 103 ? glm::dvec3(0.1, 0, 0) : glm::dvec3(0));
               })));
-    EXPECT_NE(digest, digestOf(reformedCurve(4 * kPi * kHelixSpeed - 1, onReformedHelix)));
+    EXPECT_NE(digest, digestOf(curveOf(4 * kPi * kHelixSpeed - 1, onReformedHelix)));
 }
 
 } // namespace

@@ -8,6 +8,7 @@
 #include "core/base/program_folders.h"
 #include "core/image/colour.h"
 #include "render/contract/lattice.h"
+#include "tests/support/curves.h"
 #include "tests/support/folders.h"
 #include "tests/support/formula_source.h"
 
@@ -69,19 +70,6 @@ Scene greys() {
 /// The value of a pixel by its grey.
 double valueOf(const glm::vec4& pixel) {
     return kWindow.low() + kWindow.width * srgbFromLinear(static_cast<double>(pixel.g));
-}
-
-FlightCurve curveOf(double lengthMm, const std::function<glm::dvec3(double)>& at) {
-    CentreLine line;
-    const int count = static_cast<int>(std::lround(lengthMm)) + 1;
-    line.spacingMm = lengthMm / (count - 1);
-    for (int i = 0; i < count; ++i) {
-        line.points.push_back(at(i * line.spacingMm));
-        line.radiusMm.push_back(5);
-    }
-    Flight flight;
-    flight.lookAheadMm = 0;
-    return FlightCurve({line}, flight);
 }
 
 /// Even, anisotropic, mirrored and tilted, sheared as a gantry is.

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/output_file.h"
+#include "core/scene/scene_fields.h" // setSceneKey
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/cli/render/picture_files.h"
 
@@ -12,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <glm/common.hpp>
+#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
@@ -19,8 +21,6 @@ namespace tessera {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kMostLetters = 1000; // as a scene file may have
 
 /// Makes paths absolute.
 void placePaths(Scene& scene, const fs::path& folder) {
@@ -44,17 +44,15 @@ void placePaths(Scene& scene, const fs::path& folder) {
 BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::string& pattern)
     : table_(table), scene_(scene), output_(pattern, table.names()) {
     placePaths(scene_, fs::current_path());
-    const auto add = [&](const std::string& text, std::string Annotations::*member, std::size_t arrow,
-                         const std::string& where) {
-        TextPattern found(text, table.names(), where);
+    const auto add = [&](const std::string& text, const std::string& key) {
+        TextPattern found(text, table.names(), key);
         if (found.hasPlaces() || found.begin() != text)
-            texts_.push_back({std::move(found), member, arrow});
+            texts_.push_back({std::move(found), key});
     };
-    add(scene.annotations.title, &Annotations::title, 0, "annotations.title");
-    add(scene.annotations.caption, &Annotations::caption, 0, "annotations.caption");
+    add(scene.annotations.title, "annotations.title");
+    add(scene.annotations.caption, "annotations.caption");
     for (std::size_t n = 0; n < scene.annotations.arrows.size(); ++n)
-        add(scene.annotations.arrows[n].text, nullptr, n,
-            "annotations.arrows[" + std::to_string(n) + "].text");
+        add(scene.annotations.arrows[n].text, "annotations.arrows[" + std::to_string(n) + "].text");
 
     const std::vector<std::string>& names = table.names();
     for (std::size_t n = 0; n < names.size(); ++n) {
@@ -97,14 +95,8 @@ BatchRow BatchRows::row(std::size_t number) const {
     const std::vector<std::string> cells = table_.cells(number);
     BatchRow row = named(number, cells);
     row.scene = scene_;
-    for (const Text& text : texts_) {
-        Annotations& all = row.scene.annotations;
-        std::string filled = text.pattern.fill(cells, number);
-        if (filled.size() > kMostLetters)
-            throw badFile(row.place, "a text of at most " + std::to_string(kMostLetters) + " letters",
-                          "more");
-        (text.member ? all.*text.member : all.arrows[text.arrow].text) = std::move(filled);
-    }
+    for (const Text& text : texts_)
+        setSceneKey(row.scene, text.key, text.pattern.fill(cells, number), row.place + " (" + text.key + ")");
     for (std::size_t n = 0; n < columns_.size(); ++n)
         if (!columns_[n].key.empty() && !cells[n].empty())
             setKeyFromText(row.scene, columns_[n].key, cells[n],

@@ -52,8 +52,7 @@ class BatchRows {
     };
     struct Text {
         TextPattern pattern;
-        std::string Annotations::*member = nullptr; // or the text of an arrow:
-        std::size_t arrow = 0;
+        std::string key; // of the scene: "annotations.title"
     };
     BatchRow named(std::size_t number, const std::vector<std::string>& cells) const;
 
