@@ -156,8 +156,7 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
         .showsDefault()
         .check(wholeNumberFrom(0))
         .needs("--panel");
-    command
-        .flag("--fit-each", a->ownScales, "fit every panel for itself, in place of one scale for all panels")
+    command.flag("--fit-each", a->fitEach, "fit every panel for itself, in place of one scale for all panels")
         .needs("--panel");
     command.flag("--panel-letters", a->panelLetters, "A, B, C in the upper left corners of the panels")
         .needs("--panel");

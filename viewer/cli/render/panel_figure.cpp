@@ -154,7 +154,7 @@ void renderPanels(const RenderArguments& arguments, const CommonOptions& common,
     PanelFigure figure;
     for (const Panel& panel : panelsOf(arguments.panels))
         figure.panels.push_back({argumentsOf(panel, arguments), std::nullopt, {}, {}});
-    figure.oneScale = !arguments.ownScales;
+    figure.oneScale = !arguments.fitEach;
     figure.letters = arguments.panelLetters;
     const glm::ivec2 size = fitPanels(figure, common, withTask);
     figure.words = takeShared(figure.panels);

@@ -43,7 +43,7 @@ struct RenderArguments {
     std::optional<double> turn;                         // degrees, not 0; of turntables
     std::vector<std::string> panels;                    // of a figure of several pictures
     int columns = 0, gap = 8;  // of its panels; 0: by their number; pixels between them
-    bool ownScales = false;    // every panel is fitted for itself
+    bool fitEach = false;      // every panel is fitted for itself
     bool panelLetters = false; // A, B, C
     int tiles = 0;             // pixels along a side; 0: the picture is drawn as a whole
     bool ranks = false;        // the picture is drawn by the processes of mpirun

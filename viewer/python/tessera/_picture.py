@@ -33,7 +33,7 @@ _NOT_HERE = {
 # Those of files alone.
 _OF_FILES = (
     "path turn frames fps speed seconds unfold may_leak straighten angle angles curved direction across tiles keep_state"
-    " first panel columns gap own_scales panel_letters"
+    " first panel columns gap fit_each panel_letters"
 ).split()
 
 
