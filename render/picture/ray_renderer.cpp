@@ -3,9 +3,10 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
-#include "core/image/picture_tile.h"
 #include "render/exposure/exposed_caster.h"
 #include "render/picture/picture.h"
+#include "render/picture/ray_pixels.h"
+#include "render/picture/rays_drawn.h"
 #include "render/picture_tiles.h"
 #include "render/pixels/kept_samples.h"
 #include "render/pixels/noise_filter.h"
@@ -18,11 +19,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdint>
-#include <cstdio>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,14 +33,6 @@ using Clock = std::chrono::steady_clock;
 
 /// The smallest difference that eight bits can show.
 constexpr double kDefaultStepError = 1.0 / 255;
-
-/// Those of the picture itself, and not of what is tried or estimated.
-Rays picturesRays(const FramePlan& p, bool layers) {
-    Rays rays = raysOf(p);
-    rays.paths = p.view.lighting.transport.has_value();
-    rays.beginnings = rays.paths && layers;
-    return rays;
-}
 
 /// The effect of steps and filtering on the picture.
 /// @param image  none: it was drawn in tiles
@@ -65,12 +54,6 @@ PictureLayers::OfRays layersOf(const RayCaster& caster, const Image& colours, co
     return layersOfRays(beginnings, colours, p);
 }
 
-std::string digitsOf(double value, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
-}
-
 /// After a round of paths.
 void tellNoise(const AreaPicture& picture, Progress& progress) {
     if (picture.noise())
@@ -80,38 +63,6 @@ void tellNoise(const AreaPicture& picture, Progress& progress) {
 }
 
 } // namespace
-
-/// Everything that a ray's result depends on, for a fixed scene and engine.
-struct RayRenderer::RaysDrawn {
-    std::vector<std::uint8_t> levels;
-    double stepVoxels;
-    Hulls hulls;
-    Integrator integrator;
-    explicit RaysDrawn(const FramePlan& p)
-        : levels(p.layer().selection.levels), stepVoxels(p.view.quality.stepVoxels),
-          hulls(hullsOf(p.view.frame)), integrator(p.layer().optics.integrator) {
-        for (const auto& volume : p.further) {
-            const auto& more = volume->plan.layer().selection.levels;
-            levels.insert(levels.end(), more.begin(), more.end());
-        }
-    }
-    friend bool operator==(const RaysDrawn&, const RaysDrawn&) = default;
-    /// By name, in words.
-    std::map<std::string, std::string> parts(const FramePlan& p, bool exact) const {
-        const RayFrame<double>& frame = p.view.frame;
-        const glm::dvec3 seen[] = {frame.centre, frame.right, frame.up, frame.toCentre};
-        std::map<std::string, std::string> parts = {
-            {"levels of bricks, which budgets choose:", fingerprint(std::as_bytes(std::span(levels)))},
-            {"camera in the volume", fingerprint(std::as_bytes(std::span(seen)))},
-            {"step in voxels", digitsOf(stepVoxels, 17)},
-            {"integrator", integratorNames()[static_cast<std::size_t>(integrator)]},
-            {"random numbers", exact ? "of the reference" : "of native and mirror"}};
-        if (hulls.count > 0)
-            parts["hulls and their samples"] =
-                std::to_string(hulls.count) + " x " + std::to_string(hulls.samples);
-        return parts;
-    }
-};
 
 struct RayRenderer::Samples {
     RaysDrawn rays;
@@ -201,100 +152,6 @@ void RayRenderer::takeKept(const FrameTask& task, const RaysDrawn& these, AreaPi
     result.pixels.ofEarlierRuns =
         task.options.kept->restore(picture, p.view.quality.pixels.samples, these.parts(p, exact_));
     task.context.progress.startAt(picture.share(0));
-}
-
-/// One that starts from a plan has the bits of another with these.
-PictureTiles::Parts RayRenderer::partsOfTiles(const FramePlan& p) const {
-    PictureTiles::Parts parts = RaysDrawn(p).parts(p, exact_);
-    const ShadowQuality& maps = p.view.shadowQuality;
-    parts["shadow maps, as RAM allows:"] =
-        std::to_string(maps.mapSize) + " rays a side, " + std::to_string(maps.layers) + " points, offset " +
-        digitsOf(maps.offset, 17) + ", light maps 1/" + std::to_string(maps.lightMapPart);
-    parts["map of empty space, as budgets allow:"] =
-        std::string(p.layer().mapScale == MapScale::cells ? "cells" : "bricks") +
-        (p.layer().mapsSurfaces ? ", and isosurfaces" : "");
-    if (const auto& window = p.layer().look.window; p.view.exposure || p.layer().reduces())
-        parts["window"] = digitsOf(window.centre, 17) + " +- " + digitsOf(window.width, 17);
-    return parts;
-}
-
-void RayRenderer::drawTile(const FrameTask& task, const PictureTile& tile, RenderResult& result) {
-    const FramePlan& p = task.plan;
-    const PixelSampling& sampling = p.view.quality.pixels;
-    Slicing slicing = task.options.slicing;
-    slicing.progress = {}; // the tiles'
-    const auto draw = [&](const Rays& rays) {
-        caster_->begin(rays);
-        result.passes = std::max(result.passes, drawToTheEnd(*caster_, *engine_, p, slicing, result.work));
-    };
-    Rays rays = picturesRays(p, false);
-    const auto drawMiddles = [&](const PictureTile& of, std::vector<glm::vec2>& middles) {
-        middles = of.middles();
-        Rays through = rays;
-        through.places = middles;
-        through.arraySize = of.size;
-        draw(through);
-    };
-    std::vector<glm::vec2> middles;
-    std::optional<DeferredLight> light;
-    if (DeferredLight::isOf(p)) {
-        const PictureTile around = DeferredLight::around(tile, p);
-        light.emplace(p, task.options.threads, exact_, around);
-        if (light->needsMiddles()) {
-            drawMiddles(around, middles);
-            light->lookAround(*caster_, task.context.progress);
-        }
-    }
-    DrawnTile drawn{tile, {}, {}, {}};
-    if (sampling.samples == 1) {
-        drawMiddles(tile, middles);
-        drawn.colours = caster_->image();
-        if (light)
-            drawn.added = light->added(*caster_, *engine_, middles, tile.size, slicing, result.work);
-    } else {
-        AreaPicture picture(
-            rays, sampling, task.options.threads, {}, {}, {}, light ? 1 : 0,
-            AreaOfPicture{tile, glm::min(glm::ivec2(task.options.tiles->side()), p.view.imageSize)});
-        while (const std::optional<Rays> next = picture.next()) {
-            draw(*next);
-            const Image colours = caster_->image();
-            if (!light) {
-                picture.add(colours);
-                continue;
-            }
-            const Image more =
-                light->added(*caster_, *engine_, next->places, next->size(), slicing, result.work);
-            picture.add(colours, std::span(&more, 1));
-        }
-        drawn.colours = picture.image();
-        if (light)
-            drawn.added = picture.other(0);
-        drawn.offsets = picture.sums().offsets();
-    }
-    task.options.tiles->keep(drawn);
-    if (light)
-        light->addReport(result);
-}
-
-void RayRenderer::drawTiles(const FrameTask& task, RenderResult& result) {
-    PictureTiles& tiles = *task.options.tiles;
-    const PixelSampling& sampling = task.plan.view.quality.pixels;
-    TESSERA_CHECK(sampling.samples != PixelSampling::kAutomatic && !(sampling.noise > 0) &&
-                  !sampling.denoise && !task.options.layers.paths && !task.options.layers.errors &&
-                  !task.options.kept && !task.plan.layer().sliceLabels);
-    tiles.begin(partsOfTiles(task.plan));
-    const ShareDone done = task.context.progress.shares();
-    while (const std::optional<PictureTile> tile = tiles.next()) {
-        drawTile(task, *tile, result);
-        if (done)
-            done(tiles.share());
-    }
-    result.pixels.asked = result.pixels.most = sampling.samples;
-    result.pixels.taken = sampling.samples;
-    if (sampling.samples > 1 && tiles.finishes()) {
-        task.context.progress.stage("measuring the picture's noise");
-        result.pixels.error = standardError([&](const auto& visit) { tiles.eachPixel(visit); });
-    }
 }
 
 /// Every pixel the mean of its samples. Returns whether it went on from earlier ones.
@@ -458,118 +315,6 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
         result.level = 0;
     result.secondsChecking = secondsSince(checking);
     return wentOn;
-}
-
-namespace {
-
-/// In a step of the picture. Where phases allow means a step so many times as long, half of the step with
-/// them is as near to the truth as a quarter without (docs/measurements/measured-errors.md). Of steps that
-/// are short, voxels, fewer times are enough.
-constexpr double kStepsOfTruth = 4, kStepsOfPhasedTruth = 2, kTimesForPhases = 3, kTimesOfShort = 2,
-                 kShort = 1.0 / 8;
-/// Rays of the truth end at this part of the light at which those of the picture end. They do end,
-/// because most of the way behind an opaque part would be traversed for nothing.
-constexpr float kEndsOfTruth = 1.0f / 64;
-
-bool hasFinestLevels(const FramePlan& plan) {
-    const Selection& s = plan.layer().selection;
-    return s.counts[0] == s.shownBricks() &&
-           std::all_of(plan.further.begin(), plan.further.end(),
-                       [](const auto& volume) { return hasFinestLevels(volume->plan); });
-}
-
-/// Rays of the picture wait for bricks: those that pixels need are mostly gone again.
-bool drawnInPasses(const FramePlan& plan, Engine& engine) {
-    const auto hasAll = [](const FramePlan& volume) {
-        return volume.chosen.atlasPages >= pagesFor(volume.layer().selection.counts);
-    };
-    return engine.bricks() &&
-           !(hasAll(plan) && std::all_of(plan.further.begin(), plan.further.end(),
-                                         [&](const auto& volume) { return hasAll(volume->plan); }));
-}
-
-/// A brick's width in the middle of the volume, in pixels, along the axis of the picture where it is smaller.
-int brickPixels(const RayFrame<double>& frame) {
-    const double voxels = std::max(2 * glm::length(frame.right) / frame.imageSize.x,
-                                   2 * glm::length(frame.up) / frame.imageSize.y); // of a pixel
-    return std::max(1, static_cast<int>(std::lround(kBrickExtent / voxels)));
-}
-
-} // namespace
-
-RayPixels::RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster,
-                     double stepOfMeans)
-    : task_(task), engine_(engine), caster_(caster), step_(task.plan.view.quality.stepVoxels),
-      stepOfMeans_(stepOfMeans), ends_(task.plan.layer().optics.termination) {
-    task.plan.setFetch(engine.about().filters ? task.scene.quality.fetch
-                                              : Fetch::exact); // estimates fetch exactly
-}
-
-RayPixels::~RayPixels() {
-    task_.plan.setTermination(ends_);
-}
-
-PixelSource::About RayPixels::about() const {
-    return {hasFinestLevels(task_.plan), drawnInPasses(task_.plan, engine_),
-            brickPixels(task_.plan.view.frame)};
-}
-
-std::optional<Image> RayPixels::draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
-                                     const Slicing& slicing, std::uint64_t mostBytes, Work& work) {
-    Rays rays = raysOf(task_.plan, task_.plan.view.quality.stepVoxels);
-    rays.frame.phased = phased_;
-    rays.places = places;
-    rays.arraySize = arraySize;
-    rays.paths = paths_ || task_.plan.view.lighting.transport;
-    caster_->begin(rays);
-    if (!drawWithin(*caster_, engine_, task_.plan, slicing, mostBytes, work))
-        return std::nullopt;
-    return caster_->image();
-}
-
-std::string RayPixels::toSingleWays() {
-    if (!engine_.about().followsPaths)
-        return "the engine follows no paths of light";
-    if (about().passes)
-        return "paths need all bricks of the picture at once";
-    const std::string why = task_.plan.boundLight(task_.scene);
-    paths_ = why.empty();
-    return why;
-}
-
-std::string RayPixels::toTruth() {
-    Planner& plan = task_.plan;
-    if (std::exchange(paths_, false))
-        plan.unboundLight();
-    if (hasFinestLevels(plan)) {
-        plan.setFetch(Fetch::exact);
-    } else {
-        caster_.reset();
-        engine_.close();
-        Scene all = task_.scene;
-        all.quality.stepVoxels = step_;
-        all.quality.automaticStep = false;
-        all.quality.integrator = plan.layer().optics.integrator;
-        all.quality.fetch = Fetch::exact;
-        all.quality.maxError = 0; // rays wait for bricks
-        all.quality.sampling = Sampling::limited;
-        try {
-            plan.chooseAgain(all, engine_.limits(), task_.context, LevelChoice::finest);
-        } catch (const InputError& e) {
-            return e.what();
-        }
-        engine_.open(plan, plan.chosen.atlasPages);
-        for (std::size_t n = 0; n < plan.further.size(); ++n)
-            if (Engine* const further = engine_.further(n))
-                further->open(plan.further[n].plan, plan.further[n].plan.chosen.atlasPages);
-        caster_ = casterOf(engine_, plan, {false, false, true}, task_.context.gpu, task_.options.threads);
-    }
-    const double times = step_ <= kShort ? kTimesOfShort : kTimesForPhases;
-    phased_ = stepOfMeans_ >= times * step_ && !plan.layer().reduces();
-    plan.setHullSamples(0);
-    plan.setStep(step_ / (phased_ ? kStepsOfPhasedTruth : kStepsOfTruth));
-    plan.setTermination(ends_ * kEndsOfTruth);
-    return {};
 }
 
 } // namespace tessera

@@ -9,6 +9,7 @@
 
 namespace tessera {
 
+struct RaysDrawn;
 class StepSearch;
 
 class RayRenderer : public Renderer {
@@ -29,7 +30,6 @@ class RayRenderer : public Renderer {
     Engine& engine() { return *engine_; }
 
   private:
-    struct RaysDrawn;
     struct Samples;
     void settleExposure(const FrameTask& task);
     void chooseStep(const FrameTask& task, StepSearch& search, RenderResult& result);
@@ -48,35 +48,6 @@ class RayRenderer : public Renderer {
     std::unique_ptr<RayCaster> caster_;
     std::unique_ptr<Samples> samples_; // of the round before: the next one of the same rays goes on from them
     double stepOfMeans_ = 0;           // of the picture's rays with phases, voxels; 0: there are none
-};
-
-// Pixels of a picture that rays drew, again by rays of the same engine: as they are, and through the finest
-// level with a quarter of the step, or where phases help much with half of it and phases.
-
-class RayPixels : public PixelSource {
-  public:
-    /// All outlive it.
-    /// @param caster  of the engine; where coarser levels were drawn, toTruth() makes another, and the plan
-    ///     is of the finest levels from then on
-    /// @param stepOfMeans  of the picture's rays with phases, voxels; 0: there are none
-    RayPixels(const FrameTask& task, Engine& engine, std::unique_ptr<RayCaster>& caster, double stepOfMeans);
-    /// Rays end where they did.
-    ~RayPixels() override;
-
-    About about() const override;
-    std::optional<Image> draw(std::span<const glm::vec2> places, const glm::ivec2& arraySize,
-                              const Slicing& slicing, std::uint64_t mostBytes, Work& work) override;
-    std::string toSingleWays() override;
-    std::string toTruth() override;
-
-  private:
-    const FrameTask& task_;
-    Engine& engine_;
-    std::unique_ptr<RayCaster>& caster_;
-    double step_, stepOfMeans_; // voxels
-    float ends_;                // of rays of the picture
-    bool phased_ = false;       // rays of the truth
-    bool paths_ = false;        // rays follow single ways of light
 };
 
 } // namespace tessera
