@@ -61,10 +61,9 @@ PlainMarks reachedAir(const PlainMarks& firm, const glm::ivec3& e) {
     return air;
 }
 
-PlainMarks closedPlainBody(const PlainMarks& dense, const PlainMarks& firm, const BodyGrid& grid) {
+PlainMarks closedPlainBody(const PlainMarks& dense, const PlainMarks& outside, const BodyGrid& grid) {
     double ball = 0;
     PlainMarks body = plainBody(dense, grid, ball);
-    const PlainMarks outside = reachedAir(firm, grid.extent);
     std::vector<int> meets(body.size()), sides(body.size());
     for (int side = 0; side < 4; ++side)
         plainLines(side, grid.extent, [&](const std::vector<std::size_t>& line) {
@@ -127,13 +126,49 @@ PlainMarks patientOf(const PlainMarks& dense, const PlainMarks& hard, const Plai
     return core;
 }
 
+/// Thin hard walls, 80 mm along themselves from what is hidden.
+void addPlainWalls(PlainMarks& hidden, const PlainMarks& hard, const PlainMarks& body, const BodyGrid& grid) {
+    const std::vector<float> depths = plainDistances(hard, 0, grid);
+    PlainMarks bone(hard.size()), wall(hard.size()), open(hard.size());
+    for (std::size_t i = 0; i < hard.size(); ++i)
+        bone[i] = depths[i] > 25;
+    const std::vector<float> away = plainDistances(bone, 1, grid);
+    for (std::size_t i = 0; i < hard.size(); ++i) {
+        wall[i] = hidden[i] && hard[i];
+        open[i] = hard[i] && !body[i] && away[i] > 100;
+    }
+    plainGrowInto(wall, open, grid, 80);
+    const PlainMarks around = plainDilated(wall, grid.extent);
+    for (std::size_t i = 0; i < hard.size(); ++i)
+        hidden[i] = hidden[i] || (around[i] && !body[i]);
+}
+
+/// Parts of a millilitre at most, apart from the body, that touch air within 25 mm of what is hidden.
+PlainMarks plainCrumbs(const PlainMarks& stays, const PlainMarks& body, const PlainMarks& outside,
+                       const PlainMarks& hidden, const BodyGrid& grid) {
+    const std::vector<float> away = plainDistances(hidden, 1, grid);
+    const PlainMarks air = plainDilated(outside, grid.extent);
+    PlainMarks crumbs(stays.size());
+    plainParts(stays, grid, [&](std::span<const std::size_t> voxels) {
+        const auto any = [&](const auto& is) { return std::any_of(voxels.begin(), voxels.end(), is); };
+        const bool isSmall = static_cast<double>(voxels.size()) <=
+                             1000 / (grid.spacingMm.x * grid.spacingMm.y * grid.spacingMm.z);
+        if (isSmall && !any([&](std::size_t i) { return body[i] != 0; }) &&
+            any([&](std::size_t i) { return air[i] && away[i] <= 625; }))
+            for (const std::size_t voxel : voxels)
+                crumbs[voxel] = 1;
+    });
+    return crumbs;
+}
+
 std::string hidePlain(const std::array<PlainMarks, 4>& above, const BodyGrid& grid, PlainMarks& hidden) {
     const PlainMarks &filled = above[1], &dense = above[2], &hard = above[3];
     PlainMarks firm = above[0];
     const glm::ivec3 e = grid.extent;
     if (e.z * grid.spacingMm.z < 40)
         return "the volume is shorter than 40 mm along the table";
-    const PlainMarks body = closedPlainBody(dense, firm, grid);
+    const PlainMarks outside = reachedAir(firm, e);
+    const PlainMarks body = closedPlainBody(dense, outside, grid);
     if (static_cast<double>(std::count(body.begin(), body.end(), 1)) * grid.spacingMm.x * grid.spacingMm.y *
             grid.spacingMm.z / 1e6 <
         0.3)
@@ -199,9 +234,16 @@ std::string hidePlain(const std::array<PlainMarks, 4>& above, const BodyGrid& gr
             hidden[i] = !dense[i] || (step >= first && !limbs[i]);
         }
     });
+    addPlainWalls(hidden, hard, body, grid);
     PlainMarks stays(dense.size()), open = beyondBody(best);
     for (std::size_t i = 0; i < stays.size(); ++i)
         stays[i] = dense[i] && !hidden[i];
+    const PlainMarks crumbs = plainCrumbs(stays, body, outside, hidden, grid),
+                     aroundCrumbs = plainDilated(crumbs, e);
+    for (std::size_t i = 0; i < stays.size(); ++i) {
+        stays[i] = stays[i] && !crumbs[i];
+        hidden[i] = hidden[i] || aroundCrumbs[i];
+    }
     const PlainMarks around = plainDilated(stays, e);
     for (std::size_t i = 0; i < stays.size(); ++i)
         stays[i] = stays[i] || (around[i] && filled[i] && !table[i]);

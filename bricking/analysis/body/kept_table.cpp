@@ -23,7 +23,7 @@ namespace tessera {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t kVersion = 1; // another one is found anew
+constexpr std::int64_t kVersion = 2; // another one is found anew
 constexpr std::uint64_t kMaxGroupBytes = 1 << 16;
 constexpr const char* kTable = "stats/table";
 constexpr const char* kShares = "stats/table/shares";

@@ -132,13 +132,14 @@ Marks chosenParts(const Marks& marks, Connected connected, const Marks& other,
                   const std::function<bool(const MarkPart&)>& keep) {
     Runs runs(marks, connected);
     const glm::ivec3& extent = marks.extent();
-    std::vector<MarkPart> parts(runs.numberParts(), {extent, glm::ivec3(0), false});
+    std::vector<MarkPart> parts(runs.numberParts(), {extent, glm::ivec3(0)});
     runs.forAll([&](const Run& run, std::size_t row) {
         MarkPart& part = parts[run.parent];
         const int y = static_cast<int>(row % static_cast<std::size_t>(extent.y)),
                   z = static_cast<int>(row / static_cast<std::size_t>(extent.y));
         part.low = glm::min(part.low, glm::ivec3(run.first, y, z));
         part.high = glm::max(part.high, glm::ivec3(run.end, y + 1, z + 1));
+        part.voxels += static_cast<std::uint32_t>(run.end - run.first);
         part.isMeeting = part.isMeeting || hasAny(other.row(row), run.first, run.end);
     });
     std::vector<std::uint8_t> isKept(parts.size());

@@ -5,6 +5,7 @@
 #include "bricking/analysis/body/marks.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <glm/vec3.hpp>
 
@@ -14,6 +15,7 @@ namespace tessera {
 struct MarkPart {
     glm::ivec3 low, high;   // of its box; high beyond the last voxel
     bool isMeeting = false; // some of its voxels are marked in the other set too
+    std::uint32_t voxels = 0;
 };
 enum class Connected : std::uint8_t { throughSlices, inSlices };
 

@@ -35,7 +35,9 @@ constexpr double kAttachedMm = 25;     // of thin parts that stand off the body:
 constexpr double kThinMm = 5;          // half of the thickness of shells: hands and feet are thicker
 /// Of the lines that meet a table, those that meet something on the other side, at most.
 constexpr double kOfOpposite = 0.25;
+constexpr double kCrumbMl = 1;     // less than the end of a finger
 constexpr double kFilledHu = -600; // a sample half filled by tissue, and by a mattress or air
+constexpr double kWallMm = 80;     // along itself, of a holder's walls beside the patient
 constexpr double kHardHu = 300;    // above skin and cartilage
 constexpr double kFirmHu = -900;   // boards and cushions are above it, air with its noise is not
 
@@ -99,10 +101,10 @@ Marks enclosed(const Marks& body, const Marks& outside) {
 /// The body with what it encloses in a slice, such as lungs, and with walls around these that are too thin
 /// for an opening. Enclosed is what sees on four sides the body, or nothing but firm samples to the border: a
 /// narrow field of view opens one.
-Marks closedBody(const Marks& dense, const Marks& firm, const BodyGrid& grid) {
+/// @param outside  the air that the borders of slices reach
+Marks closedBody(const Marks& dense, const Marks& outside, const BodyGrid& grid) {
     const BodyMarks opened = bodyAmong(dense, grid);
     const Marks& body = opened.marks;
-    const Marks outside = reached(firm);
     const Marks inside = combined([](Word so, Word a, Word b, Word c) { return so & ~(a | b | c); },
                                   enclosed(body, outside), body, dense, outside);
     const Marks near = within(inside, grid.spacingMm, 4 * opened.ballMm * opened.ballMm, grid.threads);
@@ -129,13 +131,44 @@ Marks perhapsPatient(const Marks& dense, const Marks& hard, const Marks& table, 
                     body);
 }
 
+/// Adds the walls of a holder that reach around the patient: what is hard, thin and goes on from what is
+/// hidden, with the samples around it.
+void addWalls(Marks& hidden, const Marks& hard, const Marks& body, const BodyGrid& grid) {
+    Marks wall = both(hidden, hard);
+    const Marks bone = without(hard, within(without(Marks::all(grid.extent), hard), grid.spacingMm,
+                                            kThinMm * kThinMm, grid.threads));
+    const Marks near = within(bone, grid.spacingMm, 4 * kThinMm * kThinMm, grid.threads);
+    growInto(wall,
+             combined([](Word all, Word own, Word thick) { return all & ~(own | thick); }, hard, body, near),
+             grid, kWallMm);
+    hidden = combined([](Word own, Word around, Word of) { return own | (around & ~of); }, hidden,
+                      dilated(wall), body);
+}
+
+/// Of what stays, parts that are apart from the body and all else, too small to be of the patient, in the air
+/// and near to what is hidden: the table's, where it changes along the scan or reaches around the patient.
+Marks crumbs(const Marks& stays, const Marks& body, const Marks& outside, const Marks& hidden,
+             const BodyGrid& grid) {
+    const double most = kCrumbMl * 1000 / (grid.spacingMm.x * grid.spacingMm.y * grid.spacingMm.z);
+    const Marks small = chosenParts(stays, Connected::throughSlices, body, [most](const MarkPart& part) {
+        return !part.isMeeting && static_cast<double>(part.voxels) <= most;
+    });
+    if (!small.any())
+        return small;
+    const Marks near =
+        both(within(hidden, grid.spacingMm, kAttachedMm * kAttachedMm, grid.threads), dilated(outside));
+    return chosenParts(small, Connected::throughSlices, near,
+                       [](const MarkPart& part) { return part.isMeeting; });
+}
+
 /// What is hidden, of a volume's hard, dense, half filled and firm samples; else the reason.
 std::string hide(const Marks& hard, const Marks& dense, const Marks& filled, Marks firm, const BodyGrid& grid,
                  Marks& hidden) {
     if (grid.extent.z * grid.spacingMm.z < kLeastLengthMm)
         return "the volume is shorter than " + std::to_string(static_cast<int>(kLeastLengthMm)) +
                " mm along the table";
-    const Marks body = closedBody(dense, firm, grid);
+    const Marks outside = reached(firm);
+    const Marks body = closedBody(dense, outside, grid);
     if (litresOf(body, grid) < kLeastBodyLitres)
         return "there is no body";
     // The skin's own samples are firm too, where it is between them.
@@ -169,9 +202,13 @@ std::string hide(const Marks& hard, const Marks& dense, const Marks& filled, Mar
     hidden = combined(
         [](Word out, Word thick, Word behind, Word limb) { return out & (~thick | (behind & ~limb)); },
         hidden, dense, fromTable, limbs);
+    addWalls(hidden, hard, body, grid);
     // What is dense and not hidden stays, with the samples around it, and those around samples of its border
     // that it may half fill.
     Marks stays = without(dense, hidden);
+    const Marks small = crumbs(stays, body, outside, hidden, grid);
+    stays = without(stays, small);
+    hidden = combined([](Word own, Word around) { return own | around; }, hidden, dilated(small));
     stays =
         combined([](Word own, Word around, Word half, Word even) { return own | (around & half & ~even); },
                  stays, dilated(stays), filled, table);

@@ -3,8 +3,9 @@
 //
 // A table is above -900 HU, is not body (body_box.h), runs along the whole volume with much the same
 // cross-section, and has the patient on one side only. What lies beyond it as seen from the patient is hidden
-// with it, and what is not dense within kCushionMm of it, such as a mattress. What touches the body stays,
-// and what is dense and not the table, or thick and less even than a table: a hand.
+// with it, what is not dense within kCushionMm of it, such as a mattress, hard thin walls that go on from it,
+// and crumbs of it. What touches the body stays, and what is dense and not the table, or thick and less even
+// than a table: a hand.
 #pragma once
 
 #include "bricking/cache/chunk_source.h"

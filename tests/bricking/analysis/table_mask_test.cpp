@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <tuple>
 
 namespace tessera::test {
 namespace {
@@ -240,6 +241,41 @@ TEST(PatientTable, OfACoarserMaskHidesNothingOfThePatientEither) {
         // The corners of square fingers fill less than a quarter of a sample.
         EXPECT_LE(share.ofPatient, patient == 2 ? 0.25 : 0);
         EXPECT_GT(share.ofTable, held ? 0.4 : 0.75); // what is near ears stays
+    }
+}
+
+// Walls go on from a holder's ground, around the head, and end before the scan does. Fingers with bones in
+// them lie on a board, and a lug of it stands up beside the patient.
+TEST(PatientTable, WallsOfHoldersAndCrumbsGoAndBonesStay) {
+    const VolumeInfo info = boxInfo({256, 144, 144}, {2.2, 2.2, 2.2}, {-281.6, -150, -158});
+    const Field head = patients()[4].hu;
+    const Field holder = [](const glm::dvec3& p) {
+        const double r = ellipseAt(p, {0, 0}, {92, 118});
+        const bool ground = p.y > 60, wall = p.y > -85 && p.z < 40;
+        return r > 1 && r < 1.06 && (ground || wall) ? 700 : kAir;
+    };
+    const Field hand = [](const glm::dvec3& p) {
+        const double z = p.z - 24 * std::clamp(std::round(p.z / 24), -1., 1.),
+                     x = p.x - std::clamp(p.x, 178., 242.);
+        const double r = glm::length(glm::dvec3(x, p.y - 91, z));
+        return r < 4 ? 700. : r < 8 ? 40. : trunk(p);
+    };
+    const Field board = [](const glm::dvec3& p) {
+        const bool lug = p.x < -190 && p.x > -199 && p.y > 92 && p.z > 20 && p.z < 29;
+        return (p.y > 100 && p.y < 112) || (lug && p.y < 112) ? 500. : kAir;
+    };
+    for (const auto& [body, under, least] : {std::tuple(head, holder, 0.95), std::tuple(hand, board, 0.9)}) {
+        const CoarseChunks scan(info, [&](const glm::dvec3& p) { return std::max(body(p), under(p)); });
+        MemoryBudget ram("RAM", "--ram", 256u << 20);
+        const FoundTable it = found(scan, ram);
+        ASSERT_TRUE(it.mask) << it.why;
+        const Hidden share = hidden(*it.mask, info, body, under);
+        EXPECT_EQ(share.ofPatient, 0);
+        EXPECT_GT(share.ofTable, least);
+        std::vector<float> lug(1);
+        const glm::ivec3 at((-194.0 + 281.6) / 2.2, (94.0 + 150) / 2.2, (24.0 + 158) / 2.2);
+        it.mask->read(0, at, glm::ivec3(1), lug);
+        std::printf("lug %g %g table %g\n", (double)lug[0], under(glm::dvec3(-194, 94, 24)), share.ofTable);
     }
 }
 
