@@ -1,52 +1,40 @@
-"""A wheel of the package tessera from this tree, built by CMake: what it loads on demand lies in it. It needs the
-libraries of this system (cmake/debian-packages.txt), and fits the version of Python that builds it.
-
-TESSERA_BUILD names a folder that CMake has configured with -DTESSERA_PYTHON_FOLDER=. -DTESSERA_PYTHON_ALONE=ON, such as
-build/release; else the wheel has a build of its own in build/wheel."""
+"""A wheel of the package tessera from this tree, by scikit-build: CMake builds the module and what it loads on demand,
+which lies in the wheel. It needs the libraries of this system (cmake/debian-packages.txt), and fits the version of Python
+that builds it. CMAKE_ARGS has more arguments for CMake. All that is made lies in build/."""
 
 import os
 import re
-import subprocess
+import shutil
 import sys
 
-from setuptools import Extension, setup
-from setuptools.command.build_ext import build_ext
+from skbuild import setup
+from skbuild.constants import CMAKE_BUILD_DIR, CMAKE_INSTALL_DIR, SETUPTOOLS_INSTALL_DIR
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.dirname(os.path.dirname(HERE))
-OWN = os.path.join(ROOT, "build", "wheel")
-
-
-class BuildByCMake(build_ext):
-    def run(self):
-        folder = os.environ.get("TESSERA_BUILD")
-        if folder:
-            folder = os.path.join(ROOT, folder)
-        else:
-            folder = os.path.join(OWN, "cmake")
-            options = {
-                "CMAKE_BUILD_TYPE": "Release",
-                "TESSERA_WITH_WINDOW": "OFF",
-                "TESSERA_PYTHON_FOLDER": ".",
-                "TESSERA_PYTHON_ALONE": "ON",
-                "Python_EXECUTABLE": sys.executable,
-            }
-            words = [f"-D{name}={value}" for name, value in options.items()]
-            subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *words], check=True)
-        subprocess.run(["cmake", "--build", folder, "--target", "tessera_python"], check=True)
-        place = os.path.abspath(self.build_lib)
-        subprocess.run(["cmake", "--install", folder, "--component", "python", "--prefix", place], check=True)
-        made = os.listdir(os.path.join(place, "tessera")) if os.path.isdir(os.path.join(place, "tessera")) else []
-        if self.get_ext_filename("_tessera") not in made or "tessera_importers.so" not in made:
-            raise SystemExit(f"{folder}: expected -DTESSERA_PYTHON_FOLDER=. -DTESSERA_PYTHON_ALONE=ON, found others")
-
-    def get_outputs(self):
-        return []  # what CMake installed is there
-
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+OBJECTS = os.path.join(ROOT, "build", "wheel-{}.{}".format(*sys.version_info))
 
 with open(os.path.join(ROOT, "CMakeLists.txt"), encoding="utf-8") as file:
     version = re.search(r"project\(tessera VERSION ([0-9.]+)", file.read()).group(1)
-os.makedirs(OWN, exist_ok=True)
+
+
+def link(name, folder):
+    os.makedirs(os.path.dirname(os.path.abspath(name)), exist_ok=True)
+    if not os.path.islink(name):
+        os.symlink(folder, name)
+
+
+# ccache knows an object by its place relative to CMake's folder (cmake/setup.sh). So that those of build/release are
+# found again, this folder is as deep; scikit-build's is deeper, and has a link.
+os.environ.update(CCACHE_BASEDIR=ROOT, CCACHE_NOHASHDIR="1")
+os.makedirs(OBJECTS, exist_ok=True)
+os.makedirs(os.path.join(ROOT, "build", "skbuild"), exist_ok=True)
+os.chdir(os.path.join(ROOT, "build", "skbuild"))
+link(CMAKE_BUILD_DIR(), OBJECTS)
+link("tessera", os.path.join(ROOT, "viewer", "python", "tessera"))
+for installed in (CMAKE_INSTALL_DIR(), SETUPTOOLS_INSTALL_DIR()):  # else a wheel has what an earlier one had
+    shutil.rmtree(installed, ignore_errors=True)
+# Before another target than `install`, scikit-build makes `all`; with a target named, that one.
+os.environ["SKBUILD_BUILD_OPTIONS"] = "tessera_python " + os.environ.get("SKBUILD_BUILD_OPTIONS", "")
 
 setup(
     name="tessera",
@@ -55,9 +43,14 @@ setup(
     python_requires=">=3.9",
     install_requires=["numpy"],
     packages=["tessera"],
-    package_data={"tessera": ["py.typed", "*.pyi"]},
-    ext_modules=[Extension("tessera._tessera", sources=[])],
-    cmdclass={"build_ext": BuildByCMake},
-    options={"build": {"build_base": OWN}, "egg_info": {"egg_base": OWN}},
+    cmake_source_dir=ROOT,
+    cmake_args=[
+        "-GNinja",
+        "-DCMAKE_BUILD_TYPE=Release",
+        "-DTESSERA_WITH_WINDOW=OFF",
+        "-DTESSERA_PYTHON_FOLDER=.",
+        "-DTESSERA_PYTHON_ALONE=ON",
+    ],
+    cmake_install_target="install-python",
     zip_safe=False,
 )
