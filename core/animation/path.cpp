@@ -137,6 +137,26 @@ void checkKeyframes(const Path& path, const std::string& where) {
 
 } // namespace
 
+Path flightAlone(const Path& path) {
+    Path alone;
+    alone.volume = path.volume;
+    alone.flight = path.flight.value();
+    alone.flight->route.clear();
+    for (const std::size_t number : path.flight->route) {
+        const std::size_t n = alone.lines.size();
+        alone.lines.push_back(path.lines.at(number));
+        CentreLine& line = alone.lines.back();
+        line.name.clear();
+        line.parent.reset();
+        if (n > 0)
+            line.parent = n - 1;
+        else
+            line.leavesAtMm = 0;
+        alone.flight->route.push_back(n);
+    }
+    return alone;
+}
+
 std::vector<RoutePoint> routeOf(const std::vector<CentreLine>& lines, const std::vector<std::size_t>& route) {
     TESSERA_CHECK(!route.empty());
     std::vector<RoutePoint> points;

@@ -117,6 +117,10 @@ struct RoutePoint {
 };
 std::vector<RoutePoint> routeOf(const std::vector<CentreLine>& lines, const std::vector<std::size_t>& route);
 
+/// The path with nothing but its volume, its flight and the lines of that, without their names: of the same
+/// curve to the bit. The path has a flight.
+Path flightAlone(const Path& path);
+
 /// Throws InputError naming where for an invalid path (docs/path.schema.json). Points must have the stated
 /// even spacing, parents must exist, and branches begin on them. Keyframes must be in order and not empty. A
 /// route may leave a line only at a branch, and a flight has lines.

@@ -274,18 +274,82 @@ TEST_F(Redraw, MeshesAndSourcesAreFoundByTheirContent) {
 }
 #endif
 
-// Their manifests do not hold the path.
-TEST_F(Redraw, RefusesReformations) {
-    write("line.json",
-          R"({"tesseraPath":1,"lines":[{"count":3,"spacing":10,"points":[[0,0,10],[0,0,0],[0,0,-10]],
-        "radius":[9,9,9]}]})");
-    for (const auto& [option, form] :
-         {std::pair("--straighten", "straightened"), {"--curved", "stretched"}}) {
-        const Outcome drawn = run(std::string("render s.zarr --path line.json -q -o p.png ") + option);
-        ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
-        expectRefused("redraw p.png", {"p.png", "a reformation", "--straighten"});
-        EXPECT_THAT(run("info p.png").out, HasSubstr(std::string("reformation:   ") + form + "\n"));
+constexpr const char* kBranchedPath = R"({"tesseraPath":1,"lines":[
+ {"name":"Jane","count":3,"spacing":10,"points":[[0,0,14],[0,0,4],[0,0,-6]],"radius":[9,9,9]},
+ {"name":"Doe","count":3,"spacing":5,"points":[[0,0,4],[3,0,0],[6,0,-4]],"radius":[9,9,9],"parent":0,"leavesAt":10},
+ {"count":3,"spacing":5,"points":[[0,0,4],[-3,0,0],[-6,0,-4]],"radius":[9,9,9],"parent":0,"leavesAt":10}],
+ "flight":{"route":[0,2],"from":1.5}})";
+
+// Along lines: reformations and unfolded walls have their line in their manifest, and no name of it.
+TEST_F(Redraw, PicturesAlongLines) {
+    write("jane.json", kBranchedPath);
+    for (const char* options :
+         {"--straighten", "--straighten --angle 33.3 --mm-per-pixel 0.7 --slab 4:maximum",
+          "--straighten --angles 3", "--curved", "--curved --direction 1,0.3,0.1 --across 17.25",
+          "--curved --view 20,30 --value-colour "
+          "transferFunction",
+          "--unfold --engine native", "--unfold --engine mirror --size 24x30 --ram 300MiB"}) {
+        write("line.json", kBranchedPath);
+        const Outcome drawn = run(std::string("render s.zarr --path line.json -q -o p.exr ") + options);
+        ASSERT_EQ(drawn.exitCode, 0) << options << drawn.problems;
+        for (const char* name : {"Jane", "Doe", "line.json"})
+            EXPECT_THAT(readManifest(folder_ / "p.exr"), Not(HasSubstr(name))) << options;
+        EXPECT_EQ(manifestOf("p.exr")["path"]["lines"].size(), 2U) << "those of the flight";
+        fs::remove(folder_ / "line.json");
+        for (const char* picture : {"p.exr", "q.exr"}) { // and one that was drawn again
+            const Outcome outcome = run(std::string("redraw ") + picture + " -o " +
+                                        (picture == std::string("p.exr") ? "q.exr" : "r.exr"));
+            ASSERT_EQ(outcome.exitCode, 0) << options << outcome.problems;
+            EXPECT_THAT(outcome.out, HasSubstr("settings: the same\npixels:   equal")) << options;
+        }
+        EXPECT_TRUE(samePixels("p.exr", "r.exr")) << options;
+        const Outcome changed =
+            run("redraw p.exr --with volumes[0].transferFunction=ramp --with window=3,40");
+        EXPECT_EQ(changed.exitCode, 0) << changed.problems;
+        EXPECT_THAT(changed.out, HasSubstr(" differ, rms 0.")) << options;
+        const Outcome other = run("redraw p.exr --path jane.json");
+        EXPECT_THAT(other.out, HasSubstr("settings: the same\npixels:   equal")) << options << other.problems;
     }
+}
+
+TEST_F(Redraw, NamesAnotherPathOfAPictureAlongALine) {
+    write("line.json", kBranchedPath);
+    std::string turned = kBranchedPath;
+    turned.replace(turned.find("[0,2]"), 5, "[0,1]");
+    write("turned.json", turned);
+    for (const char* options : {"--straighten", "--unfold --engine native"}) {
+        const Outcome drawn = run(std::string("render s.zarr --path line.json -q -o p.exr ") + options);
+        ASSERT_EQ(drawn.exitCode, 0) << drawn.problems;
+        const json manifest = manifestOf("p.exr");
+        const std::string digest =
+            manifest[manifest.contains("unfolded") ? "unfolded" : "reformation"]["lineHash"];
+        const Outcome other = run("redraw p.exr --path turned.json");
+        EXPECT_EQ(other.exitCode, 0) << other.problems;
+        EXPECT_THAT(other.out, HasSubstr("settings: path: " + digest + ", now ")) << options;
+        rewrite("p.exr", [](json& changed, Image&) { changed["path"]["flight"]["from"] = 2; });
+        EXPECT_THAT(run("redraw p.exr").out, HasSubstr("settings: path: " + digest + ", now ")) << options;
+        rewrite("p.exr", [](json& changed, Image&) { changed.erase("path"); }); // as of an older program
+        expectRefused("redraw p.exr", {"p.exr", "--path"});
+        EXPECT_THAT(run("redraw p.exr --path line.json").out, HasSubstr("pixels:   equal")) << options;
+        rewrite("p.exr", [](json& changed, Image&) { changed["path"] = {{"tesseraPath", 1}, {"lines", 7}}; });
+        expectRefused("redraw p.exr", {"p.exr", "lines"});
+    }
+    ASSERT_EQ(run("render s.zarr --path line.json --straighten -q -o p.png").exitCode, 0);
+    EXPECT_THAT(run("info p.png").out, HasSubstr("reformation:   straightened\n"));
+    expectRefused("redraw p.png --with image.size=20x20", {"--with", "image.size"});
+    expectRefused("redraw p.png --with mode=maximum", {"--with", "mode"});
+    expectRefused("redraw p.png --engine native", {"--engine"});
+    const json whole = manifestOf("p.png");
+    for (const char* key : {"widthMm", "mmPerPixel", "form", "anglesDegrees", "lineHash"})
+        for (const char* value : {"-1", "\"x\"", "[[]]", "1e300", "null"}) {
+            json manifest = whole;
+            manifest["reformation"][key] = json::parse(value);
+            writeImage(folder_ / "h.png", Image(glm::ivec2(4, 4)), manifest.dump());
+            const int code = run("redraw h.png -q").exitCode;
+            EXPECT_TRUE(code == 0 || code == 2) << key << " " << value << ": " << code;
+        }
+    draw("a.png");
+    expectRefused("redraw a.png --path line.json", {"--path", "an unfolded wall or a reformation"});
 }
 
 // Whoever made a picture does not say how much memory is taken here.

@@ -25,6 +25,9 @@ void addRedrawCommand(Command& program, const CommonOptions& common, Action& act
                 "KEY=VALUE: change a key of the scene, such as camera.view=left or window=40,400; may be "
                 "repeated")
         .oneValueEach();
+    command.option("--path", a->path,
+                   "another path of an unfolded wall or a reformation (default: the line that its manifest "
+                   "has)");
     command.option("--engine", a->engine, "another engine (default: as it was)");
     command.option("--gl-device", a->device, "auto, software, or a device's number (default: as it was)");
     command.option("--gpu-memory", a->gpuMemory, "another budget (default: as it was)");

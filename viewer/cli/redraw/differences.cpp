@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/image/page_format.h"
-#include "viewer/cli/redraw/figure_record.h" // verifyOfManifest
+#include "viewer/cli/redraw/figure_record.h" // verifyOfManifest, lineHashOf
 #include "viewer/cli/render/picture_files.h"
 
 #include <algorithm>
@@ -77,6 +77,12 @@ void addBytes(const std::string& option, const json& before, const json& now, st
     };
     if (before != now && !before.is_null())
         to.push_back({option, text(before), text(now)});
+}
+
+/// The line's digest; null: an older picture, or one along no line.
+json lineOf(const json& manifest) {
+    const std::string hash = lineHashOf(manifest);
+    return hash.empty() ? json() : json(hash);
 }
 
 Values sceneValues(const json& manifest) {
@@ -158,6 +164,7 @@ ManifestDifferences compareManifests(const json& before, const json& now) {
     addBytes("--gpu-memory", at(before, "/budgets/gpuMemory/limitBytes"),
              at(now, "/budgets/gpuMemory/limitBytes"), found.settings);
     add("--verify", verifyOfManifest(before), verifyOfManifest(now), found.settings);
+    add("path", lineOf(before), lineOf(now), found.settings);
     add("--allow-damaged", at(before, "/options/allowDamaged"), at(now, "/options/allowDamaged"),
         found.settings);
     add("--tiles", at(before, "/tiles/side"), at(now, "/tiles/side"), found.settings);

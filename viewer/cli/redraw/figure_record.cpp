@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/base/json_reader.h"
+#include "core/base/magnitude.h"
 #include "viewer/cli/render/picture_files.h"
 
 #include <algorithm>
@@ -43,13 +44,6 @@ FigureRecord recordOf(const json& manifest, const std::filesystem::path& figure)
     FigureRecord record;
     record.figure = figure;
     record.manifest = manifest;
-    if (manifest.contains("unfolded"))
-        throw badFile(figure.string(), "a picture by a camera",
-                      "an unfolded wall, whose path its manifest does not hold; tessera render --unfold");
-    if (manifest.contains("reformation"))
-        throw badFile(figure.string(), "a picture by a camera",
-                      "a reformation, whose path its manifest does not hold; tessera render --straighten or "
-                      "--curved");
     if (!manifest.contains("scene"))
         throw badFile(figure.string(), kExpected, "one without a scene");
     record.scene = parseScene(manifest["scene"].dump(), figure.parent_path(), figure.string());
@@ -62,13 +56,63 @@ FigureRecord recordOf(const json& manifest, const std::filesystem::path& figure)
         const json sources = partOf(manifest, "options").value("sources", json::array());
         for (std::size_t n = 0; n < std::min(sources.size(), record.sources.size()); ++n)
             record.sources[n] = sourceOf(sources.at(n), figure.string());
+        record.lineHash = lineHashOf(manifest);
     } catch (const json::exception&) {
         throw badFile(figure.string(), kExpected, "another");
     }
+    if (isAlongLine(manifest) && manifest.contains("path"))
+        record.path = parsePath(manifest["path"].dump(), figure.string() + ": its path");
     return record;
 }
 
+/// A number of a reformation within what its option takes.
+double numberOf(const FigureRecord& record, const json& number, double least, double most) {
+    if (!number.is_number() || !(number.get<double>() >= least && number.get<double>() <= most))
+        throw badFile(record.figure.string(),
+                      "a number from " + formatNumber(least) + " to " + formatNumber(most) +
+                          " in its reformation",
+                      number.dump().substr(0, 40));
+    return number.get<double>();
+}
+
+/// What draws a reformation, as options of `tessera render` say it.
+void setReformation(const FigureRecord& record, RenderArguments& arguments) {
+    constexpr double kMostMm = 1e5, kMostDegrees = 4000;
+    constexpr std::size_t kMostAngles = 180;
+    const json& about = record.manifest.at("reformation");
+    arguments.widthMm = numberOf(record, about.at("widthMm"), 0.01, kMostMm);
+    arguments.mmPerPixel = numberOf(record, about.at("mmPerPixel"), kLeastMmPerPixel, kMostMmPerPixel);
+    if (about.at("form") == "straightened") {
+        const json& angles = about.at("anglesDegrees");
+        if (!angles.is_array() || angles.empty() || angles.size() > kMostAngles)
+            throw badFile(record.figure.string(), "up to 180 angles in its reformation", "others");
+        arguments.straighten = true;
+        if (angles.size() > 1)
+            arguments.angles = static_cast<int>(angles.size());
+        else
+            arguments.angle = numberOf(record, angles.front(), -kMostDegrees, kMostDegrees);
+        return;
+    }
+    arguments.curved = true;
+    if (about.value("directionBy", "") == "view") // the scene's camera has it
+        return;
+    for (const json& number : about.at("direction"))
+        arguments.direction += (arguments.direction.empty() ? "" : ",") +
+                               json(numberOf(record, number, -kFarthestPlaceMm, kFarthestPlaceMm)).dump();
+}
+
 } // namespace
+
+bool isAlongLine(const json& manifest) {
+    return manifest.contains("unfolded") || manifest.contains("reformation");
+}
+
+std::string lineHashOf(const json& manifest) {
+    for (const char* key : {"unfolded", "reformation"})
+        if (manifest.contains(key))
+            return partOf(manifest, key).value("lineHash", "");
+    return {};
+}
 
 json manifestJsonOf(const std::filesystem::path& picture) {
     const std::string text = manifestOf(picture);
@@ -110,6 +154,21 @@ RenderArguments argumentsOf(const FigureRecord& record) {
         arguments.tiles = tilesOf(options, record);
         arguments.layers = record.manifest.value("layers", std::vector<std::string>());
         arguments.allowDamaged = options.value("allowDamaged", false);
+        if (isAlongLine(record.manifest)) {
+            if (!record.path)
+                throw badFile(record.figure.string(),
+                              "--path with the path of its line, which is too long for its manifest or older "
+                              "than that",
+                              "none");
+            arguments.path = record.figure.string();
+            arguments.givenPath = record.path;
+            arguments.verify.clear(); // pictures along lines are not measured
+            arguments.unfold = arguments.mayLeak = record.manifest.contains("unfolded");
+            if (!arguments.unfold) {
+                arguments.engine = "auto"; // without rays
+                setReformation(record, arguments);
+            }
+        }
     } catch (const json::exception&) {
         throw badFile(record.figure.string(), kExpected, "another");
     }

@@ -156,6 +156,30 @@ json reportJson(const RedrawArguments& arguments, const Report& report) {
     return out;
 }
 
+/// True if --with changes that key of scenes, or an object with it.
+bool isChanged(const RedrawArguments& arguments, const std::string& key) {
+    return std::ranges::any_of(arguments.changes, [&](const std::string& said) {
+        const std::string changed = keyNamed(said.substr(0, said.find('=')));
+        return changed == key || key.starts_with(changed + ".");
+    });
+}
+
+/// Pictures along a line: --path takes the place of theirs. Throws InputError naming the option where nothing
+/// lies along a line, and --with for what a reformation has from its line.
+void setPath(const RedrawArguments& arguments, FigureRecord& record) {
+    const bool alongLine = isAlongLine(record.manifest);
+    if (!arguments.path.empty() && !alongLine)
+        throw badFile("--path", "an unfolded wall or a reformation, which lie along a line",
+                      "another picture");
+    if (!arguments.path.empty())
+        record.path = loadPath(arguments.path);
+    if (alongLine && record.manifest.contains("reformation"))
+        for (const char* key : {"mode", "image.size"})
+            if (isChanged(arguments, key))
+                throw badFile(kWithOption,
+                              "other keys for a reformation, which has values and the line's size", key);
+}
+
 /// What draws a picture of the figure again.
 RenderArguments drawingOf(const FigureRecord& record, const RedrawArguments& arguments, const fs::path& out) {
     RenderArguments render = argumentsOf(record);
@@ -216,14 +240,6 @@ std::vector<FoundData> findAll(std::vector<FigureRecord>& records, const RedrawA
             found[indexOf(one.wanted)] = std::move(one);
     }
     return found;
-}
-
-/// True if --with changes that key of scenes, or an object with it.
-bool isChanged(const RedrawArguments& arguments, const std::string& key) {
-    return std::ranges::any_of(arguments.changes, [&](const std::string& said) {
-        const std::string changed = keyNamed(said.substr(0, said.find('=')));
-        return changed == key || key.starts_with(changed + ".");
-    });
 }
 
 /// What --with changes of the words that panels share. True: they may need other room.
@@ -322,6 +338,8 @@ void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
         throw badFile("-o", "another file than the picture that is drawn again", arguments.out);
     for (FigureRecord& record : records)
         change(arguments.changes, record.scene);
+    for (FigureRecord& record : records)
+        setPath(arguments, record);
     limitBudgets(records, arguments, common);
 
     RenderArguments render = drawingOf(records.front(), arguments, out);

@@ -12,6 +12,7 @@ namespace tessera {
 struct RedrawArguments {
     std::string figure, out;                    // out "": the picture is compared, and not kept
     std::vector<std::string> data, changes;     // changes: "KEY=VALUE"
+    std::string path;                           // of a picture along a line; "": its own
     std::string engine, device, ram, gpuMemory; // "": as they were
     bool json = false;
 };

@@ -3,6 +3,7 @@
 
 #include "core/animation/film.h"
 #include "core/animation/flight.h"
+#include "core/animation/reformed_line.h" // digestOf
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"
@@ -115,9 +116,23 @@ void checkFilmOptions(const RenderArguments& a) {
         throw badFile("--speed", "--speed or --seconds, which chooses a speed", "both");
 }
 
+Path readPathOf(const RenderArguments& arguments) {
+    return arguments.givenPath ? *arguments.givenPath : loadPath(arguments.path);
+}
+
+void tellPath(nlohmann::json& manifest, const Path& path) {
+    constexpr std::size_t kMostPoints = 20000; // some hundred bytes each
+    const Path alone = flightAlone(path);
+    std::size_t points = 0;
+    for (const CentreLine& line : alone.lines)
+        points += line.points.size();
+    if (points <= kMostPoints)
+        manifest["path"] = nlohmann::json::parse(pathJson(alone));
+}
+
 Path pathOf(const RenderTask& task) {
     const RenderArguments& a = task.arguments;
-    Path path = loadPath(a.path);
+    Path path = readPathOf(a);
     const bool cameras = std::any_of(path.keyframes.begin(), path.keyframes.end(),
                                      [](const Keyframe& key) { return key.camera.has_value(); });
     if (!path.flight && !cameras && !path.lines.empty())
@@ -278,18 +293,18 @@ void renderWall(const RenderTask& task) {
     const RenderArguments& arguments = task.arguments;
     Scene scene = task.scene; // its height follows from the line unless it is given
     const Path path = pathOf(task);
-    const std::vector<UnfoldedRow> rows =
-        rowsOf(path, arguments.path, arguments.keys.says("image.size"), scene);
+    const std::vector<UnfoldedRow> rows = rowsOf(path, arguments.path, arguments.isSized(), scene);
     const RenderResult result = renderUnfolded(scene, rows, task.store, task.ram, task.gpu, task.options);
     const Charge pictures =
         task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
     task.common.progress->stage("writing the picture");
     nlohmann::json report = makeManifest(scene, task.stores, result, task.ram, task.gpu);
-    report["unfolded"] = {{"route", path.flight->route},
-                          {"fromMm", path.flight->fromMm},
-                          {"lengthMm", FlightCurve(path.lines, *path.flight).lengthMm()},
-                          {"backwards", path.flight->backwards},
-                          {"columns", "360 degrees, from up, clockwise along the line"}};
+    const FlightCurve line(path.lines, *path.flight);
+    report["unfolded"] = {
+        {"route", path.flight->route},         {"fromMm", path.flight->fromMm},
+        {"lengthMm", line.lengthMm()},         {"lineHash", digestOf(line)},
+        {"backwards", path.flight->backwards}, {"columns", "360 degrees, from up, clockwise along the line"}};
+    tellPath(report, path);
     report["options"] = optionsJson(task);
     writePicture(arguments.out, result.image, scene.background, manifestText(report));
     task.common.progress->end();

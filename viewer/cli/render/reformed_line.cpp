@@ -14,6 +14,7 @@
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/options/command.h" // lengthsOf
 #include "viewer/cli/render/along_path.h"
+#include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
 
@@ -64,14 +65,20 @@ void checkReformation(const RenderArguments& a) {
 
 namespace {
 
-/// The picture's right and up by the scene's view, and how it was said.
-std::pair<glm::dvec3, glm::dvec3> axesOfView(const Scene& scene) {
-    if (const auto* const camera = std::get_if<Camera>(&scene.camera)) {
-        const glm::dmat3 axes = patientFromCamera(*camera);
-        return {axes[0], axes[1]};
-    }
+/// The scene's camera; of a side one that looks at the line's middle from there. Curved pictures have their
+/// axes of it.
+Camera cameraOf(const Scene& scene, const FlightCurve& line) {
+    constexpr double kDistanceMm = 1000;
+    if (const auto* const camera = std::get_if<Camera>(&scene.camera))
+        return *camera;
     const ViewAxes axes = axesOf(std::get<FittedView>(scene.camera));
-    return {axes.right, axes.up};
+    Camera camera;
+    camera.projection = Projection::parallel;
+    camera.focalPoint = line.at(0.5 * line.lengthMm()).at;
+    camera.position = camera.focalPoint + kDistanceMm * axes.towards;
+    camera.viewUp = axes.up;
+    camera.parallelScale = 0.5 * line.lengthMm();
+    return camera;
 }
 
 glm::dvec3 directionOf(const std::string& text) {
@@ -136,6 +143,7 @@ void renderReformedLine(const RenderTask& task) {
     const int count = std::max(1, arguments.angles);
     const Charge ofRows = task.ram.charge(reformedBytes(line, pixels) * static_cast<std::size_t>(count),
                                           "the rows of a reformation");
+    const Camera camera = cameraOf(task.scene, line);
     std::vector<Reformation> pictures;
     nlohmann::json about;
     if (arguments.straighten) {
@@ -149,11 +157,13 @@ void renderReformedLine(const RenderTask& task) {
                  {"viewer", "from up, clockwise along the line"},
                  {"top", "beginning"}};
     } else {
-        const auto [right, up] = axesOfView(task.scene);
-        const glm::dvec3 direction = arguments.direction.empty() ? right : directionOf(arguments.direction);
-        Stretched picture = stretched(line, direction, up, pixels);
+        const glm::dmat3 axes = patientFromCamera(camera);
+        const bool named = !arguments.direction.empty();
+        const glm::dvec3 direction = named ? directionOf(arguments.direction) : axes[0];
+        Stretched picture = stretched(line, direction, axes[1], pixels);
         about = {{"form", "stretched"},
                  {"direction", {direction.x, direction.y, direction.z}},
+                 {"directionBy", named ? "--direction" : "view"},
                  {"top", picture.endOnTop ? "end" : "beginning"}};
         pictures.push_back(std::move(picture.picture));
     }
@@ -162,6 +172,7 @@ void renderReformedLine(const RenderTask& task) {
     options.progress = task.common.progress.get();
     ReformedShare share;
     RenderResult result = renderReformed(task.scene, pictures, task.store, task.ram, options, share);
+    result.camera = camera;
     const Charge written = task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
     task.common.progress->stage("writing the picture");
     Scene scene = task.scene;
@@ -183,6 +194,8 @@ void renderReformedLine(const RenderTask& task) {
     if (scene.slice.thicknessMm > 0)
         about["slab"] = nameOf(scene.slice.reduction);
     report["reformation"] = std::move(about);
+    tellPath(report, path);
+    report["options"] = optionsJson(task);
     const bool blank = isBlank(result.image);
     const Figure figure = figureOf(task, scene, result, pixels.mmPerPixel);
     tellAnnotations(report, figure);

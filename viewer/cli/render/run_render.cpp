@@ -121,7 +121,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     checkFilmOptions(arguments);
     std::optional<Path> path;
     if (!arguments.path.empty()) {
-        path = loadPath(arguments.path);
+        path = readPathOf(arguments);
         refuseLeaks(arguments, *path);
         if (const std::string doubt = path->lumen ? doubtText(*path->lumen) : ""; !doubt.empty())
             common.note(arguments.path + ": " + doubt);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bricking/store/store_reader.h"
+#include "core/animation/path.h"
 #include "core/base/budget.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"   // Verify, EngineKind
@@ -36,9 +37,10 @@ struct RenderArguments {
     std::vector<std::string> meshes, meshColours, meshOpacities; // n-th of the n-th; the last for the rest
     std::string meshSpace, meshContours;
     std::string verify;
-    std::vector<std::string> layers;                    // in an EXR picture, besides the colour
-    std::string keepState;                              // file of sums of samples
-    std::string path, frames;                           // of films
+    std::vector<std::string> layers; // in an EXR picture, besides the colour
+    std::string keepState;           // file of sums of samples
+    std::string path, frames;        // of films
+    std::optional<Path> givenPath;   // in place of the file `path`, which messages then name
     double framesPerSecond = 0, speed = 0, seconds = 0; // 0: as the path says
     std::optional<double> turn;                         // degrees, not 0; of turntables
     std::vector<std::string> panels;                    // of a figure of several pictures
@@ -63,6 +65,8 @@ struct RenderArguments {
     std::string pathPicture() const {
         return unfold ? "--unfold" : straighten ? "--straighten" : curved ? "--curved" : "";
     }
+    /// A picture's size, and no other that would follow from its line.
+    bool isSized() const { return givenPath || keys.says("image.size"); }
     bool isFilm() const { return (!path.empty() && pathPicture().empty()) || turn || input.allPhases; }
 };
 
