@@ -1,6 +1,7 @@
 """Volumes of Python's package: arrays and paths in, levels and boxes out."""
 
 import gc
+import itertools
 import os
 import pickle
 import shutil
@@ -47,6 +48,26 @@ class Arrays(unittest.TestCase):
         for name, array in layouts.items():
             with self.subTest(name):
                 np.testing.assert_array_equal(np.asarray(tessera.open(array)), array)
+
+    def test_any_order_of_axes_of_any_type_is_the_same_volume(self):
+        values = (ramp((70, 35, 66), np.int64) % 250).astype(np.float64)
+        values[0, 0, 0] = 250
+        for name, step in [("bool", -1), ("int16", 1), (">f2", 2), ("uint64", -2)]:
+            expected = values.astype(name)
+            plain = tessera.open(expected).content_hash
+            for axes in itertools.permutations(range(3)):
+                with self.subTest(name=name, axes=axes, step=step):
+                    memory = np.zeros([expected.shape[axis] * abs(step) for axis in axes], expected.dtype)
+                    view = memory[::step, ::step, ::step].transpose(np.argsort(axes))
+                    view[...] = expected
+                    self.assertEqual(tessera.open(view).content_hash, plain)
+
+    def test_numbers_that_are_none_are_found_in_any_order(self):
+        array = np.asfortranarray(ramp((40, 33, 34), np.float32))
+        array[35, 1, 2] = np.nan
+        volume = tessera.open(array)
+        self.assertEqual(volume.level(0)[35, 1, 2], 0)
+        self.assertIn("1 voxels without a number", " ".join(volume.notes))
 
     def test_orientation_moves_voxels_and_not_places(self):
         array = ramp((8, 9, 10))

@@ -20,17 +20,17 @@ namespace tessera::python {
 namespace {
 
 constexpr const char* kWhere = "array";
-constexpr std::size_t kAtOnceBytes = std::size_t{1}
-                                     << 20; // of rows that are gathered before they are converted
+constexpr std::size_t kAtOnceBytes = std::size_t{1} << 20; // gathered before they are converted
 
-std::size_t bytesInArray(const ArrayVoxels& array) {
-    return array.isHalf ? sizeof(std::uint16_t) : bytesPerFileValue(array.type);
-}
-
-float floatAt(const std::byte* half, bool bigEndian) {
-    const auto low = static_cast<unsigned>(half[bigEndian ? 1 : 0]),
-               high = static_cast<unsigned>(half[bigEndian ? 0 : 1]);
-    return floatOfHalf(static_cast<std::uint16_t>(high << 8 | low));
+/// Halves as floats.
+void widenHalves(std::span<const std::byte> halves, bool bigEndian, std::vector<std::byte>& floats) {
+    floats.resize(2 * halves.size());
+    for (std::size_t at = 0; at < halves.size(); at += 2) {
+        const auto low = static_cast<unsigned>(halves[at + (bigEndian ? 1 : 0)]),
+                   high = static_cast<unsigned>(halves[at + (bigEndian ? 0 : 1)]);
+        const float value = floatOfHalf(static_cast<std::uint16_t>(high << 8 | low));
+        std::memcpy(floats.data() + 2 * at, &value, sizeof value);
+    }
 }
 
 class ArraySource final : public RandomSlabSource {
@@ -38,14 +38,10 @@ class ArraySource final : public RandomSlabSource {
     ArraySource(const ArrayVoxels& array, const VolumeInfo& info)
         : array_(array), info_(info),
           converter_(array.type, array.bigEndian && !array.isHalf, [this](const auto& visit) {
-              std::vector<std::byte> piece;
-              for (int z = 0; z < info_.extentVoxels.z; ++z) {
+              Room room;
+              for (const ArrayBlock& piece : piecesOf(array_, whole(), kAtOnceBytes)) {
                   checkInterrupted();
-                  eachPiece(info_.extentVoxels.y, [&](int first, int count) {
-                      piece.resize(gatheredBytes(count));
-                      gather(z, first, count, piece);
-                      visit(piece);
-                  });
+                  visit(numbersOf(piece, room));
               }
           }) {}
 
@@ -53,62 +49,66 @@ class ArraySource final : public RandomSlabSource {
     std::string describe() const override { return "an array"; }
     VoxelTally takeTally() override { return converter_.takeTally(); }
 
-    void readSliceAt(int z, std::span<std::byte> out) override { readRows(z, 0, info_.extentVoxels.y, out); }
+    void readSliceAt(int z, std::span<std::byte> out) override { readSlicesAt(z, 1, out); }
+    void readSlicesAt(int first, int count, std::span<std::byte> out) override {
+        TESSERA_CHECK(out.size() == sliceBytesOf(info_) * static_cast<std::size_t>(count));
+        read({first, count, 0, info_.extentVoxels.y}, out);
+    }
     RowAccess rowAccess() const override { return RowAccess::any; }
     void readRows(int z, int first, int count, std::span<std::byte> out) override {
-        const std::size_t rowBytes = rowBytesOf(info_);
-        TESSERA_CHECK(out.size() == rowBytes * static_cast<std::size_t>(count));
-        eachPiece(count, [&](int row, int rows) {
-            const auto to = out.subspan(rowBytes * static_cast<std::size_t>(row),
-                                        rowBytes * static_cast<std::size_t>(rows));
-            if (converter_.keepsBytes()) {
-                gather(z, first + row, rows, to);
-                return converter_.count(to, info_);
-            }
-            buffer_.resize(gatheredBytes(rows));
-            gather(z, first + row, rows, buffer_);
-            converter_.convert(buffer_, to, info_);
-        });
+        TESSERA_CHECK(out.size() == rowBytesOf(info_) * static_cast<std::size_t>(count));
+        read({z, 1, first, count}, out);
     }
 
   private:
-    std::size_t gatheredBytes(int rows) const {
-        return static_cast<std::size_t>(rows) * static_cast<std::size_t>(info_.extentVoxels.x) *
-               bytesPerFileValue(array_.type);
+    struct Room {
+        std::vector<std::byte> numbers, floats;
+    };
+
+    ArrayBlock whole() const { return {0, info_.extentVoxels.z, 0, info_.extentVoxels.y}; }
+    std::size_t bytesOf(const ArrayBlock& block) const { // of a slice of it, in the array's numbers
+        return static_cast<std::size_t>(block.rows) * static_cast<std::size_t>(info_.extentVoxels.x) *
+               array_.bytes();
     }
-    template <typename Body> void eachPiece(int rows, const Body& body) const {
-        const int most = static_cast<int>(std::clamp<std::size_t>(
-            kAtOnceBytes / gatheredBytes(1), 1, static_cast<std::size_t>(std::max(rows, 1))));
-        for (int first = 0; first < rows; first += most)
-            body(first, std::min(most, rows - first));
+    /// As the converter takes them.
+    std::span<const std::byte> numbersOf(const ArrayBlock& piece, Room& room) const {
+        const std::size_t sliceBytes = bytesOf(piece);
+        room.numbers.resize(sliceBytes * static_cast<std::size_t>(piece.slices));
+        gatherBlock(array_, piece, room.numbers.data(), sliceBytes);
+        if (!array_.isHalf)
+            return room.numbers;
+        widenHalves(room.numbers, array_.bigEndian, room.floats);
+        return room.floats;
     }
-    /// Rows of a slice, their numbers one after another.
-    void gather(int z, int first, int count, std::span<std::byte> out) const {
-        const std::size_t bytes = bytesPerFileValue(array_.type);
-        const auto width = static_cast<std::size_t>(info_.extentVoxels.x);
-        std::byte* to = out.data();
-        for (int y = first; y < first + count; ++y) {
-            const std::byte* from = array_.first + z * array_.strides[2] + y * array_.strides[1];
-            if (!array_.isHalf && array_.strides[0] == static_cast<std::ptrdiff_t>(bytes)) {
-                std::memcpy(to, from, bytes * width);
-                to += bytes * width;
+    /// @param out  [z][y][x] of the block
+    void read(const ArrayBlock& block, std::span<std::byte> out) {
+        const std::size_t rowBytes = rowBytesOf(info_),
+                          sliceBytes = rowBytes * static_cast<std::size_t>(block.rows);
+        for (const ArrayBlock& piece : piecesOf(array_, block, kAtOnceBytes)) {
+            checkInterrupted();
+            const auto rowsOut = [&](int slice) {
+                return out.subspan(static_cast<std::size_t>(piece.slice - block.slice + slice) * sliceBytes +
+                                       static_cast<std::size_t>(piece.row - block.row) * rowBytes,
+                                   static_cast<std::size_t>(piece.rows) * rowBytes);
+            };
+            if (converter_.keepsBytes()) {
+                gatherBlock(array_, piece, rowsOut(0).data(), sliceBytes);
+                for (int slice = 0; slice < piece.slices; ++slice)
+                    converter_.count(rowsOut(slice), info_);
                 continue;
             }
-            for (std::size_t x = 0; x < width; ++x, from += array_.strides[0], to += bytes) {
-                if (array_.isHalf) {
-                    const float value = floatAt(from, array_.bigEndian);
-                    std::memcpy(to, &value, sizeof value);
-                } else {
-                    std::memcpy(to, from, bytes);
-                }
-            }
+            const std::span<const std::byte> numbers = numbersOf(piece, room_);
+            const std::size_t bytes = numbers.size() / static_cast<std::size_t>(piece.slices);
+            for (int slice = 0; slice < piece.slices; ++slice)
+                converter_.convert(numbers.subspan(static_cast<std::size_t>(slice) * bytes, bytes),
+                                   rowsOut(slice), info_);
         }
     }
 
     ArrayVoxels array_; // its axes are those of the volume
     VolumeInfo info_;
     SliceConverter converter_;
-    std::vector<std::byte> buffer_;
+    Room room_;
 };
 
 /// Air of a CT is its natural padding, where the stored type has it.
@@ -141,15 +141,16 @@ std::unique_ptr<SlabSource> makeArraySource(const ArrayVoxels& array) {
     requirePlausibleGeometry(info, {"spacing", "direction", "origin"}, kWhere);
     const bool isReal = array.type == FileType::f32 || array.type == FileType::f64;
     constexpr int kDigits = 24; // of a float
-    requirePlausibleRescale(
-        info.rescaleSlope, info.rescaleIntercept,
-        isReal ? 0 : std::ldexp(1.0, std::min(kDigits, static_cast<int>(8 * bytesInArray(array)))), false,
-        "slope", "intercept", kWhere);
+    requirePlausibleRescale(info.rescaleSlope, info.rescaleIntercept,
+                            isReal ? 0
+                                   : std::ldexp(1.0, std::min(kDigits, static_cast<int>(8 * array.bytes()))),
+                            false, "slope", "intercept", kWhere);
     info.validate(kWhere);
     if (info.unit == "HU")
         info.fillStored = fillOf(info);
     info = orientedInfo(info);
     ArrayVoxels turned = array;
+    turned.extent = info.extentVoxels;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto source = static_cast<std::size_t>(info.originalOrder.sourceAxis[axis]);
         turned.strides[axis] = array.strides[source];
