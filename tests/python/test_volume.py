@@ -1,5 +1,6 @@
 """Volumes of Python's package: arrays and paths in, levels and boxes out."""
 
+import copy
 import gc
 import itertools
 import os
@@ -8,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import types
 import unittest
 import unittest.mock
@@ -199,6 +201,125 @@ class Arrays(unittest.TestCase):
             self.assertEqual(os.listdir(folder), [])
 
 
+class Words(unittest.TestCase):
+    """What a caller gets wrong is named, with what was expected: never a list of signatures."""
+
+    def test_sources(self):
+        array = ramp((4, 5, 6))
+        volume = tessera.open(array)
+        for call, words in [
+            (lambda: tessera.open(None), "source: expected a path, an array or an image, found NoneType"),
+            (lambda: tessera.open(5), "source: .* found int"),
+            (lambda: tessera.open(array, unit=None), "unit: expected text, found None"),
+            (lambda: tessera.open(array, slope="x"), "slope: expected a number, found 'x'"),
+            (lambda: tessera.open(array, intercept=None), "intercept: expected a number, found None"),
+            (lambda: tessera.open(array, spacing=(1, 1, -1)), "spacing: expected lengths above 0"),
+            (lambda: tessera.open(volume, spacing=(1, 1, 1)), "spacing: .* found for a volume that is open"),
+            (lambda: tessera.open(volume, unit="HU"), "unit: .* found for a volume that is open"),
+            (lambda: tessera.open(volume, series=2), "series: .* found for a volume that is open"),
+            (lambda: tessera.phantom("torso", (10, 10)), "size: expected voxels along x, y and z"),
+            (lambda: tessera.phantom("torso", 10), "size: expected voxels"),
+            (lambda: tessera.phantom("torso", (10.5, 10, 10)), "size: expected a whole number, found 10.5"),
+            (lambda: tessera.phantom("torso", (10**12, 1, 1)), "size: .* found 1000000000000"),
+            (lambda: volume.surface("a"), "value: expected a number, found 'a'"),
+            (lambda: tessera.Scene(5), "scene: expected a path, .* found int"),
+        ]:
+            with self.subTest(words), self.assertRaisesRegex(tessera.InputError, words):
+                call()
+
+    def test_boxes_levels_and_indices(self):
+        volume = tessera.open(ramp((4, 5, 6)))
+        for box, words in [
+            (((0.5, 1.7), (0, 1), (0, 1)), "box: expected"),
+            (((0, 10**12), (0, 1), (0, 1)), "0 to 4 along z, found 0 to 1000000000000"),
+            (((0, 1), (0, 1), (3, 3)), "0 to 6 along x, found 3 to 3"),
+        ]:
+            with self.subTest(words), self.assertRaisesRegex(tessera.InputError, words):
+                volume.read(box)
+        for level in ["0", 0.5, None, -1, 6]:
+            with self.subTest(level), self.assertRaisesRegex(tessera.InputError, "level: expected"):
+                volume.level(level)
+        for index in [None, 1.5, True, "x", [0, 1], np.array([1, 2]), volume.level(0) > 3, (..., ...), (0, 0, 0, 0)]:
+            with self.subTest(repr(index)), self.assertRaises(IndexError):
+                volume[index]
+        np.testing.assert_array_equal(volume[np.int64(-1), np.array(2)], volume.level(0)[-1, 2])
+
+    def test_a_path_may_be_bytes(self):
+        phantom = tessera.phantom("sphere", (8, 8, 8))
+        self.assertEqual(tessera.open(os.fsencode(phantom.path)).content_hash, phantom.content_hash)
+        with self.assertRaisesRegex(tessera.InputError, "/no: expected a file or folder"):
+            tessera.open(b"/no")
+
+
+class AsAnArray(unittest.TestCase):
+    """What numpy and the copy module take for granted."""
+
+    def test_what_has_an_array_is_one(self):
+        array = ramp((4, 5, 6))
+
+        class Interface:
+            __array_interface__ = array.__array_interface__
+
+        class Method:
+            def __array__(self, dtype=None, copy=None):
+                return array
+
+        class Subclass(np.ndarray):
+            pass
+
+        for source in [Interface(), Method(), array.view(Subclass), memoryview(array), array.tolist()]:
+            with self.subTest(type(source).__name__):
+                np.testing.assert_array_equal(tessera.open(source).level(0), array)
+
+    def test_copies_are_the_volume_itself(self):
+        volume = copy.copy(tessera.open(ramp((4, 5, 6))))  # the first one is gone
+        gc.collect()
+        np.testing.assert_array_equal(volume.level(0), ramp((4, 5, 6)))
+        self.assertIs(copy.deepcopy({"a": volume})["a"], volume)
+        scene = copy.deepcopy(tessera.Scene(tessera.phantom("sphere", (16, 16, 16))))
+        gc.collect()
+        self.assertEqual(tessera.render(scene, size=(8, 6), engine="native").size, (8, 6))
+
+    def test_numpys_words(self):
+        volume = tessera.open(ramp((4, 5, 6)))
+        self.assertEqual((volume.ndim, volume.size, len(volume)), (3, 120, 4))
+        self.assertEqual(np.mean(volume), ramp((4, 5, 6)).mean())
+        self.assertEqual(np.asarray(volume, dtype=np.float64).dtype, np.float64)
+        with self.assertRaises(ValueError):
+            volume.__array__(copy=False)
+        picture = tessera.render(volume, size=(8, 6), engine="native")
+        self.assertTrue(np.shares_memory(np.asarray(picture), picture.pixels))
+        self.assertFalse(np.shares_memory(picture.__array__(copy=True), picture.pixels))
+        with self.assertRaises(ValueError):
+            picture.__array__(np.float64, copy=False)
+        self.assertIs(copy.copy(picture), picture)
+        with self.assertRaisesRegex(TypeError, "pixels"):
+            pickle.dumps(picture)
+
+    def test_parts_with_arrays_are_compared_as_objects(self):
+        surface = tessera.phantom("sphere", (16, 16, 16)).surface(500)
+        self.assertEqual(surface, surface)
+        self.assertEqual(len({surface}), 1)
+
+    def test_an_array_may_change_and_go_while_others_are_read(self):
+        array = ramp((64, 64, 64))
+        volumes = []
+
+        def work():
+            mine = array.copy()
+            volumes.append(tessera.open(mine))
+            mine[:] = 0
+
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        gc.collect()
+        for volume in volumes:
+            np.testing.assert_array_equal(volume.level(0), array)
+
+
 class Reading(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -249,8 +370,8 @@ class Reading(unittest.TestCase):
         def mean(volume):
             return float(volume.level(0).mean())
 
-        copy = pickle.loads(pickle.dumps(self.volume))
-        self.assertEqual((copy.path, mean(copy)), (self.volume.path, mean(self.volume)))
+        other = pickle.loads(pickle.dumps(self.volume))
+        self.assertEqual((other.path, mean(other)), (self.volume.path, mean(self.volume)))
         reading, writing = os.pipe()
         if os.fork() == 0:  # as a pool of workers does
             try:

@@ -14,15 +14,13 @@ import numpy as np
 from . import _tessera
 from ._tessera import InputError
 from ._volume import Volume, open as open_volume
-from ._words import Path, Progress, told
+from ._words import Path, Progress, number, told, whole_number
 
 if TYPE_CHECKING:
-    from ._words import Array
-
-Point = Sequence[float]
+    from ._words import Array, Numbers
 
 
-@dataclass
+@dataclass(eq=False)
 class Line:
     """A line of a centre-line: evenly spaced points, patient space, mm, and their distances to the wall."""
 
@@ -92,10 +90,10 @@ def _point(value: Any, name: str) -> Tuple[float, float, float]:
 
 def centreline(
     volume: Any,
-    start: Point,
-    end: Optional[Point] = None,
+    start: Numbers,
+    end: Optional[Numbers] = None,
     *,
-    through: Sequence[Point] = (),
+    through: Sequence[Numbers] = (),
     threshold: Optional[float] = None,
     may_leak: bool = False,
     tree: bool = False,
@@ -116,21 +114,21 @@ def centreline(
         raise InputError("through: expected an end as well, found none")
     if may_leak and threshold is None:
         raise InputError("may_leak: expected a threshold with it, which it keeps, found none")
+    spacing = number(spacing, "spacing")
     if not 0.05 <= spacing <= 100:
         raise InputError(f"spacing: expected mm from 0.05 to 100, found {spacing}")
-    if generations < 0:
-        raise InputError(f"generations: expected a whole number from 0, found {generations}")
+    generations = whole_number(generations, "generations", 0, 2**31 - 1)
     opened = open_volume(volume)
     found = _tessera.centreline(
         opened._opened,
         _point(start, "start"),
         None if end is None else _point(end, "end"),
         [_point(point, "through") for point in through],
-        None if threshold is None else float(threshold),
+        None if threshold is None else number(threshold, "threshold"),
         may_leak,
         tree,
         generations,
-        float(spacing),
+        spacing,
         told(progress),
     )
     lines = [Line(one["points"], one["radii"], one["length"], one["parent"]) for one in found["lines"]]
@@ -166,20 +164,28 @@ def coverage(
     matters. every: mm between pictures. farthest: mm from the eye beyond which wall is not seen. smallest: mm2 of
     the smallest unseen patch that is listed.
     """
-    width, height = size
+    try:
+        width, height = (whole_number(n, "size", 1, 32768) for n in size)
+    except InputError:
+        raise
+    except (TypeError, ValueError):
+        raise InputError(f"size: expected width and height, found {str(size)[:80]}") from None
     for name, value, low, high in (
         ("view_angle", view_angle, 1, 170),
         ("every", every, 0.05, 1000),
         ("farthest", farthest, 0.1, 1e6),
         ("smallest", smallest, 0, 1e9),
     ):
-        if value is not None and not low <= value <= high:
+        if value is not None and not low <= number(value, name) <= high:
             raise InputError(f"{name}: expected {low} to {high}, found {value}")
     where = "path"
     if isinstance(path, (str, os.PathLike)):
         where = os.fspath(path)
-        with open(where, encoding="utf-8") as file:
-            text = file.read()
+        try:
+            with open(where, encoding="utf-8") as file:
+                text = file.read()
+        except (OSError, UnicodeDecodeError) as problem:
+            raise InputError(f"{where}: expected a path file, found {problem}") from None
     else:
         text = json.dumps(path.path if isinstance(path, Centreline) else path)
     found = _tessera.coverage(

@@ -76,7 +76,9 @@ class Picture:
         return self._drawn.pixels
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
-        return self.pixels if dtype is None else self.pixels.astype(dtype)
+        if copy is False and dtype is not None and np.dtype(dtype) != np.float32:
+            raise ValueError("pixels are float32: another type is a copy")
+        return self.pixels.astype(dtype or np.float32, copy=bool(copy))
 
     @property
     def shape(self) -> Tuple[int, int]:
@@ -131,6 +133,15 @@ class Picture:
         """Writes .png (8 bits), .tif (16 bits), .exr (float, with its layers), .pdf or .svg, with its annotations and
         its manifest."""
         self._drawn.save(os.fsencode(path), ram_text(ram))
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a picture has no pickle: its pixels, srgb() and to_png() have one")
+
+    def __copy__(self) -> "Picture":
+        return self  # nothing in it changes
+
+    def __deepcopy__(self, memo: Any) -> "Picture":
+        return self
 
     def to_png(self) -> bytes:
         """A PNG file in memory, without the manifest."""

@@ -8,6 +8,7 @@ from collections.abc import Mapping, MutableMapping, Sequence
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List
 
 from . import _tessera
+from ._tessera import InputError
 from ._volume import Volume, as_json
 from ._words import Path, absolute
 
@@ -133,6 +134,8 @@ class Scene(_Object):
             keys = {**source, **keys}
         elif isinstance(source, str) and source.lstrip().startswith("{"):
             self._scene_of = _tessera.Scene.parse(source, os.getcwd(), "scene")
+        elif not isinstance(source, (str, bytes, os.PathLike)):
+            raise InputError(f"scene: expected a path, a volume, JSON text or a mapping, found {type(source).__name__}")
         else:
             if isinstance(source, Volume):
                 self._volumes.append(source)
@@ -198,6 +201,12 @@ class Scene(_Object):
         return Scene, (self.to_json(),)
 
     def copy(self) -> "Scene":
+        return Scene(self)
+
+    def __copy__(self) -> "Scene":
+        return Scene(self)
+
+    def __deepcopy__(self, memo: Any) -> "Scene":
         return Scene(self)
 
     def __repr__(self) -> str:

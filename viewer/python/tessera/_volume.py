@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 import sys
 from dataclasses import dataclass
@@ -12,10 +13,10 @@ import numpy as np
 
 from . import _tessera
 from ._tessera import InputError
-from ._words import Path, Progress, absolute, ram_text, told, words_of
+from ._words import Path, Progress, absolute, number, ram_text, told, whole_number, words_of
 
 if TYPE_CHECKING:
-    from ._words import Array
+    from ._words import Array, Numbers
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Body:
     litres_left_out: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """The table under a patient. mask: uint8 [z, y, x] of samples of `level`, 0 shown to 255 hidden; None, and the
     reason in `why`, where it is not sure that something is a table."""
@@ -89,7 +90,7 @@ class Table:
     level: Optional[int]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """The closed surface of a value: points float64 [n, 3] in patient space (LPS), mm; triangles uint32 [m, 3] of their
     numbers, which turn to the left seen from outside. Millilitres that it encloses, and its area."""
@@ -124,6 +125,16 @@ class Volume:
     def shape(self) -> Tuple[int, int, int]:
         """Voxels along z, y and x."""
         return self.levels[0]
+
+    @property
+    def ndim(self) -> int:
+        return 3
+
+    @property
+    def size(self) -> int:
+        """Number of voxels."""
+        z, y, x = self.shape
+        return z * y * x
 
     @property
     def levels(self) -> Tuple[Tuple[int, int, int], ...]:
@@ -229,14 +240,17 @@ class Volume:
 
         Values in their unit, or with `stored` numbers as they are stored. Only what the box needs is decoded.
         """
-        if not 0 <= level < len(self.levels):
-            raise InputError(f"level: expected 0 to {len(self.levels) - 1}, found {level}")
+        level = whole_number(level, "level", 0, len(self.levels) - 1)
         if box is None:
             box = [(0, extent) for extent in self.levels[level]]
         try:
-            (z0, z1), (y0, y1), (x0, x1) = ((int(low), int(high)) for low, high in box)
+            ranges = [(operator.index(low), operator.index(high)) for low, high in box]
+            (z0, z1), (y0, y1), (x0, x1) = ranges
         except (TypeError, ValueError):
             raise InputError("box: expected ((z0, z1), (y0, y1), (x0, x1)), found " + repr(box)[:80]) from None
+        for axis, (low, high), extent in zip("zyx", ranges, self.levels[level]):
+            if not 0 <= low < high <= extent:
+                raise InputError(f"box: expected a range within 0 to {extent} along {axis}, found {low} to {high}")
         return self._opened.read(level, (x0, y0, z0), (x1, y1, z1), stored, told(progress))
 
     def labels(
@@ -261,7 +275,7 @@ class Volume:
     def surface(self, value: float, *, level: int = 0, progress: Progress = None) -> Surface:
         """The surface of a value as triangles, as `tessera mesh` finds it. Its arrays are the caller's memory; a coarser
         level has fewer triangles. Empty arrays where the volume has no such value."""
-        return Surface(**_tessera.surface(self._opened, float(value), level, told(progress)))
+        return Surface(**_tessera.surface(self._opened, number(value, "value"), level, told(progress)))
 
     def body(self) -> Body:
         """The box of the patient in a CT, without the table. Raises InputError for values without HU, and none."""
@@ -275,9 +289,17 @@ class Volume:
         """volume[z, y, x] of level 0 by numbers and slices, as arrays have it. Only the box around is decoded."""
         if not isinstance(index, tuple):
             index = (index,)
-        if Ellipsis in index:
-            at = index.index(Ellipsis)
-            index = index[:at] + (slice(None),) * (4 - len(index)) + index[at + 1 :]
+        for one in index:
+            if one is not Ellipsis and (isinstance(one, (bool, np.bool_)) or not hasattr(one, "__index__")):
+                if not isinstance(one, slice):
+                    raise IndexError(f"index: expected numbers and slices, found {type(one).__name__}")
+            elif isinstance(one, np.ndarray) and (one.ndim or one.dtype.kind not in "iu"):
+                raise IndexError("index: expected numbers and slices, found an array (numpy.asarray(volume) takes it)")
+        dots = [at for at, one in enumerate(index) if one is Ellipsis]
+        if len(dots) > 1:
+            raise IndexError("index: expected one ellipsis at most, found several")
+        if dots:
+            index = index[: dots[0]] + (slice(None),) * (4 - len(index)) + index[dots[0] + 1 :]
         if len(index) > 3:
             raise IndexError("a volume has three axes")
         index += (slice(None),) * (3 - len(index))
@@ -302,11 +324,19 @@ class Volume:
         return np.asarray(self.read(box)[tuple(rest)])
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
+        if copy is False:
+            raise ValueError("a volume is on disk: its array is always a copy")
         values = self.level(0)
         return values if dtype is None else values.astype(dtype, copy=False)
 
     def __len__(self) -> int:
         return self.shape[0]
+
+    def __copy__(self) -> "Volume":
+        return self  # nothing in it changes, and its temporary store has one owner
+
+    def __deepcopy__(self, memo: Any) -> "Volume":
+        return self
 
     def __reduce__(self) -> Any:
         """Another process opens the same store, which stays as long as this volume does."""
@@ -344,7 +374,10 @@ def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[
     lengths = np.linalg.norm(axes, axis=0)
     if not np.all(np.abs(lengths - 1) < 1e-3):
         raise InputError(f"direction: expected columns of length 1, found lengths {lengths.tolist()}")
-    whole[:3, :3] = axes * (np.ones(3) if spacing is None else numbers(spacing, (3,), "spacing"))
+    millimetres = np.ones(3) if spacing is None else numbers(spacing, (3,), "spacing")
+    if not np.all(millimetres > 0):
+        raise InputError(f"spacing: expected lengths above 0, found {millimetres.tolist()} (`direction` turns axes)")
+    whole[:3, :3] = axes * millimetres
     if origin is not None:
         whole[:3, 3] = numbers(origin, (3,), "origin")
     return whole, direction is not None
@@ -368,8 +401,8 @@ def _image_of(source: Any) -> Optional[Tuple[Any, Array]]:
 def open(  # noqa: A001
     source: Any,
     *,
-    spacing: Optional[Sequence[float]] = None,
-    origin: Optional[Sequence[float]] = None,
+    spacing: Optional[Numbers] = None,
+    origin: Optional[Numbers] = None,
     direction: Any = None,
     affine: Any = None,
     unit: str = "",
@@ -395,8 +428,13 @@ def open(  # noqa: A001
     False, to stop. Raises InputError for what cannot be opened.
     """
     if isinstance(source, Volume):
+        given = dict(options, spacing=spacing, origin=origin, direction=direction, affine=affine)
+        given.update(unit=unit or None, slope=None if slope == 1 else slope, intercept=intercept or None)
+        for name, value in given.items():
+            if value is not None:
+                raise InputError(f"{name}: expected for an array or a path, found for a volume that is open")
         return source
-    if isinstance(source, (str, os.PathLike)):
+    if isinstance(source, (str, bytes, os.PathLike)):
         for name, value in (("origin", origin), ("direction", direction), ("affine", affine)):
             if value is not None:
                 raise InputError(f"{name}: expected for an array, found for a path, which says it itself")
@@ -415,11 +453,22 @@ def open(  # noqa: A001
         source, affine = image
     if isinstance(source, np.ma.MaskedArray):
         raise InputError("array: expected one without a mask (numpy.ma.filled gives it), found a masked one")
+    if source is None or isinstance(source, (int, float, complex)):
+        raise InputError(f"source: expected a path, an array or an image, found {type(source).__name__}")
+    if not isinstance(unit, str):
+        raise InputError(f"unit: expected text, found {unit!r}")
     array = np.asarray(source)
     whole, oriented = _affine_of(spacing, origin, direction, affine)
     return Volume(
         _tessera.open_array(
-            array, whole.ravel().tolist(), oriented, unit, float(slope), float(intercept), ram_text(ram), told(progress)
+            array,
+            whole.ravel().tolist(),
+            oriented,
+            unit,
+            number(slope, "slope"),
+            number(intercept, "intercept"),
+            ram_text(ram),
+            told(progress),
         )
     )
 
@@ -435,7 +484,13 @@ def phantom(
 
     size: voxels along x, y and z. It lies in a temporary store that is removed with it.
     """
-    return Volume(_tessera.open_phantom(name, tuple(int(n) for n in size), ram_text(ram), told(progress)))
+    try:
+        x, y, z = (whole_number(n, "size", 1, 2**31 - 1) for n in size)
+    except InputError:
+        raise
+    except (TypeError, ValueError):
+        raise InputError(f"size: expected voxels along x, y and z, found {str(size)[:80]}") from None
+    return Volume(_tessera.open_phantom(str(name), (x, y, z), ram_text(ram), told(progress)))
 
 
 def as_json(value: Any) -> str:

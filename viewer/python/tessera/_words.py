@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Union
+from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Sequence, Union
 
 from ._tessera import InputError
 
@@ -14,12 +15,34 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[Any]
+    Numbers = Union[Sequence[float], Array]
 
 
 def absolute(path: Any) -> str:
     """A path that means the same in any folder; an address stays as it is."""
-    text = str(os.fspath(path))
+    text = os.fsdecode(path)
     return text if "://" in text else os.path.abspath(text)
+
+
+def number(value: Any, name: str) -> float:
+    """An argument that is a number, of numpy too."""
+    try:
+        if not isinstance(value, (str, bytes)):
+            return float(value)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{name}: expected a number, found {repr(value)[:80]}")
+
+
+def whole_number(value: Any, name: str, low: int, high: int) -> int:
+    """An argument that is a whole number within bounds."""
+    try:
+        at = operator.index(value)
+    except TypeError:
+        raise InputError(f"{name}: expected a whole number, found {repr(value)[:80]}") from None
+    if not low <= at <= high:
+        raise InputError(f"{name}: expected {low} to {high}, found {at}")
+    return at
 
 
 def told(progress: Any) -> Optional[Callable[[str, float], Any]]:
