@@ -43,24 +43,39 @@ std::string folderOf(const DicomSeries& series, const fs::path& top) {
     return folderBelow(top, common);
 }
 
-/// A volume in a file of its own.
+/// Those of a file of several volumes or times; empty for others, and for a damaged one: opening it says why.
+std::vector<FileVolume> volumesIn(const FileFormat& format, const fs::path& path) {
+    try {
+        return format.volumes ? format.volumes(path) : std::vector<FileVolume>{};
+    } catch (const Error&) {
+        return {};
+    }
+}
+
+/// A file, or one of its volumes.
+/// @param volume  null: it holds one
 /// @param refused  gets the reason if it is refused without options
 CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs::path& top,
-                       const SourceOptions& options, std::optional<PassedFile>& refused) {
+                       const FileVolume* volume, const SourceOptions& options,
+                       std::optional<PassedFile>& refused) {
     CatalogueRow row;
     row.path = path;
     row.folder = folderBelow(top, path.parent_path());
     row.rank = CatalogueRank::volume;
-    row.what = printableName(path.filename());
+    row.what = volume && !volume->name.empty() ? volume->name : printableName(path.filename());
     try {
         SourceOptions one = options;
-        one.phase = 0;
-        if (format.phases && !format.volumes)
+        one.series = one.phase = 0;
+        if (volume) {
+            row.numbers = volume->numbers;
+            row.phases = volume->times;
+            one.series = row.numbers.front();
+        } else if (format.phases) {
             row.phases = format.phases(path);
-        if (!row.phases.empty()) {
-            one.phase = 1; // they have one lattice
-            row.what += ", " + phasesText(row.phases, " for --phase");
+            one.phase = row.phases.empty() ? 0 : 1; // they have one lattice
         }
+        if (!row.phases.empty())
+            row.what += ", " + phasesText(row.phases, " for --phase");
         row.info = orientedInfo(format.open(path, one)->info());
         row.slices = alongSourceAxes(*row.info, row.info->extentVoxels).z;
         row.modality = row.info->acquisition.modality;
@@ -80,26 +95,14 @@ CatalogueRow rowOfFile(const FileFormat& format, const fs::path& path, const fs:
 /// The volumes of a file that is named by itself.
 void addRowsOf(const FileFormat& format, const fs::path& path, const SourceOptions& options,
                std::vector<CatalogueRow>& rows) {
-    std::vector<std::string> names;
-    bool areTimes = false;
-    try {
-        if (format.volumes)
-            names = format.volumes(path);
-        areTimes = names.size() > 1 && format.phases && format.phases(path).size() == names.size();
-    } catch (const Error&) {
-        names.clear(); // the row has the reason
-    }
-    std::optional<PassedFile> refused; // likewise
-    if (names.empty())
-        rows.push_back(rowOfFile(format, path, path.parent_path(), options, refused));
-    for (std::size_t number = 0; number < names.size(); ++number) {
-        SourceOptions one = options;
-        one.series = static_cast<int>(number) + 1;
-        CatalogueRow row = rowOfFile(format, path, path.parent_path(), one, refused);
-        row.series = one.series;
-        row.isInFile = true;
-        row.what = names[number];
-        row.time = areTimes ? one.series : 0;
+    const std::vector<FileVolume> volumes = volumesIn(format, path);
+    std::optional<PassedFile> refused; // the row has the reason
+    if (volumes.empty())
+        rows.push_back(rowOfFile(format, path, path.parent_path(), nullptr, options, refused));
+    for (const FileVolume& volume : volumes) {
+        CatalogueRow row = rowOfFile(format, path, path.parent_path(), &volume, options, refused);
+        row.isInFile = volumes.size() > 1;
+        row.series = row.isInFile ? row.numbers.front() : 0;
         rows.push_back(std::move(row));
     }
 }
@@ -252,9 +255,12 @@ std::unique_ptr<SlabSource> fileOf(const Catalogue& catalogue, const CatalogueRo
     if (options.spacingMm && !format->takesSpacing)
         refuseSpacing(path);
     SourceOptions one = options;
-    one.series = row.series;
-    if (row.time > 0)
-        one.phase = 0; // the row's number says it
+    one.series = 0;
+    if (!row.numbers.empty()) {
+        const int phase = phaseOf(row, options);
+        one.series = row.numbers[chosenPhase(row.phases, phase, printableName(path))];
+        one.phase = 0; // the number says it
+    }
     return format->open(path, one);
 }
 
@@ -265,6 +271,7 @@ bool lacksSpacing(const CatalogueRow& row, const SourceOptions& options) {
         return false;
     SourceOptions given = options;
     given.spacingMm = glm::dvec3(1);
+    given.series = row.numbers.empty() ? 0 : row.numbers.front();
     try {
         return format->open(row.path, given) != nullptr;
     } catch (const Error&) {
@@ -335,7 +342,9 @@ Catalogue lookThrough(const fs::path& path, const SourceOptions& given) {
                 for (const fs::path& part : format->parts(file))
                     used.insert(part.lexically_normal());
             std::optional<PassedFile> refused;
-            CatalogueRow row = rowOfFile(*format, file, path, options, refused);
+            const std::vector<FileVolume> volumes = volumesIn(*format, file);
+            CatalogueRow row = rowOfFile(*format, file, path, volumes.size() == 1 ? volumes.data() : nullptr,
+                                         options, refused);
             if (refused) {
                 row.rank = CatalogueRank::none;
                 row.files = 1;
@@ -389,6 +398,25 @@ std::vector<fs::path> namedFilesOf(const fs::path& path) {
     return named;
 }
 
+namespace {
+
+/// The place of --series among the numbers of a volume's times; nullopt: it means no time of it.
+std::optional<std::size_t> timeBySeries(const CatalogueRow& row, const SourceOptions& options) {
+    const auto at = std::ranges::find(row.numbers, options.series);
+    if (options.phase != 0 || at == row.numbers.end())
+        return std::nullopt;
+    return static_cast<std::size_t>(at - row.numbers.begin());
+}
+
+} // namespace
+
+int phaseOf(const CatalogueRow& row, const SourceOptions& options) {
+    if (options.phase != 0 || row.phases.empty() || row.numbers.empty())
+        return options.phase;
+    const std::optional<std::size_t> time = timeBySeries(row, options);
+    return time ? static_cast<int>(*time) + 1 : options.largest ? 1 : 0;
+}
+
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
     const std::string where = printableName(catalogue.path);
     const auto count =
@@ -397,6 +425,9 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
     if (options.series != 0) {
         for (const CatalogueRow& row : catalogue.rows)
             if (row.series == options.series)
+                return row;
+        for (const CatalogueRow& row : catalogue.rows) // of a file that is named by itself
+            if (row.path == catalogue.path && timeBySeries(row, options))
                 return row;
         std::error_code none;
         const bool isFile = !fs::is_directory(catalogue.path, none) || fileFormatOf(catalogue.path);
@@ -407,9 +438,14 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
         }
         if (count == 0)
             refuseNothing(catalogue);
-        throw withTable(
-            badFile(where, "--series between 1 and " + std::to_string(count), std::to_string(options.series)),
-            catalogue);
+        int highest = 0;
+        for (const CatalogueRow& row : catalogue.rows)
+            highest = std::max(highest, row.series);
+        throw withTable(badFile(where,
+                                (highest == count ? "--series between 1 and " + std::to_string(count)
+                                                  : "a number of the table for --series"),
+                                std::to_string(options.series)),
+                        catalogue);
     }
     std::vector<const CatalogueRow*> rows;
     for (const CatalogueRank rank : {CatalogueRank::volume, CatalogueRank::slice, CatalogueRank::scout}) {
@@ -445,14 +481,6 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
     }
     if (rows.size() == 1)
         return *rows.front();
-    if (const auto times =
-            std::count_if(rows.begin(), rows.end(), [](const auto* row) { return row->time > 0; });
-        options.phase > 0 && times > 0) {
-        for (const CatalogueRow* row : rows)
-            if (row->time == options.phase)
-                return *row;
-        throw badFile(where, "--phase between 1 and " + std::to_string(times), std::to_string(options.phase));
-    }
     const auto scans = std::count_if(rows.begin(), rows.end(), isCt);
     if (scans == 1)
         return **std::find_if(rows.begin(), rows.end(), isCt);
@@ -468,7 +496,7 @@ const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& o
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
     const bool isDicom = row.series > 0 && !row.isInFile;
-    if (!isDicom && options.phase != 0 && row.info && row.phases.empty() && row.time != options.phase)
+    if (!isDicom && options.phase != 0 && row.info && row.phases.empty())
         throw badFile(printableName(row.path), "several phases for --phase to choose from", "one volume");
     if (isDicom && options.spacingMm)
         refuseSpacing(row.path);
@@ -488,8 +516,11 @@ bool mayHaveLevels(const fs::path& path) {
 std::vector<VolumeInfo> fileLevelsOf(const Catalogue& catalogue, const CatalogueRow& row,
                                      const SourceOptions& options) {
     std::vector<VolumeInfo> levels;
+    SourceOptions one = finestOf(options);
+    if (!row.phases.empty() && phaseOf(row, one) == 0)
+        one.phase = 1; // they have one lattice
     if (row.info && row.stack.empty() && mayHaveLevels(row.path))
-        for (const VolumeInfo& level : fileOf(catalogue, row, finestOf(options))->fileLevels())
+        for (const VolumeInfo& level : fileOf(catalogue, row, one)->fileLevels())
             levels.push_back(orientedInfo(level));
     return levels.size() > 1 ? levels : std::vector<VolumeInfo>{};
 }

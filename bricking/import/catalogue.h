@@ -23,6 +23,7 @@ enum class CatalogueRank {
 
 struct CatalogueRow {
     int series = 0;             // the number for --series; 0: the only volume of a file, or none
+    std::vector<int> numbers;   // of a volume in a file: what --series alone calls it at each of its phases
     bool isInFile = false;      // the series is a volume of a file of several; else DICOM
     std::filesystem::path path; // the path to open
     CatalogueRank rank = CatalogueRank::none;
@@ -35,7 +36,6 @@ struct CatalogueRow {
     std::string problem;             // why it is refused without options; "" if it is not
     std::optional<VolumeInfo> info;  // with its axes in the nearest LPS order; none if it is no volume
     std::vector<std::string> phases; // labels; empty: one image at each position
-    int time = 0;                    // of a volume in a file, which are its times: from 1; 0: they are not
     std::vector<std::filesystem::path> stack; // slices that are files of the folder `path`; else empty
     std::size_t duplicates = 0;               // byte-identical copies that are dropped
 };
@@ -52,8 +52,13 @@ Catalogue lookThrough(const std::filesystem::path& path, const SourceOptions& op
 
 /// The row by the options: by number, the largest, or the only one (the only row of the best class, or its
 /// only CT). Throws InputError with the table if the user must choose, and with the content of the folder if
-/// there is nothing to choose. A scout is taken by its number only.
+/// there is nothing to choose. A scout is taken by its number only. Without a phase --series may be the
+/// number of any time of a volume in a file, with one that of its first.
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options);
+
+/// The phase that a volume of several is opened at, from 1; 0: it has one, or the options choose none and
+/// nothing else does.
+int phaseOf(const CatalogueRow& row, const SourceOptions& options);
 
 /// Opens a row, its axes in the nearest LPS order. Throws InputError as the format's importer does.
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,

@@ -7,6 +7,7 @@
 #include "tests/support/import_test_tools.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -29,27 +30,29 @@ inline std::vector<std::filesystem::path> hdf5Files(bool areRefused) {
     return files;
 }
 
-/// The volumes of a file, each with its name; spacing is given where the file does not say it.
+/// The volumes of a file at all times, each with its name; spacing is given where the file does not say it.
 struct Hdf5Volume {
     std::string name;
     std::unique_ptr<SlabSource> source;
 };
 inline std::vector<Hdf5Volume> openHdf5Volumes(const std::filesystem::path& path) {
     const FileFormat& format = *fileFormatOf(path);
-    std::vector<std::string> names = format.volumes(path);
-    const bool isOne = names.empty();
-    names.resize(std::max<std::size_t>(names.size(), 1));
+    std::vector<FileVolume> all = format.volumes(path);
+    if (all.empty())
+        all = {{"", {0}}};
     std::vector<Hdf5Volume> volumes;
-    for (std::size_t n = 0; n < names.size(); ++n) {
-        SourceOptions options;
-        options.series = isOne ? 0 : static_cast<int>(n) + 1;
-        try {
-            volumes.push_back({names[n], format.open(path, options)});
-        } catch (const InputError&) {
-            options.spacingMm = glm::dvec3(1);
-            volumes.push_back({names[n], format.open(path, options)});
+    for (const FileVolume& one : all)
+        for (std::size_t time = 0; time < one.numbers.size(); ++time) {
+            const std::string name = one.name + (one.times.empty() ? "" : ", " + one.times[time]);
+            SourceOptions options;
+            options.series = one.numbers[time];
+            try {
+                volumes.push_back({name, format.open(path, options)});
+            } catch (const InputError&) {
+                options.spacingMm = glm::dvec3(1);
+                volumes.push_back({name, format.open(path, options)});
+            }
         }
-    }
     return volumes;
 }
 

@@ -2,6 +2,7 @@
 // formats. A format is a folder beside this file (cmake/Format.cmake).
 #pragma once
 
+#include "bricking/import/files/file_volume.h"
 #include "bricking/import/source/slab_source.h"
 
 #include <filesystem>
@@ -31,13 +32,14 @@ struct FileFormat {
     std::vector<std::string> sliceEndings = {}; ///< of slices' names, lower case
     /// True for a folder that is one file of the format. Null: files alone are.
     bool (*isFolder)(const std::filesystem::path& folder) = nullptr;
-    /// Of a file of several volumes: their names. SourceOptions::series chooses, from 1. Empty: it holds one,
-    /// as all files of the format do where this is null. Throws InputError as open() does.
-    std::vector<std::string> (*volumes)(const std::filesystem::path& file) = nullptr;
+    /// Of a file of several volumes, or of one at several times. SourceOptions::series chooses one of their
+    /// numbers. Empty: it holds one at one time, as all files of the format do where this is null. Throws
+    /// InputError as open() does.
+    std::vector<FileVolume> (*volumes)(const std::filesystem::path& file) = nullptr;
     bool hasLevels = false; ///< files may have several: SlabSource::fileLevels()
-    /// Of a file that holds a volume at several times: their labels. SourceOptions::phase chooses, from 1;
-    /// or, where volumes() lists them too, as many of these, series does. Empty: one time, as of all files of
-    /// the format where this is null. Throws InputError as open() does.
+    /// Of a format without volumes(), a file that holds a volume at several times: their labels.
+    /// SourceOptions::phase chooses, from 1. Empty: one time, as of all files of the format where this is
+    /// null. Throws InputError as open() does.
     std::vector<std::string> (*phases)(const std::filesystem::path& file) = nullptr;
     std::vector<std::string> endings = {}; ///< of names, lower case: from the format's CMakeLists.txt
 };

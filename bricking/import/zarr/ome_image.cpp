@@ -2,6 +2,7 @@
 #include "bricking/import/zarr/ome_image.h"
 
 #include "bricking/import/source/length_units.h"
+#include "bricking/import/source/time_units.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 
@@ -227,7 +228,9 @@ OmeGrid omeGridOf(const OmeImage& image, const OmeLevel& level, const ZarrArray&
         if (level.axes[axis].isOfSpace)
             ofSpace.push_back(axis);
         else
-            grid.others.push_back({axis, printable(level.axes[axis].name), array.shape[axis]});
+            grid.others.push_back(
+                {axis, printable(level.axes[axis].name), array.shape[axis],
+                 level.saysScale ? stepSecondsOf(level.axes[axis].scale, level.axes[axis].unit) : 0});
     }
     if (ofSpace.size() != 3)
         throw badFile(where, "three axes of space", std::to_string(ofSpace.size()));

@@ -51,6 +51,7 @@ struct OmeGrid {
         std::size_t axis = 0;
         std::string name;
         std::int64_t length = 1; // above 1: the array holds several volumes
+        double stepSeconds = 0;  // of an axis of time; 0: not said
     };
     std::vector<Other> others; // slowest first
     /// Extent and affine in the array's order; millimetres, axes x, y, z as left, posterior, superior unless

@@ -125,6 +125,15 @@ with new("levels.ims", ("earliest", "v108")) as file:  # a level n is 10000 n mo
         made.create_dataset("Data", data=10000 * level + values(padded), chunks=(2, 2, 2), compression="gzip")
     letters(file.create_group("DataSetInfo/Image"), X="7", Y="6", Z="5", Unit="um", ExtMin0="-1000", ExtMin1="0",
             ExtMin2="500", ExtMax0="2500", ExtMax1="12000", ExtMax2="15500")
+with new("times.ims", ("earliest", "v108")) as file:  # a channel n is 1000 n more, a time n 10000 n
+    for time in range(3):
+        for channel in range(2):
+            made = file.create_group(f"DataSet/ResolutionLevel 0/TimePoint {time}/Channel {channel}")
+            letters(made, ImageSizeX="7", ImageSizeY="6", ImageSizeZ="5")
+            data = 10000 * time + 1000 * channel + values((6, 6, 8))
+            made.create_dataset("Data", data=data, chunks=(3, 6, 4), compression="gzip")
+    letters(file.create_group("DataSetInfo/Image"), X="7", Y="6", Z="5", Unit="um", ExtMin0="-1000", ExtMin1="0",
+            ExtMin2="500", ExtMax0="2500", ExtMax1="12000", ExtMax2="15500")
 # What is refused.
 with new("refused_lzf.h5") as file:
     file.create_dataset("lzf", data=values(SHAPE), chunks=True, compression="lzf")

@@ -26,6 +26,7 @@ std::vector<VolumeInfo> levelsFor(const std::filesystem::path& path, const Input
                                   std::uint64_t enough) {
     SourceOptions source;
     source.series = options.series;
+    source.phase = options.phase;
     source.largest = options.largest;
     source.allowMissing = options.allowMissing;
     source.spacingMm = options.spacingMm;

@@ -2,8 +2,13 @@
 #include "viewer/cli/input/phase_input.h"
 
 #include "core/base/error.h"
+#include "viewer/cli/input/remote_input.h"
+#if TESSERA_WITH_IMPORT
+#include "bricking/import/catalogue.h"
+#endif
 
 #include <algorithm>
+#include <system_error>
 
 namespace tessera {
 namespace {
@@ -13,10 +18,16 @@ const ListedRow& rowWithPhases(const InputListing& listing, int series, const st
     const ListedRow* found = nullptr;
     std::size_t count = 0;
     for (const ListedRow& row : listing.rows)
-        if (!row.phases.empty() && (series == 0 || row.series == series)) {
+        if (!row.phases.empty() && (series == 0 || row.series == series ||
+                                    (row.series == 0 && series == 1 && listing.rows.size() == 1))) {
             ++count;
             found = &row;
         }
+    if (count == 0 && series > 0 && !listing.rows.empty())
+        throw InputError(std::string(badFile(path, "the number of a series of several phases for --phase all",
+                                             "--series " + std::to_string(series))
+                                         .what()) +
+                         "\n" + listing.table);
     if (count == 0)
         throw badFile(path, "images of several phases for --phase all", "one at each position");
     if (count > 1)
@@ -27,6 +38,39 @@ const ListedRow& rowWithPhases(const InputListing& listing, int series, const st
 
 } // namespace
 
+#if TESSERA_WITH_IMPORT
+PhaseList phasesOf(const std::filesystem::path& given, const SourceChoice& choice) {
+    const std::filesystem::path path = reached(given);
+    if (looksLikeStore(path))
+        return {};
+    SourceOptions source;
+    source.series = choice.series;
+    source.phase = choice.phase;
+    source.largest = choice.largest;
+    source.allowMissing = choice.allowMissing;
+    source.spacingMm = choice.spacingMm;
+    const Catalogue catalogue = lookThrough(path, source);
+    const CatalogueRow& row = chooseRow(catalogue, source);
+    if (row.phases.size() < 2)
+        return {};
+    return {row.phases, phaseOf(row, source), row.series};
+}
+
+PhaseList phasesOfOpen(const std::filesystem::path& path, const SourceChoice& choice) {
+    std::error_code ignored;
+    const bool isFile = !std::filesystem::is_directory(path, ignored) || mayHaveLevels(path);
+    return choice.phase > 0 || (isFile && (choice.series > 0 || choice.largest)) ? phasesOf(path, choice)
+                                                                                 : PhaseList{};
+}
+#else
+PhaseList phasesOf(const std::filesystem::path&, const SourceChoice&) {
+    return {};
+}
+PhaseList phasesOfOpen(const std::filesystem::path&, const SourceChoice&) {
+    return {};
+}
+#endif
+
 PhaseStores storesOfPhases(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,
                            const CommonOptions& common) {
     const std::string path = volume.path.string();
@@ -36,15 +80,10 @@ PhaseStores storesOfPhases(const SceneVolume& volume, const InputOptions& named,
     InputOptions options = isNamed ? named : InputOptions(volume.source);
     const InputListing listing = listInput(volume.path, options);
     PhaseStores phases;
-    for (const ListedRow& row : listing.rows)
-        if (row.time > 0 && options.series == 0)
-            phases.labels.push_back(row.what);
-    if (phases.labels.empty()) {
-        const ListedRow& row = rowWithPhases(listing, options.series, path);
-        if (row.series > 0)
-            options.series = row.series;
-        phases.labels = row.phases;
-    }
+    const ListedRow& row = rowWithPhases(listing, options.series, path);
+    if (row.series > 0)
+        options.series = row.series;
+    phases.labels = row.phases;
     for (std::size_t n = 0; n < phases.labels.size(); ++n) {
         options.phase = static_cast<int>(n) + 1;
         common.detail("phase " + std::to_string(options.phase) + " of " +

@@ -18,6 +18,17 @@ struct PhaseStores {
     std::vector<std::filesystem::path> stores; // as many, in the order of --phase
 };
 
+/// The phases of one volume of source files, and which of them is chosen.
+struct PhaseList {
+    std::vector<std::string> labels; // in the order of --phase; empty: it has one
+    int phase = 0;                   // from 1
+    int series = 0;                  // the number for --series beside --phase; 0: none is needed
+};
+/// Of the volume that a choice names. Reads headers. Throws InputError where it names none.
+PhaseList phasesOf(const std::filesystem::path& path, const SourceChoice& choice);
+/// The same of an open volume, by the choice that opened it: headers are read where it may be of a phase.
+PhaseList phasesOfOpen(const std::filesystem::path& path, const SourceChoice& choice);
+
 /// The stores of all phases of a volume's source files, imported now where the cache has none (storeFor()).
 /// Throws InputError naming the path for a store, for files without phases, and where several series have
 /// some and none is chosen; as storeFor() does for a phase that cannot be imported.

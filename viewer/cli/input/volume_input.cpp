@@ -85,7 +85,7 @@ InputListing listInput(const fs::path& given, const SourceChoice& choice) {
     const Catalogue catalogue = lookThrough(path, options);
     for (const CatalogueRow& row : catalogue.rows) {
         listing.rows.push_back({row.series, row.modality, row.date, row.folder, row.what, row.problem,
-                                row.number, row.slices, row.files, row.phases, row.time});
+                                row.number, row.slices, row.files, row.phases});
         if (!row.info)
             continue;
         listing.volumes.push_back({row.series > 0 ? "series " + std::to_string(row.series) : row.what,
@@ -131,6 +131,10 @@ void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const Input
                 row.info->originalOrder.sourceAxis.begin())]) +
             " mm thick" +
             (fs::is_directory(catalogue.path, ignored) ? "" : "; name the folder for the whole series"));
+    if (const int phase = phaseOf(row, SourceOptions{.series = options.series, .largest = options.largest});
+        options.phase == 0 && phase > 0)
+        common.note("took phase " + std::to_string(phase) + " of " + std::to_string(row.phases.size()) +
+                    " (" + row.phases[static_cast<std::size_t>(phase) - 1] + "); --phase N chooses another");
     const std::string passed = passedOverText(catalogue, row);
     if (passed.empty())
         return;

@@ -53,7 +53,6 @@ struct ListedRow {
     std::optional<int> number; // SeriesNumber
     int slices = 0, files = 0;
     std::vector<std::string> phases;
-    int time = 0; // of a file's volumes, which are its times: from 1
 };
 struct InputListing {
     std::vector<ListedVolume> volumes; // in the order of the rows

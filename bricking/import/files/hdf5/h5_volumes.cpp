@@ -184,11 +184,11 @@ class VolumeFinder {
                     name = "channel " + std::to_string(channel + 1) +
                            (called.empty() ? "" : " (" + shownWord(called) + ")");
                 }
-                if (times.size() > 1)
-                    name += (name.empty() ? "" : ", ") + ("time " + std::to_string(time + 1));
                 H5Volume volume =
                     volumeOfImaris(file_, of, objectBelow(file_, root, {"DataSetInfo", "Image"}));
                 volume.name = name;
+                if (times.size() > 1)
+                    volume.time = "time " + std::to_string(time + 1);
                 volume.timePoint = "TimePoint " + std::to_string(time);
                 volume.channel = "Channel " + std::to_string(channel);
                 add(volume);

@@ -21,6 +21,7 @@ struct H5Volume {
     bool isOfItk = false;
     H5VolumePlace place;
     std::string timePoint = {}, channel = {}; // of Imaris: names of its groups
+    std::string time = {};                    // "time 2", of several
 };
 
 struct H5Volumes {

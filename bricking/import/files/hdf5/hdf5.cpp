@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -93,23 +94,25 @@ std::shared_ptr<const H5Volumes> volumesIn(const H5File& file, const fs::path& p
     return last.volumes;
 }
 
-std::vector<std::string> volumesOfHdf5(const fs::path& path) {
-    std::vector<std::string> names;
-    for (const H5Volume& volume : volumesIn(H5File(path), path)->all)
-        names.push_back(volume.name);
-    return names.size() > 1 ? names : std::vector<std::string>{};
-}
-
-/// Of Imaris, where the volumes are those of several times, of one channel.
-std::vector<std::string> timesOfHdf5(const fs::path& path) {
-    std::vector<std::string> names;
+/// Sets, or channels of Imaris.
+std::vector<FileVolume> volumesOfHdf5(const fs::path& path) {
     const std::shared_ptr<const H5Volumes> volumes = volumesIn(H5File(path), path);
-    for (const H5Volume& volume : volumes->all) {
-        if (!volumes->areOfImaris || volume.channel != volumes->all.front().channel)
-            return {};
-        names.push_back(volume.name);
+    std::vector<FileVolume> found;
+    std::map<std::string, std::size_t> channels; // places in `found`
+    for (std::size_t n = 0; n < volumes->all.size(); ++n) {
+        const H5Volume& volume = volumes->all[n];
+        const int number = static_cast<int>(n) + 1;
+        if (volume.time.empty()) {
+            found.push_back({volume.name, {number}});
+            continue;
+        }
+        const auto [at, isNew] = channels.emplace(volume.channel, found.size());
+        if (isNew)
+            found.push_back({volume.name, {}});
+        found[at->second].numbers.push_back(number);
+        found[at->second].times.push_back(volume.time);
     }
-    return names.size() > 1 ? names : std::vector<std::string>{};
+    return volumes->all.size() > 1 ? found : std::vector<FileVolume>{};
 }
 
 bool holdsVolumes(const fs::path& path) {
@@ -219,8 +222,7 @@ FileFormat hdf5Format() {
             .isMeant = holdsVolumes,
             .takesSpacing = true,
             .volumes = volumesOfHdf5,
-            .hasLevels = true,
-            .phases = timesOfHdf5};
+            .hasLevels = true};
 }
 
 } // namespace tessera

@@ -4,6 +4,8 @@
 
 #include "bricking/import/files/header_words.h"
 #include "bricking/import/files/stack/imagej_lines.h"
+#include "bricking/import/source/phase_choice.h"
+#include "bricking/import/source/time_units.h"
 #include "core/base/error.h"
 
 #include <optional>
@@ -33,13 +35,18 @@ std::vector<SlicePage> ImageJVolumes::pagesOf(std::int64_t volume) const {
     return pages;
 }
 
-std::string ImageJVolumes::nameOf(std::int64_t volume) const {
-    std::string name;
-    if (channels > 1)
-        name = "channel " + std::to_string(volume % channels + 1);
-    if (frames > 1)
-        name += (name.empty() ? "" : ", ") + ("time " + std::to_string(volume / channels + 1));
-    return name;
+std::vector<FileVolume> ImageJVolumes::all() const {
+    std::vector<FileVolume> volumes;
+    for (std::int64_t channel = 0; channel < channels && count() > 1; ++channel) {
+        FileVolume& volume = volumes.emplace_back();
+        if (channels > 1)
+            volume.name = "channel " + std::to_string(channel + 1);
+        for (std::int64_t frame = 0; frame < frames; ++frame)
+            volume.numbers.push_back(static_cast<int>(frame * channels + channel) + 1);
+        if (frames > 1)
+            volume.times = phaseLabels(static_cast<std::size_t>(frames), stepSeconds);
+    }
+    return volumes;
 }
 
 ImageJVolumes imageJVolumesOf(const InputFile& file, const PictureHead& head) {
@@ -50,6 +57,9 @@ ImageJVolumes imageJVolumesOf(const InputFile& file, const PictureHead& head) {
                        frames = said("frames");
     volumes.channels = channels > 0 ? channels : 1;
     volumes.frames = frames > 0 ? frames : 1;
+    const std::string unit = imageJLine(head.description, "tunit");
+    volumes.stepSeconds = stepSecondsOf(realNumberOf(imageJLine(head.description, "finterval")).value_or(0),
+                                        unit.empty() ? "s" : unit);
     const std::int64_t pages = images > 0 ? images : head.pages;
     if (volumes.channels > kMostImageJVolumes / volumes.frames)
         throw badFile(where, "10000 channels and points of time at most",

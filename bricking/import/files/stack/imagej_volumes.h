@@ -2,6 +2,7 @@
 // slices of a channel at a point of time. Private to stacks.
 #pragma once
 
+#include "bricking/import/files/file_volume.h"
 #include "bricking/import/files/stack/ome_planes.h" // SlicePage
 #include "bricking/import/files/stack/picture_walk.h"
 
@@ -21,8 +22,9 @@ struct ImageJVolumes {
         return (volume / channels * slices + slice) * channels + volume % channels;
     }
     std::vector<SlicePage> pagesOf(std::int64_t volume) const;
-    /// "channel 1, time 2".
-    std::string nameOf(std::int64_t volume) const;
+    double stepSeconds = 0; // between frames; 0: not said
+    /// Channels at their frames. Empty: one channel of one frame.
+    std::vector<FileVolume> all() const;
 };
 
 /// Of a file that ImageJ describes. Throws InputError naming it where the numbers of its description do not

@@ -3,8 +3,10 @@
 #include "bricking/import/files/stack/ome_planes.h"
 
 #include "bricking/import/files/header_words.h"
+#include "bricking/import/source/phase_choice.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/shown_text.h"
 
 #include <algorithm>
 #include <array>
@@ -36,6 +38,13 @@ Chosen chosenOf(const OmeText& text, std::int64_t volume) {
     return {};
 }
 
+void requirePlanes(const OmeTiffImage& image, const std::string& where) {
+    const double planes = static_cast<double>(std::max<std::int64_t>(image.slices, 1)) *
+                          static_cast<double>(image.channels) * static_cast<double>(image.times);
+    if (planes > kMostPlanes)
+        throw badFile(where, "2^20 planes at most", numberText(planes));
+}
+
 class PlaneFinder {
   public:
     PlaneFinder(const OmeText& text, const Chosen& chosen, fs::path file, const PictureHead& head)
@@ -52,16 +61,13 @@ class PlaneFinder {
             if (size < 1)
                 refuse("SizeZ, SizeC and SizeT of OME's description as whole numbers of at least 1",
                        "others");
-        const double planes = static_cast<double>(image_.slices) * static_cast<double>(image_.channels) *
-                              static_cast<double>(image_.times);
-        if (planes > kMostPlanes)
-            refuse("2^20 planes at most", numberText(planes));
+        requirePlanes(image_, where_);
         for (const auto& [said, is, name] : {std::tuple(image_.width, found_.head.shape.size.x, "SizeX"),
                                              std::tuple(image_.height, found_.head.shape.size.y, "SizeY")})
             if (said >= 0 && said != is)
                 refuse(std::string(name) + " of OME's description as in the pages",
                        std::to_string(said) + " and " + std::to_string(is));
-        all_ = static_cast<std::int64_t>(planes);
+        all_ = image_.slices * image_.volumes();
         readOrder();
         slices_.resize(static_cast<std::size_t>(image_.slices));
         takeBlocks();
@@ -195,32 +201,46 @@ class PlaneFinder {
 
 } // namespace
 
-std::int64_t omeVolumesOf(const OmeText& text) {
+std::int64_t omeVolumesOf(const OmeText& text, const std::string& where) {
     std::int64_t volumes = 0;
-    for (const OmeTiffImage& image : text.images)
-        volumes += std::min(image.volumes(), static_cast<std::int64_t>(kMostPlanes));
+    for (const OmeTiffImage& image : text.images) {
+        requirePlanes(image, where);
+        volumes += image.volumes();
+        if (static_cast<double>(volumes) > kMostPlanes)
+            throw badFile(where, "2^20 planes at most", "more in all images");
+    }
     return volumes;
 }
 
-std::vector<std::string> omeVolumeNames(const OmeText& text) {
-    std::vector<std::string> names;
-    for (std::int64_t n = 0; n < omeVolumesOf(text); ++n) {
-        const auto [image, channel, time] = chosenOf(text, n);
-        std::string one;
-        const auto add = [&](const std::string& part) { one += (one.empty() ? "" : ", ") + part; };
-        if (text.images.size() > 1)
-            add("image " + std::to_string(image - text.images.data() + 1));
-        if (image->channels > 1) {
-            const auto at = static_cast<std::size_t>(channel);
-            const bool isNamed = at < image->channelNames.size() && !image->channelNames[at].empty();
-            add("channel " + std::to_string(channel + 1) +
-                (isNamed ? " (" + shownWord(image->channelNames[at]) + ")" : ""));
+std::vector<FileVolume> omeVolumes(const OmeText& text, const std::string& where) {
+    constexpr std::size_t kMostOmeVolumes = 10000;
+    std::vector<FileVolume> volumes;
+    if (omeVolumesOf(text, where) < 2)
+        return volumes;
+    std::int64_t first = 1; // number
+    for (const OmeTiffImage& image : text.images) {
+        for (std::int64_t channel = 0; channel < image.channels && image.times > 0; ++channel) {
+            if (volumes.size() >= kMostOmeVolumes)
+                throw badFile(where, std::to_string(kMostOmeVolumes) + " images and channels at most",
+                              "more");
+            FileVolume& volume = volumes.emplace_back();
+            if (text.images.size() > 1)
+                volume.name = "image " + std::to_string(&image - text.images.data() + 1);
+            if (image.channels > 1) {
+                const auto at = static_cast<std::size_t>(channel);
+                const bool isNamed = at < image.channelNames.size() && !image.channelNames[at].empty();
+                volume.name += (volume.name.empty() ? "" : ", ") +
+                               ("channel " + std::to_string(channel + 1)) +
+                               (isNamed ? " (" + shownWord(image.channelNames[at]) + ")" : "");
+            }
+            for (std::int64_t time = 0; time < image.times; ++time)
+                volume.numbers.push_back(static_cast<int>(first + time * image.channels + channel));
+            if (image.times > 1)
+                volume.times = phaseLabels(static_cast<std::size_t>(image.times), image.stepSeconds);
         }
-        if (image->times > 1)
-            add("time " + std::to_string(time + 1));
-        names.push_back(std::move(one));
+        first += image.volumes();
     }
-    return names;
+    return volumes;
 }
 
 std::vector<fs::path> otherOmeFiles(const OmeText& text, const fs::path& file) {

@@ -2,6 +2,7 @@
 // one file or several. Private to stacks.
 #pragma once
 
+#include "bricking/import/files/file_volume.h"
 #include "bricking/import/files/stack/ome_text.h"
 #include "bricking/import/files/stack/picture_walk.h"
 
@@ -26,10 +27,12 @@ struct OmePlanes {
     PictureHead head;              // of all files
 };
 
-/// Volumes of all images: each is a channel at a point of time; channels go up first.
-std::int64_t omeVolumesOf(const OmeText& text);
-/// "channel 1 (DAPI), time 2".
-std::vector<std::string> omeVolumeNames(const OmeText& text);
+/// Volumes of all images: each is a channel at a point of time; channels go up first. Throws InputError
+/// naming `where` for more than 2^20 planes.
+std::int64_t omeVolumesOf(const OmeText& text, const std::string& where);
+/// Images and channels, at their points of time; empty: one at one point. Throws InputError naming `where`
+/// for more than 10000 images and channels, and as omeVolumesOf().
+std::vector<FileVolume> omeVolumes(const OmeText& text, const std::string& where);
 
 /// Other files that hold planes, in the folder of the file that names them.
 std::vector<std::filesystem::path> otherOmeFiles(const OmeText& text, const std::filesystem::path& file);

@@ -4,6 +4,7 @@
 
 #include "bricking/import/files/header_words.h"
 #include "bricking/import/source/length_units.h"
+#include "bricking/import/source/time_units.h"
 
 namespace tessera {
 namespace {
@@ -48,6 +49,9 @@ OmeTiffImage imageOf(const XmlTag& pixels) {
     if (x && y)
         image.pixelMm = glm::dvec2(*x, *y);
     image.sliceMm = lengthOf(pixels, "Z");
+    const std::string unit = xmlAttribute(pixels, "TimeIncrementUnit");
+    image.stepSeconds = stepSecondsOf(realNumberOf(xmlAttribute(pixels, "TimeIncrement")).value_or(0),
+                                      unit.empty() ? "s" : unit);
     return image;
 }
 

@@ -29,6 +29,7 @@ struct OmeTiffImage {
     std::vector<OmeBlock> blocks; // empty: planes are the pages
     std::optional<glm::dvec2> pixelMm;
     std::optional<double> sliceMm;
+    double stepSeconds = 0; // between points of time; 0: not said
     /// Each is a channel at a point of time.
     std::int64_t volumes() const { return channels * times; }
 };

@@ -197,11 +197,11 @@ std::unique_ptr<SlabSource> openImageJ(InputFile file, const PictureHead& head,
 }
 
 /// One channel at one point of time.
-/// @param volume  from 1 on, of omeVolumeNames(); 0: the only one
+/// @param volume  from 1 on, of omeVolumes(); 0: the only one
 std::unique_ptr<SlabSource> openOme(const fs::path& path, const PictureHead& head, const OmeText& text,
                                     std::int64_t volume, const SourceOptions& options) {
     const std::string where = path.string();
-    const std::int64_t volumes = omeVolumesOf(text);
+    const std::int64_t volumes = omeVolumesOf(text, where);
     if (volume == 0 && volumes > 1)
         throw badFile(where, "one channel at one point of time, or the name of the file and --series N",
                       std::to_string(volumes) + " volumes");
@@ -244,18 +244,13 @@ std::optional<OmeText> omeTextOf(const fs::path& path, const PictureHead& head) 
     return hasPlanes ? std::optional(std::move(text)) : std::nullopt;
 }
 
-std::vector<std::string> volumesOfPages(const fs::path& path) {
+std::vector<FileVolume> volumesOfPages(const fs::path& path) {
     const InputFile file(path);
     const PictureHead head = walkPicture(file);
-    if (isOfImageJ(head.description)) {
-        const ImageJVolumes volumes = imageJVolumesOf(file, head);
-        std::vector<std::string> names;
-        for (std::int64_t volume = 0; volume < volumes.count() && volumes.count() > 1; ++volume)
-            names.push_back(volumes.nameOf(volume));
-        return names;
-    }
+    if (isOfImageJ(head.description))
+        return imageJVolumesOf(file, head).all();
     const std::optional<OmeText> text = omeTextOf(path, head);
-    return text && omeVolumesOf(*text) > 1 ? omeVolumeNames(*text) : std::vector<std::string>{};
+    return text ? omeVolumes(*text, path.string()) : std::vector<FileVolume>{};
 }
 
 std::unique_ptr<SlabSource> openPages(const fs::path& path, const SourceOptions& options) {

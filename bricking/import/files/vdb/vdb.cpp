@@ -108,12 +108,12 @@ VdbBox boxOf(const VdbTree& tree, const VdbHead& head, const std::string& where)
     return box;
 }
 
-std::vector<std::string> volumesOfVdb(const std::filesystem::path& path) {
-    std::vector<std::string> names;
+std::vector<FileVolume> volumesOfVdb(const std::filesystem::path& path) {
+    std::vector<FileVolume> volumes;
     for (const VdbGrid& grid : readVdbGrids(InputFile(path)))
         if (grid.isFloat())
-            names.push_back(shownWord(grid.name));
-    return names.size() > 1 ? names : std::vector<std::string>{};
+            volumes.push_back({shownWord(grid.name), {static_cast<int>(volumes.size()) + 1}});
+    return volumes.size() > 1 ? volumes : std::vector<FileVolume>{};
 }
 
 std::unique_ptr<SlabSource> openVdb(const std::filesystem::path& path, const SourceOptions& options) {

@@ -1,6 +1,7 @@
 // bricking/import/files/zarr/zarr.cpp: volumes in OME-Zarr 0.4 and 0.5, and in arrays of Zarr v2 and v3, that
 // other programs wrote. A folder is one file of the format; channels and times are volumes of it.
 #include "bricking/import/files/file_format.h"
+#include "bricking/import/source/phase_choice.h"
 #include "bricking/import/source/plausible.h"
 #include "bricking/import/source/slice_converter.h"
 #include "bricking/import/zarr/ome_image.h"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
+#include <map>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -226,11 +228,15 @@ std::vector<std::int64_t> placeOf(const ZarrImage& image, std::size_t number) {
     return at;
 }
 
-std::string nameOf(const ZarrImage& image, std::size_t number) {
-    const std::vector<std::int64_t> at = placeOf(image, number);
+bool isOfTime(const OmeGrid::Other& axis) {
+    return axis.name == "t" || axis.name == "time";
+}
+
+/// Without its time.
+std::string nameOf(const ZarrImage& image, const std::vector<std::int64_t>& at) {
     std::string text;
     for (const OmeGrid::Other& other : image.grid.others) {
-        if (other.length == 1)
+        if (other.length == 1 || isOfTime(other))
             continue;
         const auto index = static_cast<std::size_t>(at[other.axis]);
         text += (text.empty() ? "" : ", ");
@@ -239,30 +245,34 @@ std::string nameOf(const ZarrImage& image, std::size_t number) {
                     (index < image.channels.size() && !image.channels[index].empty()
                          ? " (" + image.channels[index] + ")"
                          : "");
-        else if (other.name == "t" || other.name == "time")
-            text += "time " + std::to_string(index + 1);
         else
             text += "axis " + other.name + " at " + std::to_string(index);
     }
     return text;
 }
 
-std::vector<std::string> volumesOf(const fs::path& path) {
+/// What is at one place along the axes but that of time is one volume.
+std::vector<FileVolume> volumesOf(const fs::path& path) {
     const ZarrImage image = imageAt(path);
-    std::vector<std::string> names;
-    if (const std::size_t count = volumesIn(image); count > 1)
-        for (std::size_t number = 0; number < count; ++number)
-            names.push_back(nameOf(image, number));
-    return names;
-}
-
-/// Where the volumes are those of several times, of one channel.
-std::vector<std::string> timesOf(const fs::path& path) {
-    const ZarrImage image = imageAt(path);
-    for (const OmeGrid::Other& other : image.grid.others)
-        if (other.length > 1 && other.name != "t" && other.name != "time")
-            return {};
-    return volumesOf(path);
+    const auto times = std::ranges::find_if(
+        image.grid.others, [](const OmeGrid::Other& other) { return isOfTime(other) && other.length > 1; });
+    const bool hasTimes = times != image.grid.others.end();
+    std::vector<std::string> labels;
+    if (hasTimes)
+        labels = phaseLabels(static_cast<std::size_t>(times->length), times->stepSeconds);
+    std::vector<FileVolume> found;
+    std::map<std::vector<std::int64_t>, std::size_t> places; // in `found`
+    const std::size_t count = volumesIn(image);
+    for (std::size_t number = 0; number < count && count > 1; ++number) {
+        std::vector<std::int64_t> at = placeOf(image, number);
+        if (hasTimes)
+            at[times->axis] = 0;
+        const auto [place, isNew] = places.emplace(at, found.size());
+        if (isNew)
+            found.push_back({nameOf(image, at), {}, labels});
+        found[place->second].numbers.push_back(static_cast<int>(number) + 1);
+    }
+    return found;
 }
 
 /// The number of the volume, from 0.
@@ -355,8 +365,7 @@ FileFormat zarrFormat() {
             .takesSpacing = true,
             .isFolder = isForeignZarr,
             .volumes = volumesOf,
-            .hasLevels = true,
-            .phases = timesOf};
+            .hasLevels = true};
 }
 
 } // namespace tessera

@@ -36,12 +36,15 @@ TEST(ImportHdf5, EveryVoxelHasTheValueThatWasWritten) {
             const VolumeInfo& info = volume.source->info();
             const bool isInPages = what.starts_with("pages"), isLong = isInPages || what.starts_with("many");
             ASSERT_EQ(info.extentVoxels, glm::ivec3(7, 6, isLong ? 30 : 5)) << what;
-            const bool isSecond = volume.name == "/channels[1]" || volume.name == "channel 2 (\"GFP\")";
+            const bool isSecond = volume.name == "/channels[1]" || volume.name.starts_with("channel 2");
+            const std::size_t time = volume.name.find("time ");
+            const int base = (isSecond ? 1000 : 0) +
+                             (time == std::string::npos ? 0 : 10000 * (volume.name[time + 5] - '1'));
             const std::vector<double> found = valuesOf(*volume.source);
             for (int z = 0; z < info.extentVoxels.z; ++z)
                 for (int y = 0; y < 6; ++y)
                     for (int x = 0; x < 7; ++x) {
-                        double expected = 100 * z + 10 * y + x + (isSecond ? 1000 : 0);
+                        double expected = 100 * z + 10 * y + x + base;
                         const bool isThere = z >= 2 && z < 4 && y >= 3 && x < 4;
                         if ((volume.name == "/missing" && !isThere) || volume.name == "/never")
                             expected = 7;
@@ -52,14 +55,47 @@ TEST(ImportHdf5, EveryVoxelHasTheValueThatWasWritten) {
                     }
             ++volumes;
         }
-    EXPECT_EQ(volumes, 46u);
+    EXPECT_EQ(volumes, 52u);
+}
+
+std::vector<std::string> namesOf(const std::vector<FileVolume>& volumes) {
+    std::vector<std::string> names;
+    for (const FileVolume& volume : volumes)
+        names.push_back(volume.name);
+    return names;
+}
+
+// A time by --phase; --series alone goes on through all of them.
+TEST(ImportHdf5, ChannelsOfImarisHaveTimes) {
+    const fs::path path = hdf5Corpus() / "times.ims";
+    const Catalogue catalogue = lookThrough(path);
+    ASSERT_EQ(catalogue.rows.size(), 2u);
+    for (const CatalogueRow& row : catalogue.rows)
+        EXPECT_THAT(row.phases, ElementsAre("time 1", "time 2", "time 3"));
+    for (int time = 0; time < 3; ++time)
+        for (int channel = 0; channel < 2; ++channel) {
+            SourceOptions both, alone;
+            both.series = channel + 1, both.phase = time + 1;
+            alone.series = 2 * time + channel + 1;
+            const std::vector<double> voxels = valuesOf(*openSource(path, both));
+            EXPECT_EQ(voxels, valuesOf(*openSource(path, alone))) << time << ' ' << channel;
+            EXPECT_EQ(voxels.front(), 10000 * time + 1000 * channel);
+        }
+    SourceOptions wrong;
+    wrong.phase = 2;
+    EXPECT_THAT(refusalOfOpening(path, wrong), AllOf(HasSubstr("times.ims"), HasSubstr("--series N")));
+    wrong.series = 1, wrong.phase = 4;
+    EXPECT_THAT(refusalOfOpening(path, wrong), AllOf(HasSubstr("times.ims"), HasSubstr("between 1 and 3")));
+    wrong.series = 3; // a later time of channel 1
+    EXPECT_THAT(refusalOfOpening(path, wrong), AllOf(HasSubstr("times.ims"), HasSubstr("between 1 and 2")));
 }
 
 TEST(ImportHdf5, SetsAreListedByTheirPathsAndChosenByNumber) {
     const fs::path path = hdf5Corpus() / "axes_latest.h5";
-    EXPECT_THAT(fileFormatOf(path)->volumes(path), ElementsAre("/behind", "/channels[0]", "/channels[1]"));
+    EXPECT_THAT(namesOf(fileFormatOf(path)->volumes(path)),
+                ElementsAre("/behind", "/channels[0]", "/channels[1]"));
     const fs::path imaris = hdf5Corpus() / "imaris.ims";
-    EXPECT_THAT(fileFormatOf(imaris)->volumes(imaris),
+    EXPECT_THAT(namesOf(fileFormatOf(imaris)->volumes(imaris)),
                 ElementsAre("channel 1 (\"DAPI\")", "channel 2 (\"GFP\")"));
     SourceOptions options;
     options.spacingMm = glm::dvec3(1);

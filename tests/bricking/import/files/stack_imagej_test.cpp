@@ -48,10 +48,15 @@ TEST(ImageJStack, ChannelsAndTimesAreVolumesOfOneFile) {
                     writeStack(path, counts(c.x, c.y, c.z) + "unit=micron\nspacing=3.0\n", pages, isAppended,
                                big, isLong);
                     EXPECT_EQ(fileFormatOf(path)->volumes(path).size(),
-                              volumes == 1 ? 0u : static_cast<std::size_t>(volumes));
-                    for (int volume = 0; volume < volumes; ++volume) {
+                              volumes == 1 ? 0u : static_cast<std::size_t>(c.x));
+                    for (int n = 0; n < 2 * volumes; ++n) { // by number alone, and by channel and time
+                        const int volume = n % volumes;
                         SourceOptions options;
                         options.series = volumes == 1 ? 0 : volume + 1;
+                        if (n >= volumes && volumes > 1) {
+                            options.series = c.x > 1 ? volume % c.x + 1 : 0;
+                            options.phase = c.z > 1 ? volume / c.x + 1 : 0;
+                        }
                         const auto source = openSource(path, options);
                         EXPECT_EQ(source->info().extentVoxels, glm::ivec3(5, 6, c.y));
                         EXPECT_NEAR(source->info().spacingMm().x, 0.5e-3, 1e-9);
@@ -73,12 +78,28 @@ TEST(ImageJStack, VolumesAreListedAndChosenByNumber) {
     const ScratchFolder folder;
     const fs::path path = folder / "a.tif";
     writeStack(path, counts(2, 2, 2), 8, false, false, false);
-    EXPECT_THAT(fileFormatOf(path)->volumes(path), ElementsAre("channel 1, time 1", "channel 2, time 1",
-                                                               "channel 1, time 2", "channel 2, time 2"));
-    EXPECT_THAT(refusalOfOpening(path, kCubes), HasSubstr("series"));
-    EXPECT_EQ(lookThrough(path, kCubes).rows.size(), 4u);
-    writeStack(path, counts(1, 2, 3), 6, true, false, false);
-    EXPECT_THAT(fileFormatOf(path)->volumes(path), ElementsAre("time 1", "time 2", "time 3"));
+    const auto listed = [&] {
+        std::vector<std::string> all;
+        for (const CatalogueRow& row : lookThrough(path, kCubes).rows)
+            all.push_back(std::to_string(row.series) + " " + row.what);
+        return all;
+    };
+    EXPECT_THAT(listed(), ElementsAre("1 channel 1, 2 phases for --phase (1: time 1, 2: time 2)",
+                                      "2 channel 2, 2 phases for --phase (1: time 1, 2: time 2)"));
+    EXPECT_THAT(refusalOfOpening(path, kCubes), HasSubstr("--series N"));
+    writeStack(path, counts(1, 2, 3) + "finterval=500\ntunit=ms\n", 6, true, false, false);
+    EXPECT_THAT(listed(), ElementsAre("0 a.tif, 3 phases for --phase (1: 0 s, 2: 0.5 s, 3: 1 s)"));
+    EXPECT_THAT(refusalOfOpening(path, kCubes), HasSubstr("--phase N"));
+    SourceOptions any = kCubes;
+    any.largest = true; // of equal ones the first
+    EXPECT_EQ(readAll<std::uint16_t>(*openSource(path, any)), (stackValues<std::uint16_t>(5, 6, 2)));
+    any.largest = false, any.series = 1, any.phase = 3;
+    EXPECT_EQ(readAll<std::uint16_t>(*openSource(path, any)).front(),
+              (sliceValues<std::uint16_t>(5, 6, 4).front()));
+    // In a folder it is one volume of three times.
+    any.series = 0;
+    EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder.path(), any)).front(),
+              (sliceValues<std::uint16_t>(5, 6, 4).front()));
 }
 
 // A line that is left out counts 1; slices are what is left.

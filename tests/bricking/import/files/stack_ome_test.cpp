@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <gmock/gmock.h>
+#include <numeric>
 #include <random>
 
 namespace tessera::test {
@@ -88,7 +89,7 @@ TEST(ImportOme, PlanesFollowTheOrderOfAxes) {
         const InputFile file(folder / "a.tif");
         const PictureHead head = walkPicture(file);
         const OmeText text = readOmeText(head.description);
-        ASSERT_EQ(omeVolumesOf(text), 12);
+        ASSERT_EQ(omeVolumesOf(text, "a.tif"), 12);
         const auto sizeOf = [&](char axis) { return axis == 'Z' ? n.z : axis == 'C' ? n.c : n.t; };
         for (int t = 0; t < n.t; ++t)
             for (int c = 0; c < n.c; ++c) {
@@ -111,7 +112,7 @@ TEST(ImportOme, ChannelsAndTimesAreListed) {
     const auto listed = [&](const Sizes& n, const std::string& inside) {
         writeFile(folder / "a.tif",
                   tiffOf(std::vector<int>(static_cast<std::size_t>(n.all())), omeOf(n, "XYZCT", inside)));
-        EXPECT_THAT(refusalOfOpening(folder / "a.tif"), HasSubstr("--series N"));
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif"), HasSubstr(n.c > 1 ? "--series N" : "--phase N"));
         std::vector<std::string> names;
         for (const CatalogueRow& row : lookThrough(folder / "a.tif").rows)
             names.push_back(row.what);
@@ -119,10 +120,109 @@ TEST(ImportOme, ChannelsAndTimesAreListed) {
     };
     EXPECT_THAT(listed({2, 2, 1}, "<Channel Name=\"DAPI &amp; &lt;b\"/><Channel/><TiffData/>"),
                 ElementsAre("channel 1 (\"DAPI & <b\")", "channel 2"));
-    EXPECT_THAT(listed({2, 1, 2}, "<TiffData/>"), ElementsAre("time 1", "time 2"));
-    EXPECT_THAT(listed({1, 2, 2}, "<TiffData/>"), ElementsAre("channel 1, time 1", "channel 2, time 1",
-                                                              "channel 1, time 2", "channel 2, time 2"));
+    const std::string times = ", 2 phases for --phase (1: time 1, 2: time 2)";
+    EXPECT_THAT(listed({2, 1, 2}, "<TiffData/>"), ElementsAre("a.tif" + times));
+    EXPECT_THAT(listed({1, 2, 2}, "<TiffData/>"), ElementsAre("channel 1" + times, "channel 2" + times));
     EXPECT_EQ(listed({1, 30, 1}, "<TiffData/>").size(), 30u);
+}
+
+// By channel and time, by the number alone that counts channels first, and in every order of axes.
+TEST(ImportOme, EveryChannelHasItsVoxelsAtEveryTime) {
+    const ScratchFolder folder;
+    const Sizes n{2, 3, 4};
+    for (const std::string order : {"XYZCT", "XYZTC", "XYCZT", "XYCTZ", "XYTZC", "XYTCZ"}) {
+        std::vector<int> pages(static_cast<std::size_t>(n.all()));
+        std::iota(pages.begin(), pages.end(), 0);
+        std::string text = omeOf(n, order, "<TiffData/>");
+        text.replace(text.find("SizeX"), 0, "TimeIncrement=\"250\" TimeIncrementUnit=\"ms\" ");
+        writeFile(folder / "a.tif", tiffOf(pages, text));
+        const Catalogue catalogue = lookThrough(folder / "a.tif");
+        ASSERT_EQ(catalogue.rows.size(), 3u);
+        EXPECT_THAT(catalogue.rows[1].phases, ElementsAre("0 s", "0.25 s", "0.5 s", "0.75 s"));
+        const auto sizeOf = [&](char axis) { return axis == 'Z' ? n.z : axis == 'C' ? n.c : n.t; };
+        for (int t = 0; t < n.t; ++t)
+            for (int c = 0; c < n.c; ++c) {
+                std::vector<int> slices;
+                for (int z = 0; z < n.z; ++z) {
+                    int page = 0, step = 1;
+                    for (const char axis : order.substr(2)) {
+                        page += step * (axis == 'Z' ? z : axis == 'C' ? c : t);
+                        step *= sizeOf(axis);
+                    }
+                    slices.push_back(page);
+                }
+                SourceOptions both, alone;
+                both.series = c + 1, both.phase = t + 1;
+                alone.series = t * n.c + c + 1;
+                EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder / "a.tif", both)), valuesOf(slices))
+                    << order;
+                EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder / "a.tif", alone)), valuesOf(slices))
+                    << order;
+            }
+        SourceOptions wrong;
+        wrong.series = 4, wrong.phase = 1;
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", wrong),
+                    AllOf(HasSubstr("a.tif"), HasSubstr("1 and 3")));
+        wrong.series = 3, wrong.phase = 5;
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", wrong),
+                    AllOf(HasSubstr("a.tif"), HasSubstr("1 and 4")));
+    }
+}
+
+// The number of a channel is that of its first time in the list of all, so it stays what it was.
+TEST(ImportOme, ImagesBehindTimesKeepTheirNumbers) {
+    const ScratchFolder folder;
+    const auto image = [](int times, const std::string& blocks) {
+        return "<Image><Pixels DimensionOrder=\"XYZCT\" SizeX=\"5\" SizeY=\"6\" SizeZ=\"1\" SizeC=\"1\" "
+               "SizeT=\"" +
+               std::to_string(times) + "\" PhysicalSizeX=\"1\" PhysicalSizeY=\"1\" PhysicalSizeZ=\"1\">" +
+               blocks + "</Pixels></Image>";
+    };
+    writeFile(folder / "a.tif",
+              tiffOf({0, 1, 2, 3}, "<OME>" + image(3, "<TiffData IFD=\"0\" PlaneCount=\"3\"/>") +
+                                       image(1, "<TiffData IFD=\"3\" PlaneCount=\"1\"/>") + "</OME>"));
+    const Catalogue catalogue = lookThrough(folder / "a.tif");
+    ASSERT_EQ(catalogue.rows.size(), 2u);
+    EXPECT_EQ(catalogue.rows[0].series, 1);
+    EXPECT_EQ(catalogue.rows[1].series, 4);
+    for (int number = 1; number <= 4; ++number) {
+        SourceOptions options;
+        options.series = number;
+        EXPECT_EQ(readAll<std::uint16_t>(*openSource(folder / "a.tif", options)), valuesOf({number - 1}));
+    }
+    SourceOptions wrong;
+    wrong.series = 2, wrong.phase = 1;
+    EXPECT_THAT(refusalOfOpening(folder / "a.tif", wrong),
+                AllOf(HasSubstr("a.tif"), HasSubstr("of the table")));
+}
+
+// Cut at any page, or a description of more times than there are pages.
+TEST(ImportOme, TimesThatAreNotThereAreRefused) {
+    const ScratchFolder folder;
+    const Sizes n{2, 2, 3};
+    SourceOptions last;
+    last.series = 2, last.phase = 3;
+    const auto block = [](int page, int t) {
+        return "<TiffData IFD=\"" + std::to_string(page) + "\" FirstT=\"" + std::to_string(t) +
+               "\" PlaneCount=\"4\"/>";
+    };
+    const std::string blocks = block(0, 0) + block(4, 1) + block(8, 2);
+    for (int pages = 1; pages < n.all(); ++pages) {
+        std::vector<int> all(static_cast<std::size_t>(pages));
+        writeFile(folder / "a.tif", tiffOf(all, omeOf(n, "XYZCT", blocks)));
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", last), HasSubstr("a.tif")) << pages;
+    }
+    for (const Sizes& lie : {Sizes{2, 2, 1 << 30}, Sizes{1, 1, 2147483647}, Sizes{1, 1 << 30, 1 << 30}}) {
+        writeFile(folder / "a.tif", tiffOf({0, 1}, omeOf(lie, "XYZCT", "<TiffData/>")));
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", last), HasSubstr("2^20 planes at most"));
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif"), HasSubstr("2^20 planes at most"));
+    }
+    const std::string whole =
+        tiffOf(std::vector<int>(static_cast<std::size_t>(n.all())), omeOf(n, "XYZCT", blocks));
+    for (std::size_t bytes = 0; bytes < whole.size(); bytes += 97) {
+        writeFile(folder / "a.tif", whole.substr(0, bytes));
+        EXPECT_THAT(refusalOfOpening(folder / "a.tif", last), HasSubstr("a.tif")) << bytes;
+    }
 }
 
 /// A set: every plane in a file of its own or with others, at random.
