@@ -159,12 +159,12 @@ void CsvTable::findRows() {
         if (!parser.take(text.substr(n, 1)))
             throw badFile(placeOfLine(began), "cells by RFC 4180 of at most " + formatBytes(kMostCellBytes),
                           parser.why());
+        if (parser.cells.size() > kMostColumns)
+            throw badFile(placeOfLine(began), "at most " + std::to_string(kMostColumns) + " columns", "more");
         if (parser.ended > 0) {
             end(n + 1);
             between = true;
         }
-        if (parser.cells.size() > kMostColumns)
-            throw badFile(placeOfLine(began), "at most " + std::to_string(kMostColumns) + " columns", "more");
     }
     if (!parser.finish())
         throw badFile(placeOfLine(began), "a table that is whole", parser.why());
@@ -204,7 +204,9 @@ std::string csvLine(const std::vector<std::string>& cells) {
     for (std::size_t n = 0; n < cells.size(); ++n) {
         const std::string& cell = cells[n];
         line += n > 0 ? "," : "";
-        if (cell.find_first_of(",\"\r\n") == std::string::npos) {
+        const auto isBlank = [](char c) { return c == ' ' || c == '\t'; };
+        const bool isAsRead = cell.empty() || !(isBlank(cell.front()) || isBlank(cell.back()));
+        if (isAsRead && cell.find_first_of(",\"\r\n") == std::string::npos) {
             line += cell;
             continue;
         }

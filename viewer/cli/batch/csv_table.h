@@ -18,7 +18,7 @@ class CsvTable {
     static constexpr std::size_t kMostCellBytes = std::size_t{64} << 10, kMostColumns = 256;
 
     /// Cells are separated by commas, or by semicolons or tabs where the names have those and no comma. Lines
-    /// end as on any system; empty ones count for nothing.
+    /// end as on any system; empty ones count for nothing, nor do blanks around a cell without quotes.
     /// Throws InputError naming the file and the line: for no file of text in UTF-8, for quotes that are not
     /// closed or stand inside a cell, for rows with another number of cells than names, for names that are
     /// missing or there twice, for cells of more than kMostCellBytes, and for a budget without room.
