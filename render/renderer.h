@@ -120,9 +120,16 @@ struct RenderResult {
     struct Labels {
         std::size_t all = 0, shown = 0; // labels of the file; of them those that are drawn
         int channels = 0;               // planes of 16 bits a sample beside the values
-        /// Over a slice: how many labels lie on it, and the level of their voxels.
-        std::optional<std::size_t> onSlice = {};
+        /// Over a slice: of each volume, the values of the labels that lie on it, and the level of their
+        /// voxels.
+        std::vector<std::vector<std::uint32_t>> onSlice = {};
         int level = 0;
+        std::size_t countOnSlice() const {
+            std::size_t count = 0;
+            for (const auto& values : onSlice)
+                count += values.size();
+            return count;
+        }
     };
     std::optional<Labels> labels; // where the scene has them
     /// A volume besides the first. Bricks above are those of all volumes.

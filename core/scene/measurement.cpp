@@ -72,9 +72,9 @@ std::string describe(const Measurement& m) {
     if (m.kind == MeasurementKind::distance)
         std::snprintf(text, sizeof text, "%.1f mm", value);
     else if (m.kind == MeasurementKind::angle)
-        std::snprintf(text, sizeof text, "%.1f deg", value);
+        std::snprintf(text, sizeof text, "%.1f\u00b0", value);
     else
-        std::snprintf(text, sizeof text, "radius %.1f mm, area %.0f mm2", value,
+        std::snprintf(text, sizeof text, "radius %.1f mm, area %.0f mm\u00b2", value,
                       std::numbers::pi * value * value);
     return text;
 }

@@ -155,7 +155,9 @@ GreyWindow checkedWindow(double centre, double width, const std::string& where) 
 WindowChoice parseWindow(const std::string& text, const std::string& where) {
     const std::size_t comma = text.find(',');
     if (comma == std::string::npos) {
-        indexOfName(text, windowNames(), where);
+        if (std::find(windowNames().begin(), windowNames().end(), text) == windowNames().end())
+            throw badFile(where, "CENTRE,WIDTH or one of " + joinNames(windowNames()),
+                          "\"" + text.substr(0, 40) + "\"");
         return text;
     }
     const std::string words[] = {text.substr(0, comma), text.substr(comma + 1)};

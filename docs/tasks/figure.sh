@@ -11,7 +11,7 @@ mkdir -p "$out"
 # Three panels, 300 dots an inch: 600x800 pixels are 2 x 2.7 inches of paper. A PDF has words and lines as such.
 for file in figure.png figure.pdf; do
   tessera render "$scan" -o "$out/$file" --panel anterior,left,posterior --projection parallel --size 600x800 \
-    --dpi 300 --panel-letters --scale-bar --directions letters --background white --title "Skeleton" \
+    --dpi 300 --panel-letters --scale-bar --directions letters --background white \
     --caption "Rendered by Tessera from the CT of one patient; all panels have one scale." "$@"
 done
 

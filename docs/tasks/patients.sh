@@ -11,7 +11,7 @@ mkdir -p "$out"
 # What all figures share. {id} is the row's.
 cat > "$out/scene.json" <<'JSON'
 {"tesseraScene": 1,
- "volumes": [{"path": "of-the-row", "transferFunction": "bone"}],
+ "volumes": [{"path": "of-the-row", "transferFunction": "bone", "hideTable": "auto"}],
  "camera": {"view": "anterior", "parallelProjection": true},
  "image": {"size": [600, 800]},
  "annotations": {"title": "{id}", "scaleBar": true, "directions": "letters", "dpi": 300}}

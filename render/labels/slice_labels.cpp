@@ -221,7 +221,10 @@ SliceLabels::Drawn SliceLabels::layOver(std::span<glm::vec4> pixels, const Plane
             for (std::size_t label = 0; label < met.size(); ++label)
                 met[label] |= tile.met[label];
         });
-    drawn.labels = static_cast<std::size_t>(std::count(met.begin(), met.end(), 1));
+    for (std::size_t label = 0; label < met.size(); ++label)
+        if (met[label])
+            drawn.values.push_back(table_.labels[label].value);
+    std::sort(drawn.values.begin(), drawn.values.end());
     return drawn;
 }
 

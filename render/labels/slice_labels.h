@@ -56,7 +56,7 @@ class SliceLabels {
     static int levelOf(const PlanePlaces& places);
 
     struct Drawn {
-        std::size_t labels = 0; // that have a place on the picture
+        std::vector<std::uint32_t> values = {}; // of labels that have a place on the picture, ascending
         int level = 0;
     };
     /// Lays the labels over a picture.

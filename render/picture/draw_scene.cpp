@@ -112,7 +112,7 @@ PixelOver layLabelsOver(const FrameTask& task, RenderResult& result) {
     const auto drawing = Clock::now();
     const PlanePlaces places = planePlaces(p.view.camera, task.scene.slice, p.info(), result.image.size);
     const SliceLabels::Drawn drawn = labels->layOver(result.image.pixels, places, 1, task.options.shares);
-    result.labels = {labels->table().labels.size(), labels->shownLabels(), 0, drawn.labels, drawn.level};
+    result.labels = {labels->table().labels.size(), labels->shownLabels(), 0, {drawn.values}, drawn.level};
     result.secondsDrawing += secondsSince(drawing);
     return [labels, places](const glm::ivec2& pixel) { return labels->overPixel(pixel, places); };
 }

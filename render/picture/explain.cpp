@@ -96,11 +96,11 @@ std::vector<std::string> explain(const RenderResult& r, const Scene& scene) {
          r.emptyBricks, percent(r.emptyBricks, r.residentBricks + r.emptyBricks + r.unseenBricks));
     if (r.unseenBricks > 0)
         line("bricks: %zu lie outside the picture, or of what is drawn, and take no memory", r.unseenBricks);
-    if (r.labels && r.labels->onSlice) {
+    if (r.labels && !r.labels->onSlice.empty()) {
         const Labels& labels = scene.volumes.at(0).labels;
         line("labels: %zu of %zu are shown, %zu of them lie on the slice; voxels of level %d, %s borders, "
              "outlines %g pixels wide",
-             r.labels->shown, r.labels->all, *r.labels->onSlice, r.labels->level,
+             r.labels->shown, r.labels->all, r.labels->countOnSlice(), r.labels->level,
              nameOf(labels.borders).c_str(), labels.outline);
     } else if (r.labels)
         line("labels: %zu of %zu are drawn, from %d planes beside the values", r.labels->shown, r.labels->all,

@@ -134,13 +134,16 @@ RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& r
         RenderResult mine;
         layOver(picture, shownAlone(scene, n, *stores[n], ram, gpu, others, mine), scene.fusion);
         addWork(mine, result);
-        if (mine.labels && result.labels) {
-            result.labels->all += mine.labels->all;
-            result.labels->shown += mine.labels->shown;
-            *result.labels->onSlice += mine.labels->onSlice.value_or(0);
-        } else if (mine.labels) {
-            result.labels = mine.labels;
-        }
+        if (!mine.labels)
+            continue;
+        if (!result.labels)
+            result.labels.emplace();
+        result.labels->all += mine.labels->all;
+        result.labels->shown += mine.labels->shown;
+        result.labels->level = std::max(result.labels->level, mine.labels->level);
+        result.labels->onSlice.resize(n);
+        result.labels->onSlice.insert(result.labels->onSlice.end(), mine.labels->onSlice.begin(),
+                                      mine.labels->onSlice.end());
     }
     result.image = std::move(picture);
     return result;

@@ -202,7 +202,10 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
         renderFloorBytes(info, together, pixels.bytesPerPixel, threads, scene.quality.integrator);
     if (ram.limitBytes() < floor)
         throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
-                         ", but the budget is " + formatBytes(ram.limitBytes()));
+                         ", but the budget is " + formatBytes(ram.limitBytes()) +
+                         (pixels.bytesPerPixel * rayCount(together) > ram.limitBytes()
+                              ? "; --tiles draws large pictures in parts"
+                              : ""));
     p.view.imageCharge = ram.charge(pixels.bytesPerPixel * rayCount(together), "the picture");
     p.layer().selectionCharge = ram.charge(selectionBytes(info), "the selection of bricks");
     if (detail == PlanDetail::coarse && !kept && boundsSuffice(scene, info))

@@ -24,6 +24,12 @@ struct LegendLabel {
     glm::vec3 colour{1}; // linear light
 };
 
+/// A slice or a slab, in patient space.
+struct ShownPlane {
+    glm::dvec3 point{0}, normal{0, 0, 1}; // mm; unit
+    double halfMm = 0;                    // to either side
+};
+
 /// One picture of a figure. What its annotations ask for is drawn within its box.
 struct FigurePart {
     glm::ivec2 from{0}, size{0}; // its box in the figure, pixels from the upper left; not empty
@@ -35,8 +41,10 @@ struct FigurePart {
     std::vector<LegendBar> legend;
     std::vector<LegendLabel> labels;
     std::vector<Measurement> measurements;
-    std::string error; // for the caption: what was measured
-    std::string mark;  // of a panel: "A"; bold, in the upper left corner
+    std::vector<std::string> values; // of the first of them, a line each about the volume's values in it; ""
+    std::optional<ShownPlane> plane; // of a slice: measurements and arrows that lie beside it are left out
+    std::string error;               // for the caption: what was measured
+    std::string mark;                // of a panel: "A"; bold, in the upper left corner
 };
 /// Strips of words above and below a figure's panels, pixels.
 struct StripHeights {

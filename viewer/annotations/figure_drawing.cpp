@@ -111,6 +111,10 @@ DrawingReport describeDrawing(const Figure& figure) {
     report.pango = pango_version_string();
     report.fonts = words.fontsOf(layout.words);
     report.leftOut = std::move(layout.leftOut);
+    for (const LaidWords& laid : layout.words)
+        if (const std::size_t missing = words.missingLetters(laid.words); missing > 0)
+            report.leftOut.push_back(std::to_string(missing) + " letters of \"" + printable(laid.words) +
+                                     "\", which no font of this machine has");
     return report;
 }
 

@@ -1,14 +1,24 @@
 // viewer/annotations/figure_part.cpp: see figure_part.h.
 #include "viewer/annotations/figure_part.h"
 
+#include "bricking/cache/brick_cache.h"
 #include "core/base/shown_text.h"
+#include "core/base/volume.h"
+#include "core/scene/mode.h"
 #include "core/scene/preset.h"
 #include "render/plan/frame_plan.h" // summarise
 #include "render/verify/verify_plan.h"
+#include "viewer/session/disc_values.h"
 #include "viewer/session/label_list.h"
 #include "viewer/session/volume_labels.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -28,13 +38,51 @@ std::vector<LegendBar> legendOf(Scene scene, const std::vector<LegendVolume>& vo
     return bars;
 }
 
+/// Of a slice those labels that lie on it.
+LabelList shownOn(const RenderResult& result, std::size_t volume, const LabelList& all) {
+    if (!result.labels || result.labels->onSlice.empty())
+        return all;
+    LabelList shown;
+    if (volume < result.labels->onSlice.size())
+        for (const std::uint32_t value : result.labels->onSlice[volume])
+            if (const std::optional<std::size_t> number = numberOf(all, value))
+                shown.push_back(all[*number]);
+    return shown;
+}
+
+/// A slice, as thick as a voxel at least.
+ShownPlane planeOf(const SlicePlane& slice, const VolumeInfo& info) {
+    const SlicePose pose =
+        poseOf(slice, glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1)));
+    double voxel = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        voxel += std::abs(glm::dot(glm::dvec3(info.patientFromVoxel[axis]), pose.normal));
+    return {pose.point, pose.normal, 0.5 * std::max(slice.thicknessMm, voxel)};
+}
+
 std::string between(const Estimate& e) {
     return numberText(e.value, 2) + " (" + numberText(e.low, 2) + " to " + numberText(e.high, 2) + ")";
+}
+
+/// Mean and deviation in circles; "" of other measurements.
+std::vector<std::string> valuesOf(const std::vector<Measurement>& measurements, const StoreReader& store,
+                                  MemoryBudget& ram, int threads) {
+    constexpr std::size_t kCacheBytes = std::size_t{8} << 20;
+    std::vector<std::string> values(measurements.size());
+    std::unique_ptr<BrickCache> cache;
+    for (std::size_t n = 0; n < measurements.size(); ++n)
+        if (measurements[n].kind == MeasurementKind::circle) {
+            if (!cache)
+                cache = std::make_unique<BrickCache>(store, ram, kCacheBytes, threads);
+            values[n] = discText(discValues(*cache, store.info(), measurements[n]), store.info().unit);
+        }
+    return values;
 }
 
 } // namespace
 
 FigureMaker::FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, int threads) {
+    info_ = stores.front()->info();
     orientationKnown_ = std::all_of(stores.begin(), stores.end(),
                                     [](const StoreReader* store) { return store->info().orientationKnown; });
     for (std::size_t n = 0; n < scene.volumes.size() && scene.annotations.legend; ++n) {
@@ -43,6 +91,8 @@ FigureMaker::FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, i
         volumes_.push_back({summarise(loadStatistics(*stores[n], ram, threads), info, unit),
                             unit.empty() ? info.unit : unit});
     }
+    if (scene.annotations.measurements)
+        values_ = valuesOf(scene.measurements, *stores.front(), ram, threads);
     if (scene.annotations.labelLegend)
         for (const SceneVolume& volume : scene.volumes)
             labels_.push_back(volume.labels.path.empty() ? LabelList()
@@ -61,11 +111,13 @@ FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) con
     for (std::size_t n = 0; n < labels_.size(); ++n) {
         const SceneVolume& volume = scene.volumes[n];
         if (volume.opacity > 0)
-            for (LegendLabel& label : legendLabels(labels_[n], volume.labels))
+            for (LegendLabel& label : legendLabels(shownOn(result, n, labels_[n]), volume.labels))
                 part.labels.push_back(std::move(label));
     }
     if (scene.annotations.measurements)
-        part.measurements = scene.measurements;
+        part.measurements = scene.measurements, part.values = values_;
+    if (scene.mode == Mode::slice)
+        part.plane = planeOf(scene.slice, info_);
     if (scene.annotations.error)
         part.error = errorCaption(result);
     return part;

@@ -4,6 +4,7 @@
 
 #include "bricking/store/store_reader.h"
 #include "core/base/budget.h"
+#include "core/base/volume.h"
 #include "core/scene/colour_legend.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
@@ -33,6 +34,8 @@ class FigureMaker {
   private:
     std::vector<LegendVolume> volumes_; // none where no legend is asked for
     std::vector<LabelList> labels_;     // likewise, of every volume
+    VolumeInfo info_;                   // of the first volume
+    std::vector<std::string> values_;   // of measurements, where they are asked for
     bool orientationKnown_ = true;
 };
 

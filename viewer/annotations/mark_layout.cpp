@@ -28,6 +28,12 @@ std::optional<glm::dvec2> seen(const FigurePart& part, const glm::dvec3& mm) {
     return glm::dvec2(part.from) + pixel;
 }
 
+/// False beside the slice that the part shows, if it is one.
+bool liesIn(const FigurePart& part, const glm::dvec3& mm) {
+    return !part.plane ||
+           std::abs(glm::dot(mm - part.plane->point, part.plane->normal)) <= part.plane->halfMm;
+}
+
 /// The part of a line that lies in a box; false: none.
 bool clip(glm::dvec2& a, glm::dvec2& b, const glm::dvec2& from, const glm::dvec2& to) {
     double first = 0, last = 1; // parts of the way (Liang and Barsky 1984)
@@ -107,8 +113,11 @@ std::vector<glm::dvec2> beside(const glm::dvec2& point, const glm::dvec2& size, 
     return corners;
 }
 
-void layMeasurement(PartLayout& in, const Measurement& m) {
+/// @param values  a second line; "" none
+void layMeasurement(PartLayout& in, const Measurement& m, const std::string& values) {
     std::vector<glm::dvec3> points = m.points;
+    if (!std::all_of(points.begin(), points.end(), [&](const glm::dvec3& p) { return liesIn(in.part, p); }))
+        return in.leaveOut("the measurement " + describe(m) + ": it does not lie in the slice");
     const bool whole = std::isfinite(valueOf(m));
     if (m.kind == MeasurementKind::circle && whole)
         points = circlePoints(m);
@@ -124,11 +133,15 @@ void layMeasurement(PartLayout& in, const Measurement& m) {
     if (!whole)
         return;
     LaidBlock block;
-    const LaidWords line = in.line(describe(m));
-    block.size = PartLayout::boxOf(line);
-    block.write(line, {0, 0});
+    for (const std::string& words : {describe(m), values})
+        if (!words.empty()) {
+            const LaidWords line = in.line(words);
+            block.write(line, {0, block.size.y});
+            const glm::dvec2 box = PartLayout::boxOf(line);
+            block.size = {std::max(block.size.x, box.x), block.size.y + box.y};
+        }
     const std::vector<glm::dvec2> corners = beside(anchor, block.size, in.em);
-    in.place(std::move(block), corners, "the words " + line.words);
+    in.place(std::move(block), corners, "the words " + describe(m));
 }
 
 LaidBlock wordsOf(const PartLayout& in, const Arrow& arrow, const std::string& what) {
@@ -176,6 +189,8 @@ void layArrow(PartLayout& in, const Arrow& arrow) {
     constexpr double kLeast = 0.5; // letters, of an arrow's length
     constexpr int kTurns = 8;
     const std::string what = "the arrow" + (arrow.text.empty() ? "" : " \"" + printable(arrow.text) + "\"");
+    if (!liesIn(in.part, arrow.place))
+        return in.leaveOut(what + ": its place does not lie in the slice");
     const std::optional<glm::dvec2> tip = seen(in.part, arrow.place);
     if (!tip)
         return in.leaveOut(what + ": the picture does not show its place");
@@ -213,8 +228,8 @@ void layArrow(PartLayout& in, const Arrow& arrow) {
 
 void layMeasurements(PartLayout& in) {
     if (in.part.annotations.measurements)
-        for (const Measurement& m : in.part.measurements)
-            layMeasurement(in, m);
+        for (std::size_t n = 0; n < in.part.measurements.size(); ++n)
+            layMeasurement(in, in.part.measurements[n], n < in.part.values.size() ? in.part.values[n] : "");
 }
 
 void layArrows(PartLayout& in) {

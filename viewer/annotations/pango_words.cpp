@@ -120,6 +120,12 @@ void PangoWords::draw(cairo_t* cairo, const LaidWords& words) {
     cairo_new_path(cairo);
 }
 
+std::size_t PangoWords::missingLetters(const std::string& words) {
+    constexpr double kAnySize = 12;
+    pango_->line(words, kAnySize, false);
+    return static_cast<std::size_t>(pango_layout_get_unknown_glyphs_count(pango_->layout.get()));
+}
+
 std::vector<DrawingReport::Font> PangoWords::fontsOf(const std::vector<LaidWords>& words) {
     std::vector<DrawingReport::Font> fonts;
     for (const LaidWords& laid : words)

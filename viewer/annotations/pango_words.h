@@ -29,6 +29,8 @@ class PangoWords {
     void draw(cairo_t* cairo, const LaidWords& words);
     /// The fonts that words are drawn with, each once.
     std::vector<DrawingReport::Font> fontsOf(const std::vector<LaidWords>& words);
+    /// Of words, the letters that no font of this machine has: boxes stand for them.
+    std::size_t missingLetters(const std::string& words);
 
   private:
     struct Pango;

@@ -29,17 +29,13 @@ struct ViewArguments {
     KeyOptions labels; // of the scene of `in`
 };
 
-void checkLabels(const ViewArguments& arguments, const Labels& labels) {
+void checkLabels(const ViewArguments& arguments) {
     const std::string file = arguments.labels.textOf("--labels");
     std::error_code ignored;
     if (!file.empty() && arguments.in.empty())
         throw badFile("--labels", "a volume or a scene that they lie beside", "none");
     if (!file.empty() && !std::filesystem::exists(file, ignored))
         throw badFile("--labels " + file, "a file or folder of labels", "nothing there");
-    for (const char* const option : {"--label-colours", "--label-look", "--label-opacity", "--label-fill",
-                                     "--label-outline", "--label-borders", "--show", "--hide"})
-        if (!arguments.labels.textOf(option).empty() && labels.path.empty())
-            throw badFile(option, "labels beside the volume (--labels)", "none");
 }
 
 /// Refuses keys that the scene cannot have, before a window opens. A scene that cannot be read is left to the
@@ -54,7 +50,7 @@ void checkSets(const ViewArguments& arguments) {
     }
     applySets(arguments.sets, scene);
     arguments.labels.apply(scene);
-    checkLabels(arguments, scene.volumes.front().labels);
+    checkLabels(arguments);
 }
 
 void runView(const ViewArguments& arguments, const CommonOptions& common) {

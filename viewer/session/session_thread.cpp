@@ -3,6 +3,7 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "viewer/session/disc_values.h"
 #include "viewer/session/scene_change.h"
 #include "viewer/session/shown_picture.h"
 #include "viewer/session/volume_values.h"

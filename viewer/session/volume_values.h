@@ -40,13 +40,6 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
                       const glm::ivec2& imageSize, const glm::dvec2& place,
                       std::span<const MeshOnRay> meshes = {});
 
-// Statistics of the values in a measured circle.
-
-/// Values on the circle's disc by trilinear interpolation of level 0, at points half a voxel apart along two
-/// axes, further apart for a large disc. Points outside the volume do not count. No samples if the three
-/// points form no circle. Throws what decoding threw.
-DiscValues discValues(BrickCache& cache, const VolumeInfo& info, const Measurement& circle);
-
 // The histogram of a volume, fine enough to edit a transfer function over it.
 
 /// Counts over equal bins of [lowest, highest], physical units, of all samples of the finest level that has

@@ -497,11 +497,8 @@ std::string WindowState::describe(const Measurement& m) {
         }
         return words;
     }
-    const DiscValues& values = known->second;
-    if (values.samples > 0)
-        words += "\nmean " + valueText(values.mean, volume_->info.unit) + ", deviation " +
-                 numberText(values.deviation, 3);
-    return words;
+    const std::string values = discText(known->second, volume_->info.unit);
+    return values.empty() ? words : words + "\n" + values;
 }
 
 const std::string& WindowState::presetName() {

@@ -242,7 +242,7 @@ TEST(SliceLabels, ThatMeetLeaveNoGap) {
         for (int c = 0; c < 3; ++c) // two borders of some 130 pixels; halfway between layers they are rough
             EXPECT_NEAR(sums[c], 270, 60) << c << ", " << z;
         ASSERT_TRUE(outlines.labels);
-        EXPECT_EQ(*outlines.labels->onSlice, 3u);
+        EXPECT_EQ(outlines.labels->countOnSlice(), 3u);
     }
 }
 
@@ -441,7 +441,7 @@ TEST(SliceLabels, OfAFurtherVolumeLieOverItsOwnValues) {
     EXPECT_NEAR(redOf(result.image), glm::pi<double>() * 100 * 4, 40);
     EXPECT_NEAR(green, glm::pi<double>() * 144 * 4, 40);
     ASSERT_TRUE(result.labels);
-    EXPECT_EQ(*result.labels->onSlice, 2u);
+    EXPECT_EQ(result.labels->countOnSlice(), 2u);
 }
 
 TEST(SliceLabels, ThatCannotBeReadAreNamed) {

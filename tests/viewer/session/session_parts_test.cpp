@@ -11,6 +11,7 @@
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/scene_change.h"
 #include "viewer/session/volume_offers.h"
+#include "viewer/session/disc_values.h"
 #include "viewer/session/volume_values.h"
 
 #include <cmath>

@@ -259,8 +259,8 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
         manifest["furtherVolumes"] = furtherJson(result, stores);
     if (result.labels)
         manifest["labels"] = {{"labels", result.labels->all}, {"drawn", result.labels->shown}};
-    if (result.labels && result.labels->onSlice) {
-        manifest["labels"]["onSlice"] = *result.labels->onSlice;
+    if (result.labels && !result.labels->onSlice.empty()) {
+        manifest["labels"]["onSlice"] = result.labels->countOnSlice();
         manifest["labels"]["level"] = result.labels->level;
     }
     for (const SceneMesh& mesh : scene.meshes)

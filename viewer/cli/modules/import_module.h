@@ -13,6 +13,7 @@ struct ImportModule {
     ModuleHead head;
     decltype(&lookThrough) look;
     decltype(&chooseRow) choose;
+    decltype(&phaseOf) phase;
     decltype(&openRow) open;
     decltype(&mayHaveLevels) mayHave;
     decltype(&fileLevelsOf) levels;

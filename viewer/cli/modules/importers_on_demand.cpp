@@ -63,6 +63,9 @@ Catalogue lookThrough(const std::filesystem::path& path, const SourceOptions& op
 const CatalogueRow& chooseRow(const Catalogue& catalogue, const SourceOptions& options) {
     return importModule().choose(catalogue, options);
 }
+int phaseOf(const CatalogueRow& row, const SourceOptions& options) {
+    return importModule().phase(row, options);
+}
 std::unique_ptr<SlabSource> openRow(const Catalogue& catalogue, const CatalogueRow& row,
                                     const SourceOptions& options) {
     return importModule().open(catalogue, row, options);

@@ -258,6 +258,10 @@ bool KeyOptions::says(const std::string& key) const {
 }
 
 void KeyOptions::apply(Scene& scene) const {
+    const bool hasLabels = !scene.volumes.front().labels.path.empty() || !textOf("--labels").empty();
+    for (const Row& row : rows_)
+        if (!hasLabels && !row.text.empty() && row.key.starts_with("volumes[0].labels."))
+            throw badFile(row.option, "labels beside the volume (--labels)", "none");
     for (const Row& row : rows_)
         if (row.flag && row.option == kSameFrame)
             takeAnyFrame(scene);

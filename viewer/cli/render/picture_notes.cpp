@@ -6,11 +6,15 @@
 #include "render/picture/render_scene.h"
 #include "render/plan/drawn_part.h"
 #include "viewer/cli/options/options.h" // formatNumber
+#include "viewer/session/label_list.h"  // showsUnlabelled
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <variant>
 
 namespace tessera {
 namespace {
@@ -54,6 +58,22 @@ void requireSliceInVolume(const Scene& scene, const VolumeInfo& info, const std:
                   "a plane that meets the volume, in " +
                       rangeAlong(kAxes[static_cast<std::size_t>(slice.orientation)], info) + " mm",
                   name + ":" + formatNumber(slice.positionMm.value_or(0), 6));
+}
+
+bool isSeenFromEdge(const Scene& scene) {
+    constexpr double kEdge = 0.01; // cosine to the normal
+    if (scene.mode != Mode::slice)
+        return false;
+    glm::dvec3 towards(0);
+    if (const auto* const view = std::get_if<FittedView>(&scene.camera)) {
+        if (!view->named)
+            return false;
+        towards = axesOf(*view).towards;
+    } else {
+        const auto& camera = std::get<Camera>(scene.camera);
+        towards = glm::normalize(camera.position - camera.focalPoint);
+    }
+    return std::abs(glm::dot(towards, poseOf(scene.slice, glm::dvec3(0)).normal)) < kEdge;
 }
 
 namespace {
@@ -105,14 +125,18 @@ std::string levelText(const RenderResult& result) {
     return text;
 }
 
+/// Of all that a picture takes, its check and its measurement too.
+double secondsOf(const RenderResult& result) {
+    return result.secondsPreparing + result.secondsLoading + result.secondsDrawing + result.secondsChecking;
+}
+
 } // namespace
 
 void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult& result,
                  const std::string& kind) {
-    task.common.note(
-        "wrote " + task.arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
-        std::to_string(scene.imageSize.y) + kind + ", " + levelText(result) + ", " + result.device + ", " +
-        formatNumber(result.secondsPreparing + result.secondsLoading + result.secondsDrawing, 3) + " s");
+    task.common.note("wrote " + task.arguments.out + ": " + std::to_string(scene.imageSize.x) + " x " +
+                     std::to_string(scene.imageSize.y) + kind + ", " + levelText(result) + ", " +
+                     result.device + ", " + formatNumber(secondsOf(result), 3) + " s");
 }
 
 void warnBlank(const RenderTask& task, const RenderResult& result) {
@@ -136,6 +160,15 @@ void warnBlank(const RenderTask& task, const RenderResult& result) {
     } else if (!drawnPart(sceneOfVolume(scene, 0), info)
                     .meets(glm::dvec3(0), glm::dvec3(info.extentVoxels))) {
         why = "the cuts leave nothing of the volume, which lies in " + placeOf(info), fix = "";
+    } else if (isSeenFromEdge(scene)) {
+        why = "the slice is seen from its edge", fix = "";
+    } else if (result.labels && result.labels->shown == 0 && !showsUnlabelled(scene.volumes.front().labels)) {
+        why = "none of the labels that are shown has a voxel on the volume", fix = "";
+    } else if (scene.cuts.any()) {
+        why = "what shows of the volume lies outside of the cuts, or of what the camera sees; the volume "
+              "lies in " +
+              placeOf(info),
+        fix = "";
     }
     task.common.problem("the picture is blank: " + why + "; try: " +
                         (fix.empty()

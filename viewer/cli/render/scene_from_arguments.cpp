@@ -11,6 +11,7 @@
 #include "core/scene/scene_presets.h"
 #include "render/plan/frame_plan.h" // summarise
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/render/picture_notes.h"
 #include "viewer/presets/preset_library.h"
 #include "viewer/session/file_kind.h"
 
@@ -255,6 +256,11 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         scene.mode = Mode::slice;
     }
     applyModeOptions(arguments.mode, arguments.keys, scene);
+    if (!arguments.mode.slice.empty() && isSeenFromEdge(scene)) {
+        if (!arguments.view.empty())
+            throw badFile("--view", "a side that faces the slice", arguments.view + ", which sees its edge");
+        scene.camera = FittedView{}; // the file's is of another picture
+    }
     if (const auto* fitted = std::get_if<FittedView>(&scene.camera);
         scene.mode == Mode::slice && fitted && !fitted->named)
         for (const auto& [text, option] :
