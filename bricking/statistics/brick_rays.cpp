@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -201,6 +202,37 @@ struct Between {
     double part = 0;
 };
 
+/// What a brick's fields have besides their values.
+struct Shape {
+    glm::ivec3 size{0};
+    std::array<glm::ivec3, kLevelCount> first{}, extent{};
+    bool operator==(const Shape&) const = default;
+};
+Shape shapeOf(const BrickFields& fields) {
+    Shape shape;
+    shape.size = fields.size;
+    for (std::size_t level = 1; level < kLevelCount; ++level) {
+        shape.first[level] = fields.levels[level].first;
+        shape.extent[level] = fields.levels[level].extent;
+    }
+    return shape;
+}
+
+/// The value of all samples of all levels, if it is one, to the bit.
+std::optional<float> onlyValueOf(const BrickFields& fields) {
+    const float value = fields.voxels.front();
+    const auto isAll = [&](std::span<const float> samples) {
+        return std::memcmp(samples.data(), &value, sizeof value) == 0 &&
+               std::memcmp(samples.data(), samples.data() + 1, samples.size_bytes() - sizeof value) == 0;
+    };
+    if (!isAll(fields.voxels))
+        return std::nullopt;
+    for (std::size_t level = 1; level < kLevelCount; ++level)
+        if (!isAll(fields.levels[level].samples))
+            return std::nullopt;
+    return value;
+}
+
 /// BrickFields::at() of places along rays, from tables that bricks of the same shape share.
 class RaySampler {
   public:
@@ -208,12 +240,8 @@ class RaySampler {
     void sample(const BrickFields& fields, const Candidate& ray, float* out) const;
 
   private:
+    void setTables(const BrickFields& fields);
     using Table = std::array<std::array<Between, static_cast<std::size_t>(kEdge)>, 3>; // by axis
-    struct Shape {
-        glm::ivec3 size{0};
-        std::array<glm::ivec3, kLevelCount> first{}, extent{};
-        bool operator==(const Shape&) const = default;
-    };
     Shape shape_;
     std::array<Table, kLevelCount> ofVoxels_, ofSamples_; // at voxels' centres; at raySampleAt()
 };
@@ -243,15 +271,11 @@ float trilinear(const BrickFields::Box& box, const Between& x, const Between& y,
 }
 
 void RaySampler::setShape(const BrickFields& fields) {
-    Shape shape;
-    shape.size = fields.size;
-    for (std::size_t level = 1; level < kLevelCount; ++level) {
-        shape.first[level] = fields.levels[level].first;
-        shape.extent[level] = fields.levels[level].extent;
-    }
-    if (shape == shape_)
-        return;
-    shape_ = shape;
+    if (const Shape shape = shapeOf(fields); shape != std::exchange(shape_, shape))
+        setTables(fields);
+}
+
+void RaySampler::setTables(const BrickFields& fields) {
     for (int level = 1; level < kLevelCount; ++level) {
         const auto of = static_cast<std::size_t>(level);
         const int samples = kRaySamples[of];
@@ -302,51 +326,7 @@ BrickRayPart quantised(const Values& values) {
     return part;
 }
 
-} // namespace
-
-void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> bytes) {
-    std::memcpy(bytes.data(), &part.lo, sizeof part.lo);
-    std::memcpy(bytes.data() + 4, &part.hi, sizeof part.hi);
-    std::memcpy(bytes.data() + 8, &part.axes, sizeof part.axes);
-    std::memcpy(bytes.data() + 12, part.codes.data(), part.codes.size());
-}
-
-BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
-    BrickRayPart part;
-    std::memcpy(&part.lo, bytes.data(), sizeof part.lo);
-    std::memcpy(&part.hi, bytes.data() + 4, sizeof part.hi);
-    std::memcpy(&part.axes, bytes.data() + 8, sizeof part.axes);
-    std::memcpy(part.codes.data(), bytes.data() + 12, part.codes.size());
-    return part;
-}
-
-float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
-    float lo = 0, hi = 0;
-    std::memcpy(&lo, bytes.data(), sizeof lo);
-    std::memcpy(&hi, bytes.data() + sizeof lo, sizeof hi);
-    return hi - lo;
-}
-
-double raySampleAt(int j, int samples, int n) {
-    const double middle = (j + 0.5) * n / samples;
-    if (samples < kRaySamples[0])
-        return middle;
-    // Alternately the voxel before and after the middle, so that odd and even voxels both occur.
-    const double voxel = std::floor(middle + (j % 2 == 0 ? -0.25 : 0.25));
-    return std::clamp(voxel, 0.0, n - 1.0) + 0.5;
-}
-
-float BrickFields::at(int level, const glm::dvec3& p) const {
-    if (level == 0) {
-        const glm::ivec3 voxel = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), size - 1);
-        return voxels[linearIndex(voxel, size)];
-    }
-    const Box& box = levels[static_cast<std::size_t>(level)];
-    return trilinear(box, betweenAt(box, level, 0, p.x), betweenAt(box, level, 1, p.y),
-                     betweenAt(box, level, 2, p.z));
-}
-
-std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
+std::array<BrickRayPart, kBrickRayParts> chooseRays(const BrickFields& fields) {
     static thread_local std::vector<Candidate> candidates;
     static thread_local CandidateOrder byMean, byResidual;
     static thread_local RaySampler sampler;
@@ -406,6 +386,67 @@ std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
         parts[part].axes = axes[part];
     }
     return parts;
+}
+
+} // namespace
+
+void encode(const BrickRayPart& part, std::span<std::uint8_t, kBrickRayBytes> bytes) {
+    std::memcpy(bytes.data(), &part.lo, sizeof part.lo);
+    std::memcpy(bytes.data() + 4, &part.hi, sizeof part.hi);
+    std::memcpy(bytes.data() + 8, &part.axes, sizeof part.axes);
+    std::memcpy(bytes.data() + 12, part.codes.data(), part.codes.size());
+}
+
+BrickRayPart decodeRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
+    BrickRayPart part;
+    std::memcpy(&part.lo, bytes.data(), sizeof part.lo);
+    std::memcpy(&part.hi, bytes.data() + 4, sizeof part.hi);
+    std::memcpy(&part.axes, bytes.data() + 8, sizeof part.axes);
+    std::memcpy(part.codes.data(), bytes.data() + 12, part.codes.size());
+    return part;
+}
+
+float rangeOfRays(std::span<const std::uint8_t, kBrickRayBytes> bytes) {
+    float lo = 0, hi = 0;
+    std::memcpy(&lo, bytes.data(), sizeof lo);
+    std::memcpy(&hi, bytes.data() + sizeof lo, sizeof hi);
+    return hi - lo;
+}
+
+double raySampleAt(int j, int samples, int n) {
+    const double middle = (j + 0.5) * n / samples;
+    if (samples < kRaySamples[0])
+        return middle;
+    // Alternately the voxel before and after the middle, so that odd and even voxels both occur.
+    const double voxel = std::floor(middle + (j % 2 == 0 ? -0.25 : 0.25));
+    return std::clamp(voxel, 0.0, n - 1.0) + 0.5;
+}
+
+float BrickFields::at(int level, const glm::dvec3& p) const {
+    if (level == 0) {
+        const glm::ivec3 voxel = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), size - 1);
+        return voxels[linearIndex(voxel, size)];
+    }
+    const Box& box = levels[static_cast<std::size_t>(level)];
+    return trilinear(box, betweenAt(box, level, 0, p.x), betweenAt(box, level, 1, p.y),
+                     betweenAt(box, level, 2, p.z));
+}
+
+std::array<BrickRayPart, kBrickRayParts> sampleRays(const BrickFields& fields) {
+    const std::optional<float> value = onlyValueOf(fields);
+    if (!value)
+        return chooseRays(fields);
+    // Much of a scan is air of one value: such a brick's rays are those of the one before.
+    static thread_local Shape shape;
+    static thread_local std::uint32_t bits = 0;
+    static thread_local std::array<BrickRayPart, kBrickRayParts> rays;
+    const std::uint32_t nowBits = std::bit_cast<std::uint32_t>(*value);
+    if (const Shape now = shapeOf(fields); now != shape || nowBits != bits) {
+        rays = chooseRays(fields);
+        shape = now;
+        bits = nowBits;
+    }
+    return rays;
 }
 
 std::span<const std::uint8_t, kBrickRayBytes> BrickRays::part(std::uint32_t row, int part) const {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <mutex>
 
@@ -32,6 +33,19 @@ template <typename Value, typename Slots> struct Boxes {
     Value lo[Slots::kCount][Slots::kCount][Slots::kCount],
         hi[Slots::kCount][Slots::kCount][Slots::kCount]; // [z][y][x]
 };
+
+/// True if a whole chunk has one value, to the bit.
+template <typename Value> bool isOneValue(const Value* chunk, const glm::ivec3& valid) {
+    constexpr std::size_t kRest =
+        (std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent - 1) * sizeof(Value);
+    return valid == glm::ivec3(kChunkExtent) && std::memcmp(chunk, chunk + 1, kRest) == 0;
+}
+template <typename Value, typename Slots> void fillBoxes(Boxes<Value, Slots>& box, Value value) {
+    for (auto* const ranges : {&box.lo, &box.hi})
+        for (auto& plane : *ranges)
+            for (auto& row : plane)
+                std::fill(std::begin(row), std::end(row), value);
+}
 
 /// Minima and maxima axis by axis, y first and z next, because whole rows of x are vectorised.
 /// @param valid  voxels inside the volume; rows are kChunkExtent long all the same
@@ -112,9 +126,14 @@ void mergeChunk(const glm::ivec3& chunk, const glm::ivec3& valid, std::span<cons
                 std::mutex& mutex) {
     const auto* values = reinterpret_cast<const Value*>(bytes.data());
     Boxes<Value, CellSlots> cells;
-    boxOf(values, valid, cells);
     Boxes<Value, WideSlots> wide;
-    boxOf(values, valid, wide);
+    if (isOneValue(values, valid)) {
+        fillBoxes(cells, values[0]);
+        fillBoxes(wide, values[0]);
+    } else {
+        boxOf(values, valid, cells);
+        boxOf(values, valid, wide);
+    }
     const std::lock_guard lock(mutex);
     merge(cells, chunk * kCellsPerBrick - 1, ofCells);
     merge(wide, chunk - 1, ofBricks);
@@ -314,6 +333,11 @@ BrickFields fieldsOf(const glm::ivec3& brick, const glm::ivec3& valid, const Val
 template <typename Value>
 void countChunk(const Binner<Value>& binOf, const glm::ivec3& valid, const Value* chunk, std::mutex& mutex,
                 std::vector<std::uint64_t>& histogram) {
+    if (isOneValue(chunk, valid)) {
+        const std::lock_guard lock(mutex);
+        histogram[binOf(chunk[0])] += cellCount(valid);
+        return;
+    }
     // Several counters a bin: neighbours are often of one bin, and each waits for the one before.
     constexpr std::size_t kCounters = 4;
     std::array<std::array<std::uint32_t, kHistogramBins>, kCounters> counts{};

@@ -3,8 +3,12 @@
 #include "tests/support/blobs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <gtest/gtest.h>
+#include <thread>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -81,6 +85,33 @@ TEST(BrickRays, TheLastOnesGoThroughTheExtremes) {
     EXPECT_EQ(parts[1].lo, *least);
     const auto ray = parts[0].codes.begin() + std::ptrdiff_t{11 * kSamplesPerRay};
     EXPECT_EQ(*std::max_element(ray, ray + 16), 255);
+}
+
+// Their rays are kept for the next one: a thread that has seen none finds the same.
+TEST(BrickRays, OfOneValueAreThoseOfABrickAlone) {
+    struct Brick {
+        glm::ivec3 size;
+        float value, levels;
+    };
+    const std::vector<Brick> bricks = {
+        {{32, 32, 32}, 5, 5},  {{32, 32, 32}, -7, -7}, {{32, 32, 32}, -7, -7}, {{32, 32, 32}, -7, 1},
+        {{32, 32, 9}, -7, -7}, {{9, 32, 32}, -7, -7},  {{32, 32, 32}, 0, 0},   {{32, 32, 32}, -0.f, -0.f}};
+    for (const Brick& brick : bricks) {
+        Blobs b(brick.size, 1);
+        for (std::vector<float>& level : b.levels)
+            std::fill(level.begin(), level.end(), &level == &b.levels[0] ? brick.value : brick.levels);
+        const auto rays = sampleRays(b.fields());
+        std::array<BrickRayPart, kBrickRayParts> alone;
+        std::thread([&] { alone = sampleRays(b.fields()); }).join();
+        for (std::size_t part = 0; part < rays.size(); ++part) {
+            std::array<std::uint8_t, kBrickRayBytes> bytes{}, expected{};
+            encode(rays[part], bytes);
+            encode(alone[part], expected);
+            EXPECT_EQ(bytes, expected) << brick.size.x << " " << brick.value << " " << brick.levels;
+            EXPECT_EQ(rays[part].lo, std::min(brick.value, brick.levels));
+            EXPECT_EQ(rays[part].hi, std::max(brick.value, brick.levels));
+        }
+    }
 }
 
 } // namespace
