@@ -6,7 +6,7 @@ import json
 import os
 import struct
 import zlib
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
@@ -47,14 +47,23 @@ def png(pixels: Array) -> bytes:
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    rows = np.zeros((height, 1 + width * channels), dtype=np.uint8)  # a 0 first: no filter
-    rows[:, 1:] = pixels.reshape(height, -1)
+    def packed() -> Iterator[bytes]:
+        """Some rows at a time: so that Ctrl-C need not wait for all."""
+        packer = zlib.compressobj(4)
+        at_once = max(1, 2**22 // (width * channels))
+        for first in range(0, height, at_once):
+            some = pixels[first : first + at_once]
+            rows = np.zeros((len(some), 1 + width * channels), dtype=np.uint8)  # a 0 first: no filter
+            rows[:, 1:] = some.reshape(len(some), -1)
+            yield packer.compress(rows.tobytes())
+        yield packer.flush()
+
     head = struct.pack(">IIBBBBB", width, height, 8, 2 if channels == 3 else 6, 0, 0, 0)
     return (
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", head)
         + chunk(b"sRGB", b"\0")
-        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 4))
+        + chunk(b"IDAT", b"".join(packed()))
         + chunk(b"IEND", b"")
     )
 

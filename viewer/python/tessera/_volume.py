@@ -7,7 +7,7 @@ import operator
 import os
 import sys
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -17,6 +17,15 @@ from ._words import Path, Progress, absolute, number, ram_text, told, whole_numb
 
 if TYPE_CHECKING:
     from ._words import Array, Numbers
+
+
+def by_slabs(values: Array, dtype: "np.dtype[Any]", of_slab: Callable[[Array], Array]) -> Array:
+    """A function of the values of an array [z, y, x], some slices at a time: so that Ctrl-C need not wait for all."""
+    out = np.empty(values.shape, dtype)
+    slices = max(1, 2**24 // max(1, values[0].size))
+    for first in range(0, len(values), slices):
+        out[first : first + slices] = of_slab(values[first : first + slices])
+    return out
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,7 @@ class LabelMap:
             raise InputError("values: expected labels that do not overlap, found some that do; mask() has each")
         most = max((label.value for label in self.labels), default=0)
         numbers = [of_set[0].value if of_set else 0 for of_set in self.labels_of_sets]
-        return np.array(numbers, dtype=np.min_scalar_type(most))[self.sets]
+        return by_slabs(self.sets, np.min_scalar_type(most), np.array(numbers, dtype=np.min_scalar_type(most)).__getitem__)
 
     def mask(self, label: Union[str, int, Label]) -> Array:
         """The voxels of a label, by its name or value: bool [z, y, x]."""
@@ -62,7 +71,8 @@ class LabelMap:
         if not chosen:
             names = ", ".join(one.name for one in self.labels[:20])
             raise InputError(f"label: expected a name or value of {names}, found {label!r}")
-        return np.array([any(one in of_set for one in chosen) for of_set in self.labels_of_sets])[self.sets]
+        is_in = np.array([any(one in of_set for one in chosen) for of_set in self.labels_of_sets])
+        return by_slabs(self.sets, np.dtype(bool), is_in.__getitem__)
 
     def __repr__(self) -> str:
         z, y, x = self.sets.shape
@@ -327,7 +337,9 @@ class Volume:
         if copy is False:
             raise ValueError("a volume is on disk: its array is always a copy")
         values = self.level(0)
-        return values if dtype is None else values.astype(dtype, copy=False)
+        if dtype is None or values.dtype == dtype:
+            return values
+        return by_slabs(values, np.dtype(dtype), lambda slab: slab)
 
     def __len__(self) -> int:
         return self.shape[0]
