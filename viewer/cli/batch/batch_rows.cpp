@@ -4,7 +4,9 @@
 #include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/names.h"
 #include "core/base/output_file.h"
+#include "core/scene/preset.h"
 #include "core/scene/scene_fields.h" // setSceneKey
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/cli/render/picture_files.h"
@@ -16,6 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
+#include <variant>
 
 namespace tessera {
 namespace {
@@ -60,10 +63,10 @@ BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::strin
         const bool isUsed =
             output_.uses(n) || names[n] == "id" ||
             std::ranges::any_of(texts_, [&](const Text& text) { return text.pattern.uses(n); });
-        if (columns_.back().key.empty() && !isUsed)
+        if (columns_.back().key.empty() && !isUsed && !names[n].starts_with('#'))
             throw badFile(table.path().string(),
-                          "columns that are keys of the scene, options that set one, or names in -o or in "
-                          "the scene's texts",
+                          "columns that are keys of the scene, options that set one, names in -o or in "
+                          "the scene's texts, or begin with #, which are left out",
                           "\"" + names[n].substr(0, 60) + "\"; nearest: \"" + nearestKeyName(names[n]) +
                               "\"");
     }
@@ -102,6 +105,12 @@ BatchRow BatchRows::row(std::size_t number) const {
             setKeyFromText(row.scene, columns_[n].key, cells[n],
                            row.place + " (" + table_.names()[n].substr(0, 60) + ")");
     placePaths(row.scene, table_.path().parent_path());
+    static const std::vector<std::string> presets = presetNames();
+    for (const SceneVolume& volume : row.scene.volumes)
+        if (const auto* const name = std::get_if<std::string>(&volume.transferFunction);
+            name && !std::ranges::count(presets, *name))
+            throw badFile(row.place + " (transferFunction)", "one of " + joinNames(presets),
+                          "\"" + name->substr(0, 60) + "\"");
     if (row.scene.volumes.empty() || row.scene.volumes.front().path.empty())
         throw badFile(row.place, "a volume (--scene, or a column \"volumes[0].path\")", "none");
     return row;

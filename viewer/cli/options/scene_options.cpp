@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/scene_fields.h"
+#include "viewer/cli/options/scene_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -88,8 +89,9 @@ void applySets(const std::vector<std::string>& sets, Scene& scene) {
         if (equals == std::string::npos || equals == 0 || equals + 1 == said.size())
             throw badFile("--set", "KEY=VALUE, a key of scenes and its value in JSON, or a word",
                           "\"" + said.substr(0, 60) + "\"");
-        const std::string key = said.substr(0, equals);
-        setSceneKey(scene, key, valueOf(said.substr(equals + 1)), "--set " + key);
+        const std::string key = said.substr(0, equals), text = said.substr(equals + 1);
+        if (!setByWord(scene, key, text, "--set " + key))
+            setSceneKey(scene, key, valueOf(text), "--set " + key);
     }
 }
 
@@ -144,6 +146,8 @@ json typedValue(const std::string& key, const std::string& text, const std::stri
 std::string keyNamed(const std::string& name) {
     if (name.empty() || name.find_first_of(" \t") != std::string::npos)
         return {};
+    if (isSceneWord(name))
+        return name;
     const std::string option = name.starts_with("--") ? name : "--" + name;
     for (const KeyRow& row : sceneKeys())
         if (row.option.name == option && name != row.path)
@@ -152,7 +156,7 @@ std::string keyNamed(const std::string& name) {
 }
 
 std::string nearestKeyName(const std::string& name) {
-    std::vector<std::string> names;
+    std::vector<std::string> names = sceneWords();
     for (const KeyRow& row : sceneKeys()) {
         names.push_back(keyOf(row));
         if (!row.option.name.empty())
@@ -166,6 +170,8 @@ std::string nearestKeyName(const std::string& name) {
 }
 
 void setKeyFromText(Scene& scene, const std::string& key, const std::string& text, const std::string& where) {
+    if (setByWord(scene, key, text, where))
+        return;
     if (const auto* free = std::get_if<Camera>(&scene.camera); free && key == "camera.view") {
         FittedView view;
         view.projection = free->projection;
@@ -273,39 +279,11 @@ void KeyOptions::apply(Scene& scene) const {
 
 namespace {
 
-/// Numbers between commas; lengths may have their unit behind them.
-std::vector<double> numbers(const std::string& text, std::size_t count, const std::string& option,
-                            const std::string& expected) {
-    const std::optional<std::vector<double>> lengths = lengthsOf(text, count);
-    if (!lengths)
-        throw badFile(option, expected, "\"" + text.substr(0, 60) + "\"");
-    return *lengths;
-}
-
-constexpr char kSliceForm[] = "axial, coronal or sagittal, with :MM where it lies, or "
-                              "oblique:X,Y,Z,NX,NY,NZ (a point and a normal, mm)";
 constexpr char kSlabForm[] = "MM, MM:average, MM:maximum or MM:minimum";
-
-void parseSlice(const std::string& text, SlicePlane& slice) {
-    const std::size_t colon = text.find(':');
-    const std::string rest = colon == std::string::npos ? std::string() : text.substr(colon + 1);
-    slice.orientation = parseName<Orientation>(text.substr(0, colon), "--slice");
-    slice.positionMm.reset();
-    if (colon != std::string::npos && rest.empty())
-        throw badFile("--slice", kSliceForm, "\"" + text.substr(0, 60) + "\"");
-    if (slice.orientation == Orientation::oblique) {
-        const std::vector<double> n = numbers(rest.empty() ? "?" : rest, 6, "--slice", kSliceForm);
-        slice.point = {n[0], n[1], n[2]};
-        slice.normal = {n[3], n[4], n[5]};
-    } else if (!rest.empty()) {
-        slice.positionMm = numbers(rest, 1, "--slice", kSliceForm)[0];
-    }
-    checkSlice(slice, "--slice");
-}
 
 void parseSlab(const std::string& text, SlicePlane& slice) {
     const std::size_t colon = text.find(':');
-    slice.thicknessMm = numbers(text.substr(0, colon), 1, "--slab", kSlabForm)[0];
+    slice.thicknessMm = parseNumbers(text.substr(0, colon), 1, "--slab", kSlabForm)[0];
     if (colon != std::string::npos)
         slice.reduction = parseName<Reduction>(text.substr(colon + 1), "--slab");
     checkSlice(slice, "--slab");
@@ -337,7 +315,7 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
     for (const std::string& text : options.boxesInVoxels)
         addBox(text, "--crop-voxels", CropBox::Space::voxels);
     for (const std::string& text : options.planes) {
-        const std::vector<double> n = numbers(text, 6, "--cut-plane", kPlaneForm);
+        const std::vector<double> n = parseNumbers(text, 6, "--cut-plane", kPlaneForm);
         cuts.planes.push_back({{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, keep});
         checkPlane(cuts.planes.back(), "--cut-plane");
     }
@@ -350,7 +328,7 @@ void applyCuts(const ModeOptions& options, Cuts& cuts) {
 
 CropBox cropBoxOf(const std::string& text, const std::string& option, CropBox::Space space,
                   const char* forms) {
-    const std::vector<double> n = numbers(text, 6, option, forms);
+    const std::vector<double> n = parseNumbers(text, 6, option, forms);
     const CropBox box{{n[0], n[2], n[4]}, {n[1], n[3], n[5]}, space, Keep::inside};
     checkBox(box, option);
     return box;
@@ -395,7 +373,7 @@ Cuts& cutsOf(const ModeOptions& options, Scene& scene) {
 void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene) {
     const auto mode = [&] { return "mode " + nameOf(scene.mode); };
     if (!options.slice.empty()) {
-        parseSlice(options.slice, scene.slice);
+        scene.slice = parseSlice(options.slice, "--slice", scene.slice);
         if (const std::string text = keys.textOf("--mode"); !text.empty() && scene.mode != Mode::slice)
             throw badFile("--slice", "--mode slice", "--mode " + text);
         scene.mode = Mode::slice;

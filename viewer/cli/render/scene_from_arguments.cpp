@@ -146,7 +146,8 @@ void applyFoundPreset(const std::string& text, const std::string& option, Scene&
         for (const std::string& what : found.leftOut)
             common.note(text + ": left out: " + what);
     } catch (const InputError& e) {
-        throw InputError(option + ": " + e.what());
+        const std::string why = e.what(), head = "preset: ";
+        throw InputError(option + ": " + (why.starts_with(head) ? why.substr(head.size()) : why));
     }
 }
 
