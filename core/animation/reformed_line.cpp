@@ -48,18 +48,27 @@ Reformation emptyPicture(double heightMm, double widthMm, const ReformedPixels& 
     return picture;
 }
 
+/// The row through the line there, of a viewer at an angle about it.
+ReformedRow rowAt(const FlightCurve& line, double mm, double degrees) {
+    const double angle = glm::radians(degrees);
+    const Pose pose = line.at(mm);
+    ReformedRow row;
+    row.at = pose.at;
+    row.towards = std::cos(angle) * pose.up + std::sin(angle) * glm::cross(pose.direction, pose.up);
+    row.across = glm::cross(row.towards, pose.direction);
+    row.alongMm = mm;
+    return row;
+}
+
 } // namespace
 
 Reformation straightened(const FlightCurve& line, double degrees, const ReformedPixels& pixels) {
     Reformation picture = emptyPicture(line.lengthMm(), pixels.widthMm, pixels);
-    const double step = picture.mmPerPixel / picture.samples, angle = glm::radians(degrees);
+    const double step = picture.mmPerPixel / picture.samples;
     for (std::size_t y = 0; y < picture.rows.size(); ++y) {
         const double mm = (static_cast<double>(y) + 0.5) * step;
-        const Pose pose = line.at(mm);
         ReformedRow& row = picture.rows[y];
-        row.at = pose.at;
-        row.towards = std::cos(angle) * pose.up + std::sin(angle) * glm::cross(pose.direction, pose.up);
-        row.across = glm::cross(row.towards, pose.direction);
+        row = rowAt(line, mm, degrees);
         row.lineMm = 0.5 * picture.columns * picture.mmPerPixel;
         const double bend = glm::dot(curvature(line, mm), row.across);
         if (bend > 0)
@@ -112,6 +121,7 @@ Stretched stretched(const FlightCurve& line, const glm::dvec3& given, const glm:
         ReformedRow row;
         row.at = pose.at;
         row.across = direction;
+        row.alongMm = mm;
         row.lineMm = glm::dot(pose.at, direction) - left;
         // The viewer's side: right and up span the picture, and the line runs down, or up.
         const glm::dvec3 side = glm::cross(line.tangent(mm), direction);
@@ -123,6 +133,35 @@ Stretched stretched(const FlightCurve& line, const glm::dvec3& given, const glm:
     if (out.endOnTop)
         std::reverse(out.picture.rows.begin(), out.picture.rows.end());
     return out;
+}
+
+std::vector<double> sectionPlaces(const FlightCurve& line, int count) {
+    std::vector<double> places;
+    for (int n = 0; n < count; ++n)
+        places.push_back(line.lengthMm() * (n + 0.5) / count);
+    return places;
+}
+
+Reformation crossSection(const FlightCurve& line, double mm, double degrees, const ReformedPixels& pixels) {
+    Reformation picture = emptyPicture(pixels.widthMm + 0.5 * pixels.mmPerPixel, pixels.widthMm, pixels);
+    picture.isSection = true;
+    const double step = picture.mmPerPixel / picture.samples;
+    const ReformedRow middle = rowAt(line, mm, degrees);
+    const glm::dvec3 up = middle.towards;
+    const double halfMm = 0.5 * picture.size().y * picture.mmPerPixel;
+    for (std::size_t y = 0; y < picture.rows.size(); ++y) {
+        ReformedRow& row = picture.rows[y];
+        row = middle;
+        row.at += (halfMm - (static_cast<double>(y) + 0.5) * step) * up;
+        row.towards = glm::cross(middle.across, up);
+        row.lineMm = 0.5 * picture.columns * picture.mmPerPixel;
+    }
+    return picture;
+}
+
+std::size_t sectionBytes(const ReformedPixels& pixels) {
+    const double rows = (pixels.widthMm / pixels.mmPerPixel + 1) * std::max(1, pixels.samples);
+    return static_cast<std::size_t>(std::min(1e15, rows * sizeof(ReformedRow)));
 }
 
 std::size_t reformedBytes(const FlightCurve& line, const ReformedPixels& pixels) {

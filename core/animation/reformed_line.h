@@ -5,7 +5,10 @@
 #include "core/animation/flight.h"
 #include "core/scene/reformation.h"
 
+#include <cstddef>
 #include <glm/vec3.hpp>
+#include <string>
+#include <vector>
 
 namespace tessera {
 
@@ -35,6 +38,18 @@ struct Stretched {
 /// Throws InputError as straightened() does, and where all of the line runs along the direction.
 Stretched stretched(const FlightCurve& line, const glm::dvec3& direction, const glm::dvec3& up,
                     const ReformedPixels& pixels);
+
+/// The middles of so many equal parts of the line, mm from its beginning.
+std::vector<double> sectionPlaces(const FlightCurve& line, int count);
+
+/// A cross-section: the plane at right angles to the line, as wide as high, with the line in its middle. Its
+/// rows run as those of straightened() there, the viewer of which is on top; its own viewer looks back along
+/// the line, and a slab is thick along it.
+/// @param mm  from the line's beginning
+Reformation crossSection(const FlightCurve& line, double mm, double degrees, const ReformedPixels& pixels);
+
+/// Bytes of the rows of a cross-section.
+std::size_t sectionBytes(const ReformedPixels& pixels);
 
 /// Bytes of the rows of one picture, and of what makes them, at most.
 std::size_t reformedBytes(const FlightCurve& line, const ReformedPixels& pixels);

@@ -1,5 +1,6 @@
 // core/scene/reformation.h: a curved planar reformation, row by row: the places of a volume that a picture
-// along a line shows (docs/reformations.md). core/animation/reformed_line.h makes it of a line.
+// along a line, or across it, shows (docs/reformations.md). core/animation/reformed_line.h makes it of a
+// line.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -15,6 +16,7 @@ struct ReformedRow {
     glm::dvec3 across{1, 0, 0};  // to the right of the picture
     glm::dvec3 towards{0, 0, 1}; // the viewer: along it a slab is thick
     double lineMm = 0;           // from the picture's left edge to `at`
+    double alongMm = 0;          // from the line's beginning to `at`, along it
     /// From `at` along `across`: beyond them the row crosses its neighbours.
     double lowMm = -std::numeric_limits<double>::infinity(), highMm = std::numeric_limits<double>::infinity();
 
@@ -29,8 +31,13 @@ struct Reformation {
     int columns = 0;
     int samples = 1; // along either side of a pixel: as many rows a pixel
     double mmPerPixel = 1;
+    bool isSection = false; // at right angles to the line
+    glm::ivec2 from{0};     // its upper left, in an image of several
 
     glm::ivec2 size() const { return {columns, static_cast<int>(rows.size()) / samples}; }
 };
+
+/// Pixels between pictures that lie side by side.
+constexpr int kReformedGap = 8;
 
 } // namespace tessera

@@ -8,6 +8,7 @@
 #include "core/base/threads.h"
 #include "core/scene/mode.h"
 #include "core/scene/preset.h"
+#include "core/scene/reformed_sheet.h" // sizeOf
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
 #include "render/plan/drawn_part.h"
@@ -17,6 +18,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -81,9 +83,8 @@ std::optional<double> valueOfPlace(const ReformedLook& look, LatticeReader& samp
 
 /// Draws one patch of one picture.
 /// @param first  of the picture's pixels
-/// @param left   of the picture in the image
 void drawPatch(const ReformedLook& look, LatticeReader& samples, const Reformation& picture,
-               const glm::ivec2& first, int left, Image& image, ReformedShare& share) {
+               const glm::ivec2& first, Image& image, ReformedShare& share) {
     const glm::ivec2 end = glm::min(first + kPatch, picture.size());
     const glm::dmat3 direction(look.voxelFromPatient);
     const double step = picture.mmPerPixel / picture.samples;
@@ -108,9 +109,9 @@ void drawPatch(const ReformedLook& look, LatticeReader& samples, const Reformati
                 }
             }
             const int all = picture.samples * picture.samples;
-            glm::vec4& pixel =
-                image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.size.x) +
-                             static_cast<std::size_t>(left + x)];
+            glm::vec4& pixel = image.pixels[static_cast<std::size_t>(picture.from.y + y) *
+                                                static_cast<std::size_t>(image.size.x) +
+                                            static_cast<std::size_t>(picture.from.x + x)];
             pixel = glm::vec4(sum / static_cast<double>(all));
             if (folded == all && (x + y) % kHatchPixels == 0)
                 pixel = kHatch;
@@ -120,6 +121,31 @@ void drawPatch(const ReformedLook& look, LatticeReader& samples, const Reformati
         }
 }
 
+struct Patch {
+    std::size_t picture;
+    glm::ivec2 first; // of its pixels
+};
+/// In the order that they are drawn in: pictures along the line go on together, band by band, for they lie in
+/// the same chunks; cross-sections one after another.
+std::vector<Patch> patchesOf(const std::vector<Reformation>& pictures) {
+    std::vector<Patch> patches;
+    std::size_t n = 0;
+    while (n < pictures.size()) {
+        std::size_t end = n + 1;
+        while (!pictures[n].isSection && end < pictures.size() && !pictures[end].isSection)
+            ++end;
+        int height = 0;
+        for (std::size_t i = n; i < end; ++i)
+            height = std::max(height, pictures[i].size().y);
+        for (int y = 0; y < height; y += kPatch.y)
+            for (std::size_t i = n; i < end; ++i)
+                for (int x = 0; x < pictures[i].columns && y < pictures[i].size().y; x += kPatch.x)
+                    patches.push_back({i, {x, y}});
+        n = end;
+    }
+    return patches;
+}
+
 TransferFunction functionOfValues(const SceneVolume& volume, const ValueSummary& values) {
     const auto* const name = std::get_if<std::string>(&volume.transferFunction);
     return name ? presetFunction(*name, values) : std::get<TransferFunction>(volume.transferFunction);
@@ -127,19 +153,7 @@ TransferFunction functionOfValues(const SceneVolume& volume, const ValueSummary&
 
 } // namespace
 
-glm::ivec2 sizeOf(std::span<const Reformation> pictures) {
-    glm::ivec2 size(0);
-    for (const Reformation& picture : pictures) {
-        size.x += picture.columns + (size.x > 0 ? kReformedGap : 0);
-        size.y = std::max(size.y, picture.size().y);
-        if (size.x > Scene::kMaxImageExtent)
-            throw badFile("pictures side by side",
-                          "at most " + std::to_string(Scene::kMaxImageExtent) + " columns together", "more");
-    }
-    return size;
-}
-
-RenderResult renderReformed(const Scene& scene, std::span<const Reformation> pictures,
+RenderResult renderReformed(const Scene& scene, const std::vector<Reformation>& pictures,
                             const StoreReader& store, MemoryBudget& ram, const RenderOptions& options,
                             ReformedShare& share) {
     if (scene.volumes.size() != 1)
@@ -185,33 +199,15 @@ RenderResult renderReformed(const Scene& scene, std::span<const Reformation> pic
     const std::size_t floor = latticeCacheFloorBytes(info, options.threads);
     BrickCache cache(store, ram, std::max(floor, std::min(kEnough, ram.freeBytes())), options.threads);
     result.image = Image(size);
-    std::vector<int> lefts;
-    int left = 0, patches = 0;
-    for (const Reformation& picture : pictures) {
-        lefts.push_back(left);
-        left += picture.columns + kReformedGap;
-        patches += (picture.columns + kPatch.x - 1) / kPatch.x;
-    }
-    struct Patch {
-        std::size_t picture;
-        int x;
-    };
-    std::vector<Patch> ofBand;
-    ofBand.reserve(static_cast<std::size_t>(patches));
-    for (std::size_t n = 0; n < pictures.size(); ++n)
-        for (int x = 0; x < pictures[n].columns; x += kPatch.x)
-            ofBand.push_back({n, x});
-    const int bands = (size.y + kPatch.y - 1) / kPatch.y;
+    const std::vector<Patch> patches = patchesOf(pictures);
     std::atomic<std::size_t> pixels{0}, outside{0}, folded{0};
     parallelFor(
-        ofBand.size() * static_cast<std::size_t>(bands), options.threads,
+        patches.size(), options.threads,
         [&](std::size_t n) {
-            const Patch& patch = ofBand[n % ofBand.size()];
+            const Patch& patch = patches[n];
             LatticeReader samples(cache, info, 0, nullptr);
             ReformedShare own;
-            drawPatch(look, samples, pictures[patch.picture],
-                      {patch.x, kPatch.y * static_cast<int>(n / ofBand.size())}, lefts[patch.picture],
-                      result.image, own);
+            drawPatch(look, samples, pictures[patch.picture], patch.first, result.image, own);
             pixels += own.pixels;
             outside += own.outside;
             folded += own.folded;

@@ -6,7 +6,7 @@
 #include "render/picture/render_scene.h"
 
 #include <cstddef>
-#include <span>
+#include <vector>
 
 namespace tessera {
 
@@ -17,20 +17,15 @@ struct ReformedShare {
     std::size_t folded = 0;  // where rows cross one another: hatched
 };
 
-/// Pixels between pictures that lie side by side.
-constexpr int kReformedGap = 8;
-
-/// The pictures side by side, all of the same height. Pixels are the mean of their samples; each is the value
-/// of level 0 at its place, by trilinear interpolation. If the scene's slice has a thickness, it is the
-/// greatest, least or mean value along it, at steps of at most half a voxel. Colours are those of the scene's
-/// window or function. The scene's cuts hold; camera, light and all else do not count. Reads chunks through a
-/// cache, in bands of rows, all pictures of a band together. Threads share the bands, and change no bit.
-/// Throws InputError for budgets that are too small, more than one volume, and damaged chunks.
-RenderResult renderReformed(const Scene& scene, std::span<const Reformation> pictures,
+/// The pictures in one image, each where it lies (Reformation::from); between them it is transparent. Pixels
+/// are the mean of their samples; each is the value of level 0 at its place, by trilinear interpolation. If
+/// the scene's slice has a thickness, it is the greatest, least or mean value along it, at steps of at most
+/// half a voxel. Colours are those of the scene's window or function; labels lie over them as over slices.
+/// The scene's cuts hold; camera, light and all else do not count. Reads chunks through a cache, in bands of
+/// rows, all pictures of a band together, cross-sections one by one. Threads share the bands, and change no
+/// bit. Throws InputError for budgets that are too small, more than one volume, and damaged chunks.
+RenderResult renderReformed(const Scene& scene, const std::vector<Reformation>& pictures,
                             const StoreReader& store, MemoryBudget& ram, const RenderOptions& options,
                             ReformedShare& share);
-
-/// The size of the picture that holds them.
-glm::ivec2 sizeOf(std::span<const Reformation> pictures);
 
 } // namespace tessera

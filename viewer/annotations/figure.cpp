@@ -29,8 +29,13 @@ std::string firstAnnotation(const Annotations& a) {
 }
 
 bool Figure::any() const {
-    return std::any_of(parts.begin(), parts.end(),
-                       [](const FigurePart& part) { return part.annotations.any() || !part.mark.empty(); });
+    const auto says = [](const InnerPicture& inner) {
+        return !inner.ticks.empty() ||
+               !(inner.words + inner.left + inner.right + inner.top + inner.bottom).empty();
+    };
+    return std::ranges::any_of(parts, [&](const FigurePart& part) {
+        return part.annotations.any() || !part.mark.empty() || std::ranges::any_of(part.inner, says);
+    });
 }
 
 } // namespace tessera

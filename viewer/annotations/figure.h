@@ -30,6 +30,20 @@ struct ShownPlane {
     double halfMm = 0;                    // to either side
 };
 
+/// A tick at either side of a picture, and words beside the left one.
+struct SideTick {
+    double at = 0; // pixels from the picture's upper edge
+    std::string words;
+};
+/// One of several pictures that a part holds side by side.
+struct InnerPicture {
+    glm::ivec2 from{0}, size{0};          // its box in the part, pixels
+    std::string words;                    // at its upper left; in the middle where letters stand there
+    std::string left, right, top, bottom; // the patient's directions, in the middle of its edges
+    bool lettersOnTop = false;            // left and right in its upper corners: they hold there alone
+    std::vector<SideTick> ticks;
+};
+
 /// One picture of a figure. What its annotations ask for is drawn within its box.
 struct FigurePart {
     glm::ivec2 from{0}, size{0}; // its box in the figure, pixels from the upper left; not empty
@@ -45,6 +59,7 @@ struct FigurePart {
     std::optional<ShownPlane> plane; // of a slice: measurements and arrows that lie beside it are left out
     std::string error;               // for the caption: what was measured
     std::string mark;                // of a panel: "A"; bold, in the upper left corner
+    std::vector<InnerPicture> inner;
 };
 /// Strips of words above and below a figure's panels, pixels.
 struct StripHeights {

@@ -198,6 +198,7 @@ FigureLayout layOut(const Figure& figure, const MeasureWords& measure) {
         layTitle(in);
         layCaption(in);
         layScaleBar(in);
+        layInnerPictures(in);
         layEdgeLetters(in);
         layColourLegend(in);
         layLabelLegend(in);

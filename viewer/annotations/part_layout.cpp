@@ -2,6 +2,7 @@
 #include "viewer/annotations/part_layout.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <utility>
@@ -68,10 +69,21 @@ bool PartLayout::isFree(const glm::dvec2& corner, const glm::dvec2& size) const 
     });
 }
 
+namespace {
+/// Whole pixels, for sharp lines, to either side where the margin asks for one.
+std::array<glm::dvec2, 3> wholeCorners(const glm::dvec2& wanted) {
+    return {glm::floor(wanted), glm::ceil(wanted), wanted};
+}
+} // namespace
+
+bool PartLayout::hasRoom(const glm::dvec2& corner, const glm::dvec2& size) const {
+    return std::ranges::any_of(wholeCorners(corner),
+                               [&](const glm::dvec2& whole) { return isFree(whole, size); });
+}
+
 bool PartLayout::place(LaidBlock block, const std::vector<glm::dvec2>& corners, const std::string& what) {
     for (const glm::dvec2& wanted : corners)
-        // Whole pixels, for sharp lines, to either side where the margin asks for one.
-        for (const glm::dvec2& corner : {glm::floor(wanted), glm::ceil(wanted), wanted})
+        for (const glm::dvec2& corner : wholeCorners(wanted))
             if (isFree(corner, block.size)) {
                 block.move(corner);
                 taken_.push_back({corner, corner + block.size});

@@ -43,6 +43,8 @@ class PartLayout {
     /// A line's box, with its edge.
     static glm::dvec2 boxOf(const LaidWords& line) { return line.to() - line.from(); }
 
+    /// isFree() of the corner that place() takes for it.
+    bool hasRoom(const glm::dvec2& corner, const glm::dvec2& size) const;
     bool isFree(const glm::dvec2& corner, const glm::dvec2& size) const;
     /// Places the block at the first of these upper left corners that has room for it, else leaves it out, as
     /// the end of words that are cut.
@@ -69,6 +71,7 @@ void layMark(PartLayout& in);
 void layTitle(PartLayout& in);
 void layCaption(PartLayout& in);
 void layScaleBar(PartLayout& in);
+void layInnerPictures(PartLayout& in);
 void layEdgeLetters(PartLayout& in);
 void layCube(PartLayout& in);
 void layColourLegend(PartLayout& in);

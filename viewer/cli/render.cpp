@@ -51,7 +51,7 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
     command
         .option("--angle", a->angle,
                 "with --straighten: the viewer's direction, degrees about the line, clockwise from its upper "
-                "side (default: 0)")
+                "side; with --sections: that of their upper edge (default: 0)")
         .check(numberWithin(-3600, 3600, "degrees from -3600 to 3600"));
     command
         .option("--angles", a->angles,
@@ -60,11 +60,18 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
         .check(wholeNumberFrom(2));
     command.flag("--curved", a->curved,
                  "with --path: one picture of the surface that the line sweeps along a direction, laid flat");
+    command
+        .option(
+            "--sections", a->sections,
+            "with --path: so many cross-sections, at right angles to the line and evenly along it; beside "
+            "--straighten or --curved, or alone")
+        .check(numberWithin(1, 200, "a number from 1 to 200"))
+        .check(wholeNumberFrom(1));
     command.option("--direction", a->direction,
                    "with --curved: X,Y,Z of the direction, the picture's right (default: that of --view)");
     command
         .option("--across", a->widthMm,
-                "with --straighten and --curved: mm across the line (default: by its radius)")
+                "with --straighten, --curved and --sections: mm across the line (default: by its radius)")
         .inUnit("mm")
         .check(numberWithin(0.01, 1e5, "mm from 0.01 to 100000"));
     command

@@ -3,8 +3,10 @@
 #include "core/animation/reformed_line.h"
 
 #include "core/base/error.h"
+#include "core/scene/reformed_sheet.h"
 #include "tests/support/curves.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -12,6 +14,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -164,6 +167,75 @@ TEST(ReformedLine, WhatNoPictureHasIsRefused) {
                 HasSubstr("--direction"));
     EXPECT_THAT(message([&] { (void)straightened(line, 0, {30, 1e-3, 1}); }), HasSubstr("32768"));
     EXPECT_THAT(message([&] { (void)straightened(line, 0, {1e6, 1, 1}); }), HasSubstr("32768"));
+}
+
+TEST(ReformedLine, CrossSectionsStandOnTheLine) {
+    const FlightCurve line = twoHelixTurns();
+    const std::vector<double> places = sectionPlaces(line, 7);
+    ASSERT_EQ(places.size(), 7U);
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        EXPECT_NEAR(places[n], line.lengthMm() * (static_cast<double>(n) + 0.5) / 7, 1e-9);
+        for (const double degrees : {0.0, 50.0}) {
+            const Reformation picture = crossSection(line, places[n], degrees, {20, 0.5, 2});
+            expectFrames(picture);
+            EXPECT_EQ(picture.size(), glm::ivec2(40, 40));
+            EXPECT_TRUE(picture.isSection);
+            const glm::dvec3 middle = 0.5 * (picture.rows[39].place(10) + picture.rows[40].place(10));
+            EXPECT_LT(glm::distance(middle, line.at(places[n]).at), 1e-9);
+            for (const ReformedRow& row : picture.rows) {
+                EXPECT_LT(glm::distance(row.towards, line.tangent(places[n])), 1e-6) << "it looks back";
+                EXPECT_EQ(row.alongMm, places[n]);
+            }
+            const glm::dvec3 down = glm::normalize(picture.rows.back().at - picture.rows.front().at);
+            EXPECT_LT(glm::distance(glm::cross(picture.rows[0].across, -down), picture.rows[0].towards), 1e-9)
+                << "not a mirror image";
+            // The row of the straightened picture, whose viewer is on top.
+            const Reformation along = straightened(line, degrees, {20, 0.5, 2});
+            const auto nearest = std::ranges::min_element(
+                along.rows, {}, [&](const ReformedRow& row) { return std::abs(row.alongMm - places[n]); });
+            EXPECT_LT(glm::distance(nearest->across, picture.rows[0].across), 0.02);
+            EXPECT_LT(glm::distance(nearest->towards, -down), 0.02);
+        }
+    }
+    // Of a line from head to feet it is an axial slice as radiologists see it.
+    const FlightCurve down = curveOf(50, [](double mm) { return glm::dvec3(0, 0, -mm); });
+    const Reformation axial = crossSection(down, 20, 0, {20, 1, 1});
+    EXPECT_LT(glm::distance(axial.rows[0].across, {1, 0, 0}), 1e-9) << "the patient's left at the right";
+    EXPECT_LT(glm::distance(axial.rows[0].at - axial.rows[19].at, {0, -19, 0}), 1e-9) << "the front on top";
+}
+
+TEST(ReformedLine, PicturesLieApartInOneImage) {
+    const FlightCurve line = curveOf(100, [](double mm) { return glm::dvec3(0, 0, -mm); });
+    const ReformedPixels pixels{24, 1, 1};
+    for (const int along : {0, 1, 3})
+        for (const int sections : {0, 1, 2, 5, 13}) {
+            if (along + sections == 0)
+                continue;
+            std::vector<Reformation> pictures;
+            for (int n = 0; n < along; ++n)
+                pictures.push_back(straightened(line, 30.0 * n, pixels));
+            for (const double mm : sectionPlaces(line, sections))
+                pictures.push_back(crossSection(line, mm, 0, pixels));
+            const glm::ivec2 size = layOutPictures(pictures);
+            EXPECT_EQ(size, sizeOf(pictures));
+            if (along > 0) {
+                EXPECT_EQ(size.y, 100) << "sections lie beside the line, as high as it at most";
+            }
+            for (std::size_t a = 0; a < pictures.size(); ++a) {
+                const glm::ivec2 end = pictures[a].from + pictures[a].size();
+                EXPECT_TRUE(pictures[a].from.x >= 0 && pictures[a].from.y >= 0 && end.x <= size.x &&
+                            end.y <= size.y);
+                for (std::size_t b = 0; b < a; ++b) {
+                    const glm::ivec2 other = pictures[b].from + pictures[b].size() + kReformedGap;
+                    EXPECT_TRUE(pictures[a].from.x >= other.x || pictures[a].from.y >= other.y ||
+                                pictures[b].from.x >= end.x + kReformedGap ||
+                                pictures[b].from.y >= end.y + kReformedGap)
+                        << along << " " << sections << ": " << a << " and " << b;
+                }
+            }
+        }
+    std::vector<Reformation> many(200, crossSection(line, 3, 0, {1700, 0.5, 1}));
+    EXPECT_THROW(layOutPictures(many), InputError);
 }
 
 TEST(ReformedLine, ADigestTellsLinesApart) {

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/program_folders.h"
 #include "core/image/colour.h"
+#include "core/scene/reformed_sheet.h"
 #include "render/contract/lattice.h"
 #include "tests/support/curves.h"
 #include "tests/support/folders.h"
@@ -45,8 +46,9 @@ struct Field {
             return ofPatientMm(glm::dvec3(info.patientFromVoxel * glm::dvec4(p, 1)));
         };
     }
-    RenderResult draw(const Scene& scene, const std::vector<Reformation>& pictures, int threads = 0,
+    RenderResult draw(const Scene& scene, std::vector<Reformation> pictures, int threads = 0,
                       MemoryBudget* budget = nullptr) {
+        layOutPictures(pictures);
         RenderOptions options;
         options.threads = threads;
         return renderReformed(scene, pictures, *reader, budget ? *budget : ram, options, share);
@@ -232,7 +234,8 @@ TEST(ReformedPicture, IsTheFormulaInDoublePrecision) {
             scene.slice.reduction = reduction;
             const ReformedPixels pixels{60, 1.7, samples};
             for (const Reformation& picture : {straightened(line, 0, pixels), straightened(line, 35, pixels),
-                                               stretched(line, {1, 0.4, -0.3}, {0, 0, 1}, pixels).picture}) {
+                                               stretched(line, {1, 0.4, -0.3}, {0, 0, 1}, pixels).picture,
+                                               crossSection(line, 33, 10, pixels)}) {
                 const Image image = field.draw(scene, {picture}).image;
                 outside += field.share.outside, folded += field.share.folded;
                 ASSERT_EQ(image.size, picture.size());
@@ -278,11 +281,24 @@ TEST(ReformedPicture, OfAStraightLineIsASlice) {
             RenderOptions options;
             options.engine = EngineKind::native;
             MemoryBudget gpu("GPU memory", "--gpu-memory", std::size_t{1} << 28);
-            const Image slice = renderScene(scene, *field.reader, field.ram, gpu, options).image;
-            const Image image = field.draw(scene, {picture}).image;
-            ASSERT_EQ(slice.size, image.size);
-            for (std::size_t n = 0; n < image.pixels.size(); ++n)
-                ASSERT_LT(glm::distance(image.pixels[n], slice.pixels[n]), 2e-5F) << n;
+            const auto expectSlice = [&](const Reformation& of) {
+                const Image slice = renderScene(scene, *field.reader, field.ram, gpu, options).image;
+                const Image image = field.draw(scene, {of}).image;
+                ASSERT_EQ(slice.size, image.size);
+                for (std::size_t n = 0; n < image.pixels.size(); ++n)
+                    ASSERT_LT(glm::distance(image.pixels[n], slice.pixels[n]), 2e-5F) << n;
+            };
+            expectSlice(picture);
+            // Across the line, as one sees it who looks back along it.
+            const Reformation section = crossSection(line, 21, degrees, {30, 0.5, 1});
+            scene.imageSize = section.size();
+            camera.focalPoint = line.at(21).at;
+            camera.position = camera.focalPoint + 100.0 * along;
+            camera.viewUp = row.towards;
+            camera.parallelScale = 0.25 * section.size().y;
+            scene.camera = camera;
+            scene.slice = {Orientation::oblique, {}, camera.focalPoint, along};
+            expectSlice(section);
         }
     }
 }
@@ -292,8 +308,9 @@ TEST(ReformedPicture, ThreadsAndMemoryChangeNothing) {
     Field field(wavy, glm::dmat3(0.4), {170, 160, 150});
     const FlightCurve line =
         curveOf(50, [](double mm) { return glm::dvec3(0, 3 * std::sin(mm / 6), mm - 25); });
-    const std::vector<Reformation> pictures = {straightened(line, 0, {40, 0.3, 1}),
-                                               straightened(line, 90, {40, 0.3, 1})};
+    const std::vector<Reformation> pictures = {
+        straightened(line, 0, {40, 0.3, 1}), straightened(line, 90, {40, 0.3, 1}),
+        crossSection(line, 10, 0, {40, 0.3, 1}), crossSection(line, 30, 0, {40, 0.3, 1})};
     const Image ample = field.draw(greys(), pictures).image;
     const std::size_t floor = latticeCacheFloorBytes(field.info, 2) + (std::size_t{2} << 20);
     MemoryBudget scarce("RAM", "--ram", floor);

@@ -60,6 +60,73 @@ TEST(FigureLayout, OfSeveralPartsStaysInEach) {
     }
 }
 
+/// Two pictures along a line with a tick, and one across it.
+Figure figureOfInnerPictures(const glm::ivec2& each) {
+    Figure figure;
+    figure.size = {3 * each.x + 16, each.y};
+    FigurePart part;
+    part.size = figure.size;
+    for (int n = 0; n < 3; ++n) {
+        InnerPicture inner;
+        inner.from = {n * (each.x + 8), 0};
+        inner.size = each;
+        inner.words = n == 0 ? "0\u00b0" : n == 1 ? "90\u00b0" : "37 mm";
+        inner.left = "R", inner.right = "L";
+        inner.lettersOnTop = n < 2;
+        if (n < 2)
+            inner.ticks = {{0.4 * each.y, n == 0 ? "37 mm" : ""}};
+        else
+            inner.top = "A", inner.bottom = "P";
+        part.inner.push_back(inner);
+    }
+    figure.parts = {part};
+    return figure;
+}
+
+TEST(FigureLayout, WordsOfInnerPicturesStayInThem) {
+    for (const glm::ivec2 each : {glm::ivec2(200, 300), {90, 400}, {40, 60}, {12, 9}, {700, 700}})
+        for (const bool all : {false, true}) {
+            Figure figure = figureOfInnerPictures(each);
+            EXPECT_TRUE(figure.any());
+            if (all) { // with all else that there is
+                const std::vector<InnerPicture> inner = figure.parts[0].inner;
+                figure = fullFigure(figure.size, {});
+                figure.parts[0].inner = inner;
+            }
+            const FigureLayout layout = layOut(figure, evenLetters);
+            test::expectApart(figure, layout);
+            if (all)
+                continue;
+            for (const LaidWords& words : layout.words) {
+                const auto in = [&](const InnerPicture& inner) {
+                    const glm::dvec2 from(inner.from), to(inner.from + inner.size);
+                    return words.from().x >= from.x && words.from().y >= from.y && words.to().x <= to.x &&
+                           words.to().y <= to.y;
+                };
+                EXPECT_TRUE(std::ranges::any_of(figure.parts[0].inner, in)) << words.words;
+            }
+            if (each.x >= 90) {
+                EXPECT_EQ(layout.words.size(), 3U + 6 + 2 + 1);
+                EXPECT_TRUE(layout.leftOut.empty());
+                ASSERT_EQ(layout.shapes.size(), 2U);
+                const auto& tick = std::get<LaidLines>(layout.shapes[0]).lines;
+                ASSERT_EQ(tick.size(), 2U) << "at either side";
+                EXPECT_NEAR(tick[0][0].y, 0.4 * each.y, 1);
+                // Letters of a straightened picture are at its upper corners, others at the middle.
+                for (const LaidWords& words : layout.words)
+                    if (words.words == "R") {
+                        EXPECT_EQ(words.at.y < 0.25 * each.y, words.at.x < 2 * each.x) << words.at.x;
+                    }
+            } else if (each.x < 20) {
+                EXPECT_TRUE(layout.words.empty());
+                EXPECT_EQ(layout.leftOut.size(), 7U) << "each word once";
+            }
+        }
+    FigurePart bare;
+    bare.inner.resize(2);
+    EXPECT_FALSE((Figure{{9, 9}, 96, {bare}}.any()));
+}
+
 TEST(FigureLayout, HasRoomForAllInAPictureOfUsualSize) {
     Figure figure = fullFigure({640, 640}, {});
     const FigureLayout layout = layOut(figure, evenLetters);

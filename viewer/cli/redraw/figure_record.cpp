@@ -78,23 +78,28 @@ double numberOf(const FigureRecord& record, const json& number, double least, do
 /// What draws a reformation, as options of `tessera render` say it.
 void setReformation(const FigureRecord& record, RenderArguments& arguments) {
     constexpr double kMostMm = 1e5, kMostDegrees = 4000;
-    constexpr std::size_t kMostAngles = 180;
+    constexpr std::size_t kMostAngles = 180, kMostSections = 200;
     const json& about = record.manifest.at("reformation");
     arguments.widthMm = numberOf(record, about.at("widthMm"), 0.01, kMostMm);
     arguments.mmPerPixel = numberOf(record, about.at("mmPerPixel"), kLeastMmPerPixel, kMostMmPerPixel);
-    if (about.at("form") == "straightened") {
+    const json sections = about.value("sectionsMm", json::array());
+    if (!sections.is_array() || sections.size() > kMostSections)
+        throw badFile(record.figure.string(), "up to 200 cross-sections in its reformation", "others");
+    arguments.sections = static_cast<int>(sections.size());
+    arguments.straighten = about.at("form") == "straightened";
+    arguments.curved = about.at("form") == "stretched";
+    if (arguments.straighten || arguments.sections > 0) {
         const json& angles = about.at("anglesDegrees");
         if (!angles.is_array() || angles.empty() || angles.size() > kMostAngles)
             throw badFile(record.figure.string(), "up to 180 angles in its reformation", "others");
-        arguments.straighten = true;
         if (angles.size() > 1)
             arguments.angles = static_cast<int>(angles.size());
         else
             arguments.angle = numberOf(record, angles.front(), -kMostDegrees, kMostDegrees);
-        return;
     }
-    arguments.curved = true;
-    if (about.value("directionBy", "") == "view") // the scene's camera has it
+    if (!arguments.curved && !arguments.straighten && arguments.sections == 0)
+        throw badFile(record.figure.string(), "a form of reformations", "another");
+    if (!arguments.curved || about.value("directionBy", "") == "view") // the scene's camera has it
         return;
     for (const json& number : about.at("direction"))
         arguments.direction += (arguments.direction.empty() ? "" : ",") +

@@ -176,8 +176,11 @@ void setPath(const RedrawArguments& arguments, FigureRecord& record) {
     if (alongLine && record.manifest.contains("reformation"))
         for (const char* key : {"mode", "image.size"})
             if (isChanged(arguments, key))
-                throw badFile(kWithOption,
-                              "other keys for a reformation, which has values and the line's size", key);
+                throw badFile(
+                    kWithOption,
+                    "neither mode nor image.size of a reformation, which shows values in its line's "
+                    "size",
+                    key);
 }
 
 /// What draws a picture of the figure again.

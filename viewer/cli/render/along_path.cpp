@@ -39,6 +39,7 @@ void checkTurnOptions(const RenderArguments& a) {
                                        {a.unfold, "--unfold"},
                                        {a.straighten, "--straighten"},
                                        {a.curved, "--curved"},
+                                       {a.sections > 0, "--sections"},
                                        {a.mayLeak, "--may-leak"},
                                        {!a.first.empty(), "--first"},
                                        {a.explain, "--explain"}})

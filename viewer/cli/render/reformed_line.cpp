@@ -7,6 +7,7 @@
 #include "core/base/output_file.h"
 #include "core/scene/camera.h"
 #include "core/scene/measurement.h"
+#include "core/scene/reformed_sheet.h"
 #include "render/picture/reformed_picture.h"
 #include "render/plan/frame_plan.h" // kPictureBytesPerPixel
 #include "viewer/annotations/figure_file.h"
@@ -17,6 +18,7 @@
 #include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/picture_notes.h"
+#include "viewer/cli/render/reformed_marks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,15 +36,16 @@ void checkReformation(const RenderArguments& a) {
     const std::string form = a.pathPicture();
     if ((a.unfold && a.reforms()) || (a.straighten && a.curved))
         throw badFile(form, "one of --unfold, --straighten and --curved", "two");
-    for (const auto& [said, option] : {std::pair{a.angle.has_value(), "--angle"}, {a.angles > 0, "--angles"}})
-        if (said && !a.straighten)
-            throw badFile(option, "--straighten with it", "none");
+    if (a.angle && !a.straighten && a.sections == 0)
+        throw badFile("--angle", "--straighten or --sections with it", "none");
+    if (a.angles > 0 && !a.straighten)
+        throw badFile("--angles", "--straighten with it", "none");
     if (a.angle && a.angles > 0)
         throw badFile("--angles", "--angle or --angles, which are spread over half a turn", "both");
     if (!a.direction.empty() && !a.curved)
         throw badFile("--direction", "--curved with it", "none");
     if (a.widthMm > 0 && !a.reforms())
-        throw badFile("--across", "--straighten or --curved with it", "none");
+        throw badFile("--across", "--straighten, --curved or --sections with it", "none");
     if (!a.reforms())
         return;
     if (a.keys.says("image.size"))
@@ -112,21 +115,85 @@ ReformedPixels pixelsOf(const RenderArguments& arguments, const Path& path, cons
     return pixels;
 }
 
+/// What is drawn, and what is said about it.
+struct ReformedPictures {
+    std::vector<Reformation> pictures;
+    ReformedWords words;
+    nlohmann::json about;
+    Charge charge;
+};
+
 std::string percent(std::size_t part, std::size_t all) {
     return formatNumber(
                100.0 * static_cast<double>(part) / static_cast<double>(std::max<std::size_t>(all, 1)), 2) +
            " %";
 }
 
-/// What is over the picture, which has one scale but no directions of the patient.
-Figure figureOf(const RenderTask& task, const Scene& scene, const RenderResult& result, double mmPerPixel) {
+/// What is over the picture: it has one scale, and directions of the patient in each of its pictures.
+Figure figureOf(const RenderTask& task, const Scene& scene, const RenderResult& result,
+                const ReformedPictures& drawn) {
     Figure figure = FigureMaker(scene, task.stores, task.ram, task.options.threads).figure(scene, result);
-    for (FigurePart& part : figure.parts) {
-        part.camera.projection = Projection::parallel;
-        part.camera.parallelScale = parallelScaleOf(mmPerPixel, part.size);
-        part.orientationKnown = false;
-    }
+    FigurePart& part = figure.parts.front();
+    part.camera.projection = Projection::parallel;
+    part.camera.parallelScale = parallelScaleOf(drawn.pictures.front().mmPerPixel, part.size);
+    ReformedWords words = drawn.words;
+    const bool asked = scene.annotations.directions != Directions::none;
+    words.letters = asked && part.orientationKnown;
+    if (!asked)
+        words.angles.clear();
+    if (words.letters)
+        part.annotations.directions = Directions::none; // there are none of the whole
+    part.inner = innerPictures(drawn.pictures, task.arguments.straighten, words);
     return figure;
+}
+
+/// The pictures of the arguments, laid out, and what the manifest says of them. Their rows are charged.
+ReformedPictures picturesOf(const RenderTask& task, const FlightCurve& line, const Camera& camera,
+                            const ReformedPixels& pixels) {
+    const RenderArguments& arguments = task.arguments;
+    const int count = arguments.curved ? 1 : arguments.straighten ? std::max(1, arguments.angles) : 0;
+    const double angle = arguments.angle.value_or(0);
+    ReformedPictures made;
+    made.charge = task.ram.charge(reformedBytes(line, pixels) * static_cast<std::size_t>(count) +
+                                      sectionBytes(pixels) * static_cast<std::size_t>(arguments.sections),
+                                  "the rows of a reformation");
+    nlohmann::json& about = made.about;
+    nlohmann::json angles = nlohmann::json::array();
+    about = {{"form", "sections"}};
+    if (arguments.straighten) {
+        for (int n = 0; n < count; ++n) {
+            angles.push_back(angle + 180.0 * n / count);
+            made.pictures.push_back(straightened(line, angles.back().get<double>(), pixels));
+        }
+        about = {{"form", "straightened"}, {"top", "beginning"}};
+        if (arguments.angles > 0 || angle != 0)
+            made.words.angles = angles.get<std::vector<double>>();
+    } else if (arguments.curved) {
+        const glm::dmat3 axes = patientFromCamera(camera);
+        const bool named = !arguments.direction.empty();
+        const glm::dvec3 direction = named ? directionOf(arguments.direction) : axes[0];
+        Stretched picture = stretched(line, direction, axes[1], pixels);
+        about = {{"form", "stretched"},
+                 {"direction", {direction.x, direction.y, direction.z}},
+                 {"directionBy", named ? "--direction" : "view"},
+                 {"top", picture.endOnTop ? "end" : "beginning"}};
+        made.pictures.push_back(std::move(picture.picture));
+    }
+    if (arguments.sections > 0) {
+        made.words.sectionMm = sectionPlaces(line, arguments.sections);
+        for (const double mm : made.words.sectionMm)
+            made.pictures.push_back(crossSection(line, mm, angle, pixels));
+        about["sectionsMm"] = made.words.sectionMm;
+        if (!arguments.straighten)
+            angles.push_back(angle);
+    }
+    if (!angles.empty()) {
+        about["anglesDegrees"] = angles;
+        about["viewer"] = "from up, clockwise along the line";
+    }
+    made.words.lineMm = line.lengthMm();
+    layOutPictures(made.pictures);
+    return made;
 }
 
 } // namespace
@@ -140,38 +207,14 @@ void renderReformedLine(const RenderTask& task) {
     flight.lookAheadMm = 0; // rows stand on the line
     const FlightCurve line(path.lines, flight);
     const ReformedPixels pixels = pixelsOf(arguments, path, task.store.info());
-    const int count = std::max(1, arguments.angles);
-    const Charge ofRows = task.ram.charge(reformedBytes(line, pixels) * static_cast<std::size_t>(count),
-                                          "the rows of a reformation");
     const Camera camera = cameraOf(task.scene, line);
-    std::vector<Reformation> pictures;
-    nlohmann::json about;
-    if (arguments.straighten) {
-        nlohmann::json angles = nlohmann::json::array();
-        for (int n = 0; n < count; ++n) {
-            angles.push_back(arguments.angle.value_or(0) + 180.0 * n / count);
-            pictures.push_back(straightened(line, angles.back().get<double>(), pixels));
-        }
-        about = {{"form", "straightened"},
-                 {"anglesDegrees", angles},
-                 {"viewer", "from up, clockwise along the line"},
-                 {"top", "beginning"}};
-    } else {
-        const glm::dmat3 axes = patientFromCamera(camera);
-        const bool named = !arguments.direction.empty();
-        const glm::dvec3 direction = named ? directionOf(arguments.direction) : axes[0];
-        Stretched picture = stretched(line, direction, axes[1], pixels);
-        about = {{"form", "stretched"},
-                 {"direction", {direction.x, direction.y, direction.z}},
-                 {"directionBy", named ? "--direction" : "view"},
-                 {"top", picture.endOnTop ? "end" : "beginning"}};
-        pictures.push_back(std::move(picture.picture));
-    }
+    ReformedPictures drawn = picturesOf(task, line, camera, pixels);
+    nlohmann::json& about = drawn.about;
 
     RenderOptions options = task.options;
     options.progress = task.common.progress.get();
     ReformedShare share;
-    RenderResult result = renderReformed(task.scene, pictures, task.store, task.ram, options, share);
+    RenderResult result = renderReformed(task.scene, drawn.pictures, task.store, task.ram, options, share);
     result.camera = camera;
     const Charge written = task.ram.charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");
     task.common.progress->stage("writing the picture");
@@ -181,7 +224,7 @@ void renderReformedLine(const RenderTask& task) {
     about.update({{"mmPerPixel", pixels.mmPerPixel},
                   {"samplesPerPixel", pixels.samples * pixels.samples},
                   {"widthMm", pixels.widthMm},
-                  {"pictureSize", {pictures.front().size().x, pictures.front().size().y}},
+                  {"pictureSize", {drawn.pictures.front().size().x, drawn.pictures.front().size().y}},
                   {"slabMm", scene.slice.thicknessMm},
                   {"lineHash", digestOf(line)},
                   {"lineLengthMm", line.lengthMm()},
@@ -197,7 +240,7 @@ void renderReformedLine(const RenderTask& task) {
     tellPath(report, path);
     report["options"] = optionsJson(task);
     const bool blank = isBlank(result.image);
-    const Figure figure = figureOf(task, scene, result, pixels.mmPerPixel);
+    const Figure figure = figureOf(task, scene, result, drawn);
     tellAnnotations(report, figure);
     if (scene.background)
         result.image = overBackground(result.image, *scene.background);
@@ -217,7 +260,10 @@ void renderReformedLine(const RenderTask& task) {
         task.common.note(percent(share.folded, share.pixels) +
                          " of the pixels are hatched: they lie beyond the line's centre of curvature, where "
                          "rows cross one another");
-    noteWritten(task, scene, result, arguments.straighten ? ", straightened" : ", stretched");
+    noteWritten(task, scene, result,
+                arguments.straighten ? ", straightened"
+                : arguments.curved   ? ", stretched"
+                                     : ", cross-sections");
 }
 
 } // namespace tessera

@@ -156,10 +156,10 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     if (arguments.unfold && scene.annotations.any())
         throw badFile("--unfold", "a picture without annotations", firstAnnotation(scene.annotations));
     if (const Annotations& shown = scene.annotations;
-        arguments.reforms() &&
-        (shown.directions != Directions::none || shown.measurements || !shown.arrows.empty()))
-        throw badFile(arguments.pathPicture(), "a picture without places and directions of the patient",
-                      "annotations that need them: directions, measurements or arrows");
+        arguments.reforms() && (shown.directions == Directions::cube || shown.directions == Directions::all ||
+                                shown.measurements || !shown.arrows.empty()))
+        throw badFile(arguments.pathPicture(), "a picture without places of the patient and a camera",
+                      "annotations that need them: the cube of directions, measurements or arrows");
     if (singleRays)
         common.note("--tiles: one ray per pixel; --samples takes more");
     const glm::ivec2 together = pixelsTogether(arguments, scene);

@@ -51,8 +51,9 @@ struct RenderArguments {
     bool ranks = false;        // the picture is drawn by the processes of mpirun
     bool unfold = false, mayLeak = false;
     bool straighten = false, curved = false; // reformations of a path's line
-    std::optional<double> angle;             // degrees, of a straightened picture
+    std::optional<double> angle;             // degrees, of a straightened picture and of cross-sections
     int angles = 0;                          // of as many straightened ones; 0: one
+    int sections = 0;                        // cross-sections of a path's line
     std::string direction;                   // "X,Y,Z", of a curved one
     double widthMm = 0;                      // 0: by the line
     bool noCheck = false, explain = false, json = false;
@@ -60,10 +61,14 @@ struct RenderArguments {
     ModeOptions mode;
     InputOptions input;
 
-    bool reforms() const { return straighten || curved; }
+    bool reforms() const { return straighten || curved || sections > 0; }
     /// The option that makes one picture of a path; "": none.
     std::string pathPicture() const {
-        return unfold ? "--unfold" : straighten ? "--straighten" : curved ? "--curved" : "";
+        return unfold         ? "--unfold"
+               : straighten   ? "--straighten"
+               : curved       ? "--curved"
+               : sections > 0 ? "--sections"
+                              : "";
     }
     /// A picture's size, and no other that would follow from its line.
     bool isSized() const { return givenPath || keys.says("image.size"); }

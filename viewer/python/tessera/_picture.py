@@ -32,8 +32,8 @@ _NOT_HERE = {
 }
 # Those of files alone.
 _OF_FILES = (
-    "path turn frames fps speed seconds unfold may_leak straighten angle angles curved direction across tiles keep_state"
-    " first panel columns gap fit_each panel_letters"
+    "path turn frames fps speed seconds unfold may_leak straighten angle angles curved direction sections across"
+    " tiles keep_state first panel columns gap fit_each panel_letters"
 ).split()
 
 
@@ -237,7 +237,7 @@ def render_file(
     **options: Any,
 ) -> List[str]:
     """Writes what `tessera render` writes: a picture, with panel= a figure of several, with path= or turn= a film, and
-    with path= and unfold=, straighten= or curved= a picture of a line.
+    with path= and unfold=, straighten=, curved= or sections= a picture of a line.
 
     source, scene and options as for render(). path: a path file, a Centreline or its dict. Frames that are there stay.
     Returns notes and warnings.
