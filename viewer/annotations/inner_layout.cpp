@@ -2,6 +2,7 @@
 // part_layout.h.
 #include "viewer/annotations/part_layout.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/vec2.hpp>
 #include <set>
@@ -35,16 +36,22 @@ class InnerRoom {
         std::vector<glm::dvec2> corners;
         for (double by = 0; by <= std::abs(down); by += 0.5)
             corners.push_back({corner.x, corner.y + std::copysign(by, down) * in_.em});
-        put(std::move(block), corners, words);
+        if (!put(std::move(block), corners))
+            leaveOut(words);
     }
-    /// To the right of a point, in the middle of their height.
-    void layBeside(const std::string& words, const glm::dvec2& point) {
-        if (words.empty())
-            return;
-        LaidBlock block = blockOf(words, 1);
-        const glm::dvec2 corner(point.x, point.y - block.size.y / 2);
-        put(std::move(block), {corner}, words);
+    /// Places a block at the first corner where all of it lies in the picture and has room.
+    bool put(LaidBlock block, const std::vector<glm::dvec2>& corners) {
+        std::vector<glm::dvec2> within;
+        for (const glm::dvec2& corner : corners) {
+            constexpr double kRounding = 1e-6;
+            const glm::dvec2 end = corner + block.size;
+            if (corner.x >= from_.x - kRounding && corner.y >= from_.y - kRounding &&
+                end.x <= to_.x + kRounding && end.y <= to_.y + kRounding && in_.hasRoom(corner, block.size))
+                within.push_back(corner);
+        }
+        return !within.empty() && in_.place(std::move(block), within, "");
     }
+    void leaveOut(const std::string& words) { leftOut_.insert(words); }
 
   private:
     LaidBlock blockOf(const std::string& words, double size) const {
@@ -54,48 +61,51 @@ class InnerRoom {
         block.write(line, {0, 0});
         return block;
     }
-    void put(LaidBlock block, const std::vector<glm::dvec2>& corners, const std::string& words) {
-        std::vector<glm::dvec2> within;
-        for (const glm::dvec2& corner : corners) {
-            constexpr double kRounding = 1e-6;
-            const glm::dvec2 end = corner + block.size;
-            if (corner.x >= from_.x - kRounding && corner.y >= from_.y - kRounding &&
-                end.x <= to_.x + kRounding && end.y <= to_.y + kRounding && in_.hasRoom(corner, block.size))
-                within.push_back(corner);
-        }
-        if (within.empty()) {
-            leftOut_.insert(words);
-            return;
-        }
-        in_.place(std::move(block), within, words);
-    }
 
     PartLayout& in_;
     std::set<std::string>& leftOut_;
     const glm::dvec2 from_, to_;
 };
 
-void layTicks(PartLayout& in, const InnerPicture& picture, InnerRoom& room) {
-    if (picture.ticks.empty())
-        return;
+/// A tick at the left or right edge, as a block with the words beside it.
+LaidBlock tickBlock(const PartLayout& in, const std::string& words) {
     LaidLines lines;
     lines.width = in.stroke;
     lines.edge = in.edge;
     lines.ink = in.ink;
-    // Sharp lines, as wide as whole pixels, end on these.
-    const double half = std::fmod(in.stroke, 2) / 2, length = std::round(kTick * in.em),
-                 left = std::ceil(room.from().x), right = std::floor(room.to().x);
-    for (const SideTick& tick : picture.ticks) {
-        const double y = in.part.from.y + picture.from.y + std::floor(tick.at) + half;
-        if (const double reach = in.stroke / 2 + in.edge;
-            left + length > right - length || y - reach < in.part.from.y + picture.from.y ||
-            y + reach > in.part.from.y + picture.from.y + picture.size.y)
-            continue; // a picture with no room for one
-        lines.lines.push_back({{left, y}, {left + length, y}});
-        lines.lines.push_back({{right - length, y}, {right, y}});
-        room.layBeside(tick.words, {left + length + in.gap, y});
+    const double length = std::round(kTick * in.em), high = in.stroke;
+    LaidBlock block;
+    block.size = {length, high};
+    LaidWords line;
+    glm::dvec2 box(0);
+    if (!words.empty()) {
+        line = in.line(words);
+        box = PartLayout::boxOf(line);
+        block.size = {length + in.gap + box.x, std::max(high, std::ceil(box.y / 2) * 2)};
     }
-    in.add(std::move(lines));
+    const double middle = std::floor(block.size.y / 2) + std::fmod(in.stroke, 2) / 2; // sharp
+    lines.lines = {{{0, middle}, {length, middle}}};
+    block.shapes.emplace_back(std::move(lines));
+    if (!words.empty())
+        block.write(std::move(line), {length + in.gap, (block.size.y - box.y) / 2});
+    return block;
+}
+
+void layTicks(PartLayout& in, const InnerPicture& picture, InnerRoom& room) {
+    for (const SideTick& tick : picture.ticks) {
+        const double y = in.part.from.y + picture.from.y + std::floor(tick.at);
+        const auto lay = [&](const std::string& words, bool right) {
+            LaidBlock block = tickBlock(in, words);
+            const glm::dvec2 corner(right ? std::floor(room.to().x - block.size.x) : std::ceil(room.from().x),
+                                    y - std::floor(block.size.y / 2));
+            return room.put(std::move(block), {corner});
+        };
+        if (!lay(tick.words, false) && !tick.words.empty()) {
+            room.leaveOut(tick.words);
+            lay("", false);
+        }
+        lay("", true);
+    }
 }
 
 } // namespace
@@ -106,12 +116,12 @@ void layInnerPictures(PartLayout& in) {
         constexpr double kDown = 3; // below a title
         InnerRoom room(in, picture, leftOut);
         const double row = picture.lettersOnTop ? 0 : 0.5;
+        layTicks(in, picture, room); // first: they have one place each
         room.lay(picture.words, 1, picture.lettersOnTop ? 0.5 : 0, 0, kDown);
         room.lay(picture.left, kLetters, 0, row, kDown);
         room.lay(picture.right, kLetters, 1, row, kDown);
         room.lay(picture.top, kLetters, 0.5, 0, kDown);
         room.lay(picture.bottom, kLetters, 0.5, 1, -kDown);
-        layTicks(in, picture, room);
     }
     for (const std::string& words : leftOut)
         in.leaveOut("the words " + words);

@@ -108,10 +108,9 @@ TEST(FigureLayout, WordsOfInnerPicturesStayInThem) {
             if (each.x >= 90) {
                 EXPECT_EQ(layout.words.size(), 3U + 6 + 2 + 1);
                 EXPECT_TRUE(layout.leftOut.empty());
-                ASSERT_EQ(layout.shapes.size(), 2U);
-                const auto& tick = std::get<LaidLines>(layout.shapes[0]).lines;
-                ASSERT_EQ(tick.size(), 2U) << "at either side";
-                EXPECT_NEAR(tick[0][0].y, 0.4 * each.y, 1);
+                ASSERT_EQ(layout.shapes.size(), 4U) << "a tick at either side of two";
+                for (const LaidShape& shape : layout.shapes)
+                    EXPECT_NEAR(std::get<LaidLines>(shape).lines.at(0).at(0).y, 0.4 * each.y, 1);
                 // Letters of a straightened picture are at its upper corners, others at the middle.
                 for (const LaidWords& words : layout.words)
                     if (words.words == "R") {
