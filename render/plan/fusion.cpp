@@ -312,8 +312,11 @@ Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int t
 Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel) {
     MemoryBudget gpu = unusedGpu();
     const DrawnVolumes volumes = withLabelOptics(asDrawn(scene), stores);
-    Planner p = planVolumes(volumes.scene, volumes.stores, {ram, gpu, threads}, false, bytesPerPixel);
-    takeCameras(volumes.scene, p);
+    const bool isOne = volumes.stores.size() == 1;
+    Planner p = isOne ? planView(scene, *stores.front(), ram, threads, bytesPerPixel)
+                      : planVolumes(volumes.scene, volumes.stores, {ram, gpu, threads}, false, bytesPerPixel);
+    if (!isOne)
+        takeCameras(volumes.scene, p);
     Scene found = scene;
     found.camera = p.view.camera;
     for (std::size_t n = 0; n < found.volumes.size() && scene.mode != Mode::radiograph; ++n)
