@@ -162,6 +162,7 @@ void hideTable(const Scene& scene, const ValueSummary& values, std::size_t floor
     } catch (const InputError&) { // what cannot be read is told when it is drawn
         masked.reset();
         found.why = ram.option() + " has no room for looking, or voxels cannot be read";
+        found.isUnknown = true;
     }
     layer.masked = std::move(masked);
     layer.patientTable = found;

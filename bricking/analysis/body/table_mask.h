@@ -21,8 +21,9 @@ namespace tessera {
 constexpr double kCushionMm = 50;
 
 struct TableReport {
-    double litres = 0; // of dense voxels that are hidden
-    std::string why;   // the reason, a clause, where nothing is
+    double litres = 0;      // of dense voxels that are hidden
+    std::string why;        // the reason, a clause, where nothing is
+    bool isUnknown = false; // there was no room for looking, or voxels cannot be read
 };
 struct FoundTable : TableReport {
     std::shared_ptr<const Mask> mask; // null: nothing is hidden

@@ -176,10 +176,25 @@ void warnBlank(const RenderTask& task, const RenderResult& result) {
                              : "tessera render " + task.arguments.in + " -o " + task.arguments.out + fix));
 }
 
+void noteMirrored(const RenderTask& task) {
+    const Scene& scene = task.scene;
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    if (scene.mode != Mode::slice || scene.slice.orientation != Orientation::oblique || !view || view->named)
+        return;
+    const glm::dvec3 normal = poseOf(scene.slice, glm::dvec3(0)).normal, size = glm::abs(normal);
+    const bool isAxial = size.z >= size.x && size.z >= size.y, isCoronal = !isAxial && size.y >= size.x;
+    if ((isAxial && normal.z > 0) || (isCoronal && normal.y > 0))
+        task.common.note(std::string("the slice is seen from the ") + (isAxial ? "head" : "back") +
+                         ", with the patient's left at the picture's left, unlike " +
+                         (isAxial ? "axial" : "coronal") + " slices; the opposite normal turns it");
+}
+
 void noteTable(const RenderTask& task, const RenderResult& result) {
     if (result.patientTable && result.patientTable->why.empty())
         task.common.note("the table is left out (" + formatNumber(result.patientTable->litres, 2) +
                          " l); --hide-table no draws it");
+    else if (result.patientTable && result.patientTable->isUnknown)
+        task.common.note("a table would be drawn: " + result.patientTable->why);
     else if (result.patientTable)
         task.common.detail("nothing is left out as a table: " + result.patientTable->why);
 }

@@ -29,6 +29,9 @@ void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult&
 /// A blank picture is no error, but never a silent one: why it is, and what to try.
 void warnBlank(const RenderTask& task, const RenderResult& result);
 
+/// Says of an oblique slice seen along its normal that its picture is the mirror image of radiology's.
+void noteMirrored(const RenderTask& task);
+
 /// Says that the table is left out, or with --verbose why not.
 void noteTable(const RenderTask& task, const RenderResult& result);
 

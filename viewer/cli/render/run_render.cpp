@@ -76,11 +76,13 @@ void fitSamples(const VolumeInfo& info, const glm::ivec2& together, EngineKind e
     if (pixels.denoise || ram.limitBytes() >= floor()) // a filter needs samples
         return;
     const PixelSampling asked = pixels;
+    const std::size_t wanted = floor();
     pixels.samples = 1;
     if (ram.limitBytes() < floor())
         pixels = asked; // samples are not the cause
     else
-        common.note("--ram has no room for more than one ray per pixel: " + formatBytes(ram.limitBytes()));
+        common.note("--ram has no room for more than one ray per pixel: " + formatBytes(ram.limitBytes()) +
+                    " of " + formatBytes(wanted));
 }
 
 /// Of tiles without requested samples, for which all pixels of a picture would share its rays. True if there
