@@ -85,9 +85,7 @@ void checkFilmOptions(const RenderArguments& a) {
     if (a.mayLeak && !a.unfold)
         throw badFile("--may-leak", "--unfold with it", "none");
     if (a.input.allPhases)
-        for (const auto& [said, option] : {std::pair{!a.first.empty(), "--first"},
-                                           {a.keys.says("annotations.scaleBar"), "--scale-bar"},
-                                           {a.explain, "--explain"}})
+        for (const auto& [said, option] : {std::pair{!a.first.empty(), "--first"}, {a.explain, "--explain"}})
             if (said)
                 throw badFile(option, std::string("no ") + option + " beside --phase all", option);
     if (!film)
