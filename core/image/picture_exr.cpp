@@ -121,6 +121,7 @@ void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const Laye
         Stream stream(out);
         Imf::OutputFile file(stream, header, 0);
         for (int y = 0; y < picture.size.y; y += ImageRows::kAtOnce) {
+            checkInterrupted();
             Imath::Box2i band = header.dataWindow();
             band.min.y = y;
             band.max.y = std::min(y + ImageRows::kAtOnce, picture.size.y) - 1;
@@ -136,7 +137,7 @@ void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const Laye
         }
     } catch (const Error&) { // of the rows
         throw;
-    } catch (const Interrupted&) { // while rows were read
+    } catch (const Interrupted&) {
         throw;
     } catch (const Cancelled&) {
         throw;

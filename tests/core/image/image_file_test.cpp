@@ -3,6 +3,7 @@
 #include "core/image/image_file.h"
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/program_folders.h"
 #include "core/image/colour.h"
 
@@ -199,6 +200,16 @@ TEST_F(ImageFile, ReplacesAFileButNothingElseAndLeavesNothingBehind) {
     const Image empty; // no picture at all: the writer refuses, and no temporary file stays
     EXPECT_THROW(writeImage(folder_ / "empty.png", empty, ""), Error);
     EXPECT_EQ(filesInFolder(), 1u);
+}
+
+TEST_F(ImageFile, CallingOffLeavesNothingBehind) {
+    const Image image = randomImage(true);
+    const Cancellation::Flag isOff{true};
+    for (const char* name : {"a.png", "a.tif", "a.exr"}) {
+        const Cancellation off(&isOff);
+        EXPECT_THROW(writeImage(folder_ / name, image, ""), Cancelled) << name;
+    }
+    EXPECT_EQ(filesInFolder(), 0u);
 }
 
 /// The file's own numbers as another library reads them, as floats; alpha as it stands in the file.
