@@ -222,8 +222,9 @@ Shape shapeOf(const BrickFields& fields) {
 std::optional<float> onlyValueOf(const BrickFields& fields) {
     const float value = fields.voxels.front();
     const auto isAll = [&](std::span<const float> samples) {
-        return std::memcmp(samples.data(), &value, sizeof value) == 0 &&
-               std::memcmp(samples.data(), samples.data() + 1, samples.size_bytes() - sizeof value) == 0;
+        const std::span<const std::byte> bytes = std::as_bytes(samples);
+        return std::bit_cast<std::uint32_t>(samples[0]) == std::bit_cast<std::uint32_t>(value) &&
+               std::memcmp(bytes.data(), bytes.data() + sizeof value, bytes.size() - sizeof value) == 0;
     };
     if (!isAll(fields.voxels))
         return std::nullopt;

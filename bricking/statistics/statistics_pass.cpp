@@ -10,6 +10,7 @@
 #include <iterator>
 #include <limits>
 #include <mutex>
+#include <span>
 
 namespace tessera {
 namespace {
@@ -36,9 +37,10 @@ template <typename Value, typename Slots> struct Boxes {
 
 /// True if a whole chunk has one value, to the bit.
 template <typename Value> bool isOneValue(const Value* chunk, const glm::ivec3& valid) {
-    constexpr std::size_t kRest =
-        (std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent - 1) * sizeof(Value);
-    return valid == glm::ivec3(kChunkExtent) && std::memcmp(chunk, chunk + 1, kRest) == 0;
+    constexpr std::size_t kVoxels = std::size_t{kChunkExtent} * kChunkExtent * kChunkExtent;
+    const auto bytes = std::as_bytes(std::span(chunk, kVoxels));
+    return valid == glm::ivec3(kChunkExtent) &&
+           std::memcmp(bytes.data(), bytes.data() + sizeof(Value), bytes.size() - sizeof(Value)) == 0;
 }
 template <typename Value, typename Slots> void fillBoxes(Boxes<Value, Slots>& box, Value value) {
     for (auto* const ranges : {&box.lo, &box.hi})
