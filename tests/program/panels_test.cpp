@@ -2,7 +2,9 @@
 #include "core/image/image_file.h"
 #include "tests/support/program_fixture.h"
 
+#include <cstring>
 #include <glm/geometric.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace tessera::test {
@@ -89,6 +91,49 @@ TEST_F(Panels, OtherVolumesAndScenes) {
     const Image whole = readImage(folder_ / "f.exr");
     for (int y = 0; y < 40; ++y)
         EXPECT_EQ(whole.at(49, y), glm::vec4(1, 0, 0, 1));
+}
+
+// Panels have their own letters and words in their corners; words that all of them have stand once, beside
+// them.
+TEST_F(Panels, WordsAreWhereTheyBelong) {
+    const std::string render =
+        "render s.zarr --size 200x160 -o f.svg --json --panel left,right,anterior,superior ";
+    const auto wordsOf = [&](const std::string& options) {
+        const Outcome done = run(render + (kHow + options));
+        EXPECT_EQ(done.exitCode, 0) << done.problems;
+        const std::string svg = readAll(folder_ / "f.svg");
+        std::map<std::string, std::vector<glm::dvec2>> words;
+        for (std::size_t at = svg.find("<text "); at != std::string::npos; at = svg.find("<text ", at + 1)) {
+            const auto number = [&](const char* key) {
+                return std::stod(svg.substr(svg.find(key, at) + std::strlen(key)));
+            };
+            const std::size_t from = svg.find('>', at) + 1;
+            words[svg.substr(from, svg.find('<', from) - from)].emplace_back(number(" x=\""),
+                                                                             number(" y=\""));
+        }
+        return words;
+    };
+    for (const bool letters : {true, false}) {
+        const auto words = wordsOf(letters ? "--panel-letters --title Both --gap 6" : "--title Both --gap 6");
+        if (words.empty())
+            GTEST_SKIP() << "a program without pages";
+        ASSERT_EQ(words.at("Both").size(), 1U);
+        const int above = json::parse(readManifest(folder_ / "f.svg"))["figure"]["above"];
+        EXPECT_LT(words.at("Both")[0].y, above);
+        EXPECT_GT(above, 5);
+        for (int n = 0; n < 4; ++n) {
+            const std::string letter(1, static_cast<char>('A' + n));
+            ASSERT_EQ(words.count(letter), letters ? 1U : 0U) << letter;
+            if (!letters)
+                continue;
+            const glm::dvec2 corner(n % 2 * 206, above + n / 2 * 166), at = words.at(letter)[0] - corner;
+            EXPECT_TRUE(at.x > 0 && at.y > 0 && at.x < 25 && at.y < 35) << letter;
+        }
+    }
+    const auto own = wordsOf("--scale-bar --caption Each --panel annotations.caption=Another --gap 6");
+    EXPECT_EQ(own.at("Each").size(), 4U);
+    EXPECT_EQ(own.at("Another").size(), 1U);
+    EXPECT_EQ(json::parse(readManifest(folder_ / "f.svg"))["figure"]["below"], 0);
 }
 
 TEST_F(Panels, TheFigureIsPartOfTheBudget) {

@@ -1,59 +1,12 @@
 // tests/bricking/labels/label_files_damage_test.cpp: random damage to label files. Each is read or refused
 // with its name, and takes no memory that its bytes do not justify.
 #include "bricking/import/labels/open_labels.h"
+#include "tests/support/counted_heap.h"
 #include "tests/support/label_file_tools.h"
 #include "tests/support/segmentation_writer.h"
 #include "tests/support/zarr_writer.h"
 
-#include <atomic>
-#include <cstdlib>
-#include <malloc.h>
-#include <new>
 #include <random>
-
-namespace {
-std::atomic<std::size_t> liveBytes{0}, peakBytes{0};
-} // namespace
-
-#ifndef __SANITIZE_ADDRESS__ // which has its own
-namespace {
-void* counted(std::size_t bytes) {
-    void* const at = std::malloc(bytes == 0 ? 1 : bytes);
-    if (!at)
-        throw std::bad_alloc();
-    const std::size_t live = liveBytes += malloc_usable_size(at);
-    std::size_t peak = peakBytes;
-    while (peak < live && !peakBytes.compare_exchange_weak(peak, live)) {
-    }
-    return at;
-}
-void uncounted(void* at) {
-    if (at)
-        liveBytes -= malloc_usable_size(at);
-    std::free(at);
-}
-} // namespace
-
-// All memory of the program, that of libraries too.
-void* operator new(std::size_t bytes) {
-    return counted(bytes);
-}
-void* operator new[](std::size_t bytes) {
-    return counted(bytes);
-}
-void operator delete(void* at) noexcept {
-    uncounted(at);
-}
-void operator delete[](void* at) noexcept {
-    uncounted(at);
-}
-void operator delete(void* at, std::size_t) noexcept {
-    uncounted(at);
-}
-void operator delete[](void* at, std::size_t) noexcept {
-    uncounted(at);
-}
-#endif
 
 namespace tessera::test {
 namespace {
