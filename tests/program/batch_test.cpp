@@ -173,6 +173,9 @@ TEST_F(Batch, RefusesBeforeAnythingIsDrawn) {
     expectRefused("batch missing.csv --scene scene.json -o out/{id}.png", {"missing.csv"});
     expectRefused("batch t.csv --scene scene.json -o out/{id}.png --ram 8MiB --jobs 4",
                   {"--ram", "4 rows at once", "24 x 16", "--jobs"});
+    write("t.csv", "id,image.size\na,24x16\nb,2000x1500\nc,\n"); // the largest of all rows counts
+    expectRefused("batch t.csv --scene scene.json -o out/{id}.png --ram 90MiB --jobs 2",
+                  {"--ram", "2 rows at once", "2000 x 1500", "--jobs"});
     expectRefused("batch t.csv --scene scene.json -o out/{id}.png --claim --again", {"--again"});
 }
 

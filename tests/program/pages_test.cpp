@@ -99,6 +99,16 @@ TEST_F(Pages, HaveEveryOptionOfHelp) {
         }
         for (const std::string& argument : listedIn(help, "Positionals:"))
             EXPECT_THAT(page, HasSubstr(".TP\n\\fI" + argument + "\\fR\n")) << command;
+        // The first page leads to those of all commands, with a sentence about each, and they lead back.
+        const std::string reference = ".BR tessera\\-" + first + " (1)";
+        const std::string whole = readAll(folder_ / "tessera.1");
+        if (first.empty())
+            continue;
+        EXPECT_THAT(whole, HasSubstr(".TP\n" + reference + "\n")) << command;
+        EXPECT_THAT(whole.substr(whole.find(".SH \"SEE ALSO\"")), HasSubstr(reference)) << command;
+        EXPECT_THAT(page.substr(page.find(".SH \"SEE ALSO\"")), HasSubstr(".BR tessera (1)")) << command;
+        const std::size_t about = whole.find(".TP\n" + reference + "\n") + reference.size() + 5;
+        EXPECT_GT(whole.find(".TP", about) - about, 10U) << command;
     }
     EXPECT_GT(options, 150u);
 }
@@ -161,6 +171,12 @@ TEST_F(Pages, ZshUnderstandsItsScript) {
     for (const auto& [command, help] : helpOfAll())
         for (const std::string& option : optionsListedIn(help))
             EXPECT_THAT(script.out, HasSubstr(option + "[")) << command;
+    for (const auto& [command, help] : helpOfAll()) { // each has a function, which is called
+        const std::string function =
+            std::regex_replace("_tessera" + (command.empty() ? "" : "_" + command), std::regex(" "), "_");
+        EXPECT_THAT(script.out, HasSubstr(function + "() {\n"));
+        EXPECT_THAT(script.out, HasSubstr(command.empty() ? "compdef _tessera tessera\n" : function + " ;;"));
+    }
     if (!has("zsh"))
         GTEST_SKIP() << "no zsh";
     EXPECT_THAT(linesOf("zsh -n " + (folder_ / "zsh.txt").string() + " 2>&1"), IsEmpty());

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -246,6 +248,22 @@ TEST(ReformedLine, ADigestTellsLinesApart) {
                   return onReformedHelix(mm) + (mm > 100 && mm < 103 ? glm::dvec3(0.1, 0, 0) : glm::dvec3(0));
               })));
     EXPECT_NE(digest, digestOf(curveOf(4 * kPi * kHelixSpeed - 1, onReformedHelix)));
+    // FNV-1a of 64 bits over places in micrometres, low bytes first, and over the length.
+    const FlightCurve straight = curveOf(300.25, [](double mm) { return glm::dvec3(1.5, -mm, 0.25 * mm); });
+    std::uint64_t hash = 0xcbf29ce484222325U;
+    const auto add = [&](double mm) {
+        const auto micrometres = static_cast<std::uint64_t>(std::llround(1000 * mm));
+        for (int byte = 0; byte < 8; ++byte)
+            hash = (hash ^ (micrometres >> (8 * byte) & 255)) * 0x100000001b3U;
+    };
+    const int places = static_cast<int>(std::ceil(straight.lengthMm())); // one a millimetre
+    for (int n = 0; n <= places; ++n)
+        for (int axis = 0; axis < 3; ++axis)
+            add(straight.at(straight.lengthMm() * n / places).at[axis]);
+    add(straight.lengthMm());
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+    EXPECT_EQ(digestOf(straight), text) << "as manifests have it";
 }
 
 } // namespace

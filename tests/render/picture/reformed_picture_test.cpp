@@ -327,6 +327,21 @@ TEST(ReformedPicture, ThreadsAndMemoryChangeNothing) {
     }
 }
 
+TEST(ReformedPicture, TellsWhatItIsOf) {
+    Field field([](const glm::dvec3& p) { return p.x; }, glm::dmat3(1), {64, 40, 40});
+    const FlightCurve line = curveOf(20, [](double mm) { return glm::dvec3(0, 0, mm - 10); });
+    const RenderResult result = field.draw(greys(), {straightened(line, 0, {10, 0.5, 3})});
+    EXPECT_EQ(result.lowest, -31.5);
+    EXPECT_EQ(result.highest, 31.5);
+    EXPECT_EQ(result.window, kWindow);
+    EXPECT_EQ(result.pixels.asked, 9);
+    EXPECT_EQ(result.pixels.taken, 9);
+    EXPECT_EQ(result.pixels.most, 9);
+    EXPECT_TRUE(result.levelsOnPurpose);
+    EXPECT_GE(result.secondsDrawing, 0);
+    EXPECT_EQ(field.share.pixels, result.image.pixels.size());
+}
+
 TEST(ReformedPicture, HasTheScenesCutsAndFunction) {
     Field field([](const glm::dvec3& p) { return p.x; }, glm::dmat3(1), {64, 64, 64});
     const FlightCurve line = curveOf(40, [](double mm) { return glm::dvec3(0, 0, mm - 20); });

@@ -546,6 +546,18 @@ TEST(FigurePlaces, LinesAreCutAtTheBoxAndBeforeTheEye) {
             EXPECT_EQ(layout.leftOut.size(), 1U);
             continue;
         }
+        // The words are at the second point, or at the line's first end where that is not in the picture.
+        const Measurement& m = part.measurements[0];
+        glm::dvec2 second(0);
+        const bool isSeen = pictureFromPatient(part.camera, part.size, m.points[1], second) &&
+                            second.x >= 0 && second.y >= 0 && second.x <= part.size.x &&
+                            second.y <= part.size.y;
+        const glm::dvec2 anchor = isSeen ? second + glm::dvec2(part.from) : lines[0][0];
+        for (const LaidWords& words : layout.words) {
+            const glm::dvec2 off =
+                glm::abs(boxOf(words).middle() - anchor) - (words.to() - words.from()) / 2.0;
+            EXPECT_LT(std::max(off.x, off.y), 5.1 * letterPixels(part, figure.dpi) + 1.5);
+        }
         for (const glm::dvec2& p : lines[0]) {
             const glm::dvec2 room =
                 glm::min(p - glm::dvec2(part.from), glm::dvec2(part.from + part.size) - p) - edge;

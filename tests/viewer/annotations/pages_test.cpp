@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <set>
 #include <string>
 #include <unistd.h>
 
@@ -159,7 +160,9 @@ TEST_P(SvgPages, HoldThePictureAsPng) {
     for (const float alpha : {1.0f, 0.6f}) {
         const Image image = picture({357, 233}, alpha);
         const std::string svg = bytesOf(write("a", image, test::fullFigure(image.size, {}), "{}"));
-        writeBytes(folder_ / "inside.png", decoded(svg, "data:image/png;base64,"));
+        const std::string png = decoded(svg, "data:image/png;base64,");
+        EXPECT_EQ(png.substr(png.size() - 8), "IEND\xae\x42\x60\x82") << "to its last byte";
+        writeBytes(folder_ / "inside.png", png);
         writeImage(folder_ / "alone.png", image, "{}");
         const Image inside = readImage(folder_ / "inside.png"), alone = readImage(folder_ / "alone.png");
         ASSERT_EQ(inside.size, alone.size);
@@ -168,6 +171,23 @@ TEST_P(SvgPages, HoldThePictureAsPng) {
             ASSERT_LT(glm::length(inside.pixels[i] - alone.pixels[i]), alpha == 1 ? 1e-7f : 0.02f);
         EXPECT_NE(svg.find(">HU</text>"), std::string::npos) << "words are text";
     }
+}
+
+// Base64 of any number of bytes: whole groups of four, filled up with "=".
+TEST_P(SvgPages, HoldAllBytesOfThePicture) {
+    std::set<std::size_t> rests;
+    for (int width = 1; width < 30; ++width) {
+        const std::string svg =
+            bytesOf(write("a", picture({width, 3}, 1), test::fullFigure({width, 3}, {}), "{}"));
+        const std::string mark = "data:image/png;base64,";
+        const std::size_t from = svg.find(mark) + mark.size();
+        const std::string text = svg.substr(from, svg.find('"', from) - from), png = decoded(svg, mark);
+        EXPECT_EQ(text.size() % 4, 0U);
+        EXPECT_EQ(text.size(), (png.size() + 2) / 3 * 4);
+        EXPECT_EQ(png.substr(png.size() - 8), "IEND\xae\x42\x60\x82");
+        rests.insert(png.size() % 3);
+    }
+    EXPECT_EQ(rests.size(), 3U);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SvgPages, testing::Values(".svg"), [](const auto&) { return "svg"; });

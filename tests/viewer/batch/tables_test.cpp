@@ -168,6 +168,7 @@ TEST(Tables, HaveAsManyColumnsAndBytesAsTheySay) {
     EXPECT_THAT(refusal(path, "id\n\n" + std::string(2 * CsvTable::kMostCellBytes, 'x')),
                 HasSubstr("t.csv:3"));
     EXPECT_THAT(refusal(path, "id,a,b,id\n"), HasSubstr("\"id\" twice"));
+    EXPECT_THAT(refusal(path, "\n\r\nid,a\"b\n"), HasSubstr("t.csv:3")) << "lines before it count";
     EXPECT_THAT(refusal(path, "a,b,\n"), HasSubstr("none for column 3"));
 }
 
