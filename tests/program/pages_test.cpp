@@ -105,8 +105,8 @@ TEST_F(Pages, HaveEveryOptionOfHelp) {
         if (first.empty())
             continue;
         EXPECT_THAT(whole, HasSubstr(".TP\n" + reference + "\n")) << command;
-        EXPECT_THAT(whole.substr(whole.find(".SH \"SEE ALSO\"")), HasSubstr(reference)) << command;
-        EXPECT_THAT(page.substr(page.find(".SH \"SEE ALSO\"")), HasSubstr(".BR tessera (1)")) << command;
+        EXPECT_THAT(whole.substr(whole.find(".SH SEE ALSO")), HasSubstr(reference)) << command;
+        EXPECT_THAT(page.substr(page.find(".SH SEE ALSO")), HasSubstr(".BR tessera (1)")) << command;
         const std::size_t about = whole.find(".TP\n" + reference + "\n") + reference.size() + 5;
         EXPECT_GT(whole.find(".TP", about) - about, 10U) << command;
     }
