@@ -19,14 +19,14 @@
 namespace tessera::test {
 
 /// Without what a run, a machine or a version changes: seconds, the device, peaks of memory, keys of the
-/// cache, libraries and fonts of annotations. What a manifest has for drawing again (data, options) has tests
-/// of its own (redraw_test.cpp).
+/// cache, libraries and fonts of annotations. What a manifest has for drawing again (data, options, path) has
+/// tests of its own (redraw_test.cpp).
 inline void forgetTheRun(nlohmann::json& value) {
-    static const std::vector<std::string> kOfTheRun = {"seconds", "device", "peakBytes",  "program",
-                                                       "openGl",  "notice", "dispatches", "entry",
-                                                       "lastUse", "cairo",  "pango",      "fonts"};
+    static const std::vector<std::string> kOfTheRun = {
+        "seconds", "device",  "peakBytes", "program", "openGl", "notice",  "dispatches",
+        "entry",   "lastUse", "cairo",     "pango",   "fonts",  "lineHash"};
     if (value.is_object() && value.contains("tesseraManifest"))
-        for (const char* key : {"commit", "data", "options"})
+        for (const char* key : {"commit", "data", "options", "path"})
             value.erase(key);
     if (value.is_object())
         for (const std::string& key : kOfTheRun)
