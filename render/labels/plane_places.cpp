@@ -31,7 +31,7 @@ std::optional<glm::dvec3> PlanePlaces::at(const glm::dvec2& pixel) const {
     return toPlace * p / w;
 }
 
-double PlanePlaces::voxelsPerPixel() const {
+double SurfacePlaces::voxelsPerPixel() const {
     double least = HUGE_VAL;
     for (const glm::dvec2& part : {glm::dvec2(0.5), {0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
         const glm::dvec2 pixel = part * glm::dvec2(size);

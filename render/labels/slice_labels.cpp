@@ -58,7 +58,7 @@ bool showsAny(std::span<const glm::vec4> pixels, const glm::ivec2& size, const g
 
 /// A rectangle of pixels, and what one thread needs for it.
 struct SliceLabels::Tile {
-    const PlanePlaces& places;
+    const SurfacePlaces& places;
     SetReader sets;
     double outlineScale = 1;
     glm::ivec2 first{0}, count{0};      // pixels
@@ -98,7 +98,7 @@ std::size_t SliceLabels::shownLabels() const {
     return static_cast<std::size_t>(std::count(shown.begin(), shown.end(), 1));
 }
 
-int SliceLabels::levelOf(const PlanePlaces& places) {
+int SliceLabels::levelOf(const SurfacePlaces& places) {
     const double voxels = std::clamp(places.voxelsPerPixel(), 1.0, std::exp2(kLevelCount - 1));
     constexpr double kRounding = 1e-6;
     // Places are a quarter of a pixel apart: every sample of the level below is met, too.
@@ -190,7 +190,7 @@ void SliceLabels::draw(Tile& t) {
         }
 }
 
-SliceLabels::Drawn SliceLabels::layOver(std::span<glm::vec4> pixels, const PlanePlaces& places,
+SliceLabels::Drawn SliceLabels::layOver(std::span<glm::vec4> pixels, const SurfacePlaces& places,
                                         double outlineScale, const std::vector<float>* shares) {
     const glm::ivec2 size = places.size, tiles = (size + (kTile - 1)) / kTile;
     TESSERA_CHECK(pixels.size() == static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
@@ -228,7 +228,7 @@ SliceLabels::Drawn SliceLabels::layOver(std::span<glm::vec4> pixels, const Plane
     return drawn;
 }
 
-LabelsOver SliceLabels::overPixel(const glm::ivec2& pixel, const PlanePlaces& places) {
+LabelsOver SliceLabels::overPixel(const glm::ivec2& pixel, const SurfacePlaces& places) {
     Tile tile{places, SetReader(*cache_, voxels_->info(), levelOf(places), labels_.borders, looks_.ofSet)};
     tile.met.resize(looks_.labels.size());
     tile.first = pixel;

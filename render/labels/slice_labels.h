@@ -53,7 +53,7 @@ class SliceLabels {
     /// Labels that some set has, and that show.
     std::size_t shownLabels() const;
     /// Of the voxels that such pixels show: the finest of which their places meet every one.
-    static int levelOf(const PlanePlaces& places);
+    static int levelOf(const SurfacePlaces& places);
 
     struct Drawn {
         std::vector<std::uint32_t> values = {}; // of labels that have a place on the picture, ascending
@@ -64,10 +64,10 @@ class SliceLabels {
     /// @param outlineScale  times the width of outlines
     /// @param shares        by which pixels are multiplied before; null: 1
     /// Throws InputError naming what cannot be read; some pixels may have their labels then.
-    Drawn layOver(std::span<glm::vec4> pixels, const PlanePlaces& places, double outlineScale = 1,
+    Drawn layOver(std::span<glm::vec4> pixels, const SurfacePlaces& places, double outlineScale = 1,
                   const std::vector<float>* shares = nullptr);
     /// The same of one pixel.
-    LabelsOver overPixel(const glm::ivec2& pixel, const PlanePlaces& places);
+    LabelsOver overPixel(const glm::ivec2& pixel, const SurfacePlaces& places);
 
   private:
     struct Tile;

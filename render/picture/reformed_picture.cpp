@@ -11,6 +11,8 @@
 #include "core/scene/reformed_sheet.h" // sizeOf
 #include "render/contract/lattice.h"
 #include "render/contract/sampler.h"
+#include "render/labels/reformed_places.h"
+#include "render/labels/slice_labels.h"
 #include "render/plan/drawn_part.h"
 #include "render/plan/frame_plan.h"
 
@@ -19,12 +21,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -125,6 +129,44 @@ struct Patch {
     std::size_t picture;
     glm::ivec2 first; // of its pixels
 };
+/// Lays the labels over all pictures.
+/// @return  what of them shows
+RenderResult::Labels layLabelsOver(SliceLabels& labels, const std::vector<Reformation>& pictures,
+                                   const VolumeInfo& info, Image& image) {
+    RenderResult::Labels report;
+    report.all = labels.table().labels.size();
+    report.shown = labels.shownLabels();
+    std::set<std::uint32_t> met;
+    for (const Reformation& picture : pictures) {
+        const ReformedPlaces places(picture, info);
+        const auto rowOf = [&](int y) {
+            return image.pixels.begin() + static_cast<std::ptrdiff_t>(picture.from.y + y) * image.size.x +
+                   picture.from.x;
+        };
+        Image part(picture.size());
+        for (int y = 0; y < part.size.y; ++y)
+            std::copy_n(rowOf(y), part.size.x,
+                        part.pixels.begin() + static_cast<std::ptrdiff_t>(y) * part.size.x);
+        const SliceLabels::Drawn drawn = labels.layOver(part.pixels, places);
+        for (int y = 0; y < part.size.y; ++y)
+            std::copy_n(part.pixels.begin() + static_cast<std::ptrdiff_t>(y) * part.size.x, part.size.x,
+                        rowOf(y));
+        met.insert(drawn.values.begin(), drawn.values.end());
+        report.level = std::max(report.level, drawn.level);
+    }
+    report.onSlice.emplace_back(met.begin(), met.end());
+    return report;
+}
+
+/// Bytes of the largest picture, which labels are laid over by itself.
+std::size_t largestBytes(const std::vector<Reformation>& pictures) {
+    std::size_t most = 0;
+    for (const Reformation& picture : pictures)
+        most = std::max(most, static_cast<std::size_t>(picture.size().x) *
+                                  static_cast<std::size_t>(picture.size().y));
+    return most * sizeof(glm::vec4);
+}
+
 /// In the order that they are drawn in: pictures along the line go on together, band by band, for they lie in
 /// the same chunks; cross-sections one after another.
 std::vector<Patch> patchesOf(const std::vector<Reformation>& pictures) {
@@ -192,6 +234,13 @@ RenderResult renderReformed(const Scene& scene, const std::vector<Reformation>& 
     look.thicknessMm = scene.slice.thicknessMm;
     result.secondsPreparing = secondsSince(start);
 
+    // They take their share before the cache.
+    std::optional<SliceLabels> labels;
+    std::optional<Charge> ofLabels;
+    if (const Labels& asked = scene.volumes.front().labels; !asked.path.empty()) {
+        labels.emplace(asked, info, ram, options.threads, asked.place());
+        ofLabels.emplace(ram.charge(largestBytes(pictures), "a picture that labels are laid over"));
+    }
     progress.stage("drawing");
     const auto drawing = std::chrono::steady_clock::now();
     // All that is free, up to what holds the chunks of a band of any picture for every thread.
@@ -213,6 +262,8 @@ RenderResult renderReformed(const Scene& scene, const std::vector<Reformation>& 
             folded += own.folded;
         },
         [&](double part) { progress.update(part); });
+    if (labels)
+        result.labels = layLabelsOver(*labels, pictures, info, result.image);
     share = {pixels, outside, folded};
     result.secondsDrawing = secondsSince(drawing);
     return result;

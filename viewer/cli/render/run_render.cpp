@@ -175,8 +175,6 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     SceneVolume& volume = scene.volumes.front();
     if (scene.volumes.size() > 1 && !arguments.pathPicture().empty())
         throw badFile(arguments.pathPicture(), "a scene of one volume", std::to_string(scene.volumes.size()));
-    if (arguments.reforms() && !volume.labels.path.empty())
-        throw badFile(arguments.pathPicture(), "a volume without labels", "some");
     if (arguments.unfold && hasLabelOptics(scene))
         throw badFile("--unfold", "labels without functions or materials of their own", "some with");
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
