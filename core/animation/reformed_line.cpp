@@ -15,9 +15,9 @@
 namespace tessera {
 namespace {
 
-/// Curvature is that over so much of the line to either side: below it centre-lines carry the noise of the
-/// voxels that they were found in.
-constexpr double kCurvatureMm = 4;
+/// Directions and curvatures are those over so much of the line to either side: below it centre-lines carry
+/// the noise of the voxels that they were found in, and rows would sway to and fro.
+constexpr double kSmoothMm = 4;
 /// Places of the line for each row, where the length of its projection is summed.
 constexpr double kPlacesPerRow = 2;
 
@@ -34,7 +34,7 @@ int pixelsOf(double mm, double mmPerPixel) {
 
 /// Of the line, per mm: towards the centre of curvature.
 glm::dvec3 curvature(const FlightCurve& line, double mm) {
-    const double from = std::max(0.0, mm - kCurvatureMm), to = std::min(line.lengthMm(), mm + kCurvatureMm);
+    const double from = std::max(0.0, mm - kSmoothMm), to = std::min(line.lengthMm(), mm + kSmoothMm);
     return to > from ? (line.tangent(to) - line.tangent(from)) / (to - from) : glm::dvec3(0);
 }
 
@@ -48,14 +48,39 @@ Reformation emptyPicture(double heightMm, double widthMm, const ReformedPixels& 
     return picture;
 }
 
+/// From one place of the line to another, unit; none where it comes back.
+glm::dvec3 chord(const FlightCurve& line, double from, double to) {
+    const glm::dvec3 way = line.at(to).at - line.at(from).at;
+    const double length = glm::length(way);
+    return length > 0 ? way / length : glm::dvec3(0);
+}
+
+/// The line's direction there, unit: between places that lie as far to either side; near the ends it goes on
+/// as it turns before. Where the line turns sharply in between it is the tangent.
+glm::dvec3 smoothTangent(const FlightCurve& line, double mm) {
+    constexpr double kLeastCosine = 0.3;
+    const double length = line.lengthMm(), reach = std::min(kSmoothMm, 0.25 * length),
+                 middle = std::clamp(mm, reach, length - reach), beyond = (mm - middle) / reach;
+    glm::dvec3 smooth = chord(line, middle - reach, middle + reach);
+    if (beyond != 0) { // the next place inwards tells the turn
+        const double next = middle - std::copysign(reach, beyond);
+        smooth += std::abs(beyond) * (smooth - chord(line, next - reach, next + reach));
+    }
+    const glm::dvec3 tangent = line.tangent(mm);
+    const double size = glm::length(smooth);
+    return glm::dot(smooth, tangent) > kLeastCosine * size ? smooth / size : tangent;
+}
+
 /// The row through the line there, of a viewer at an angle about it.
 ReformedRow rowAt(const FlightCurve& line, double mm, double degrees) {
     const double angle = glm::radians(degrees);
     const Pose pose = line.at(mm);
+    const glm::dvec3 tangent = smoothTangent(line, mm);
+    const glm::dvec3 up = glm::normalize(pose.up - glm::dot(pose.up, tangent) * tangent);
     ReformedRow row;
     row.at = pose.at;
-    row.towards = std::cos(angle) * pose.up + std::sin(angle) * glm::cross(pose.direction, pose.up);
-    row.across = glm::cross(row.towards, pose.direction);
+    row.towards = std::cos(angle) * up + std::sin(angle) * glm::cross(tangent, up);
+    row.across = glm::cross(row.towards, tangent);
     row.alongMm = mm;
     return row;
 }

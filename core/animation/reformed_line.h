@@ -20,7 +20,8 @@ struct ReformedPixels {
 
 /// Straightened: the line runs down the middle of the picture, a row every mmPerPixel of its length. Rows lie
 /// in the plane of the tangent and a vector at right angles to it, which turns about the tangent no more than
-/// it must. Rows are marked as folded beyond the line's centre of curvature.
+/// it must. The tangent is that over 8 mm: directions of centre-lines are noisier than their places. Rows are
+/// marked as folded beyond the line's centre of curvature.
 /// @param line     along its tangent: a flight without a look ahead
 /// @param degrees  from Pose::up, clockwise along the line, to the viewer
 /// Throws InputError for more rows or columns than a picture may have.

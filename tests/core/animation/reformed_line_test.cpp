@@ -65,7 +65,7 @@ TEST(ReformedLine, AStraightenedHelixHasItsLengthAndNoTwist) {
                 EXPECT_NEAR(glm::dot(down, row.across), 0, 0.01); // half a step's turn
                 twist += glm::dot(row.across - before.across, row.towards);
             }
-            EXPECT_LT(std::abs(twist), 3e-3) << "radians over all of the line"; // torsion's would be 3.3
+            EXPECT_LT(std::abs(twist), 0.01) << "radians over all of the line"; // torsion's would be 3.3
         }
 }
 
@@ -185,7 +185,7 @@ TEST(ReformedLine, CrossSectionsStandOnTheLine) {
             const glm::dvec3 middle = 0.5 * (picture.rows[39].place(10) + picture.rows[40].place(10));
             EXPECT_LT(glm::distance(middle, line.at(places[n]).at), 1e-9);
             for (const ReformedRow& row : picture.rows) {
-                EXPECT_LT(glm::distance(row.towards, line.tangent(places[n])), 1e-6) << "it looks back";
+                EXPECT_LT(glm::distance(row.towards, line.tangent(places[n])), 2e-3) << "it looks back";
                 EXPECT_EQ(row.alongMm, places[n]);
             }
             const glm::dvec3 down = glm::normalize(picture.rows.back().at - picture.rows.front().at);
@@ -204,6 +204,20 @@ TEST(ReformedLine, CrossSectionsStandOnTheLine) {
     const Reformation axial = crossSection(down, 20, 0, {20, 1, 1});
     EXPECT_LT(glm::distance(axial.rows[0].across, {1, 0, 0}), 1e-9) << "the patient's left at the right";
     EXPECT_LT(glm::distance(axial.rows[0].at - axial.rows[19].at, {0, -19, 0}), 1e-9) << "the front on top";
+}
+
+// A line that wavers by a fifth of a mm, as one of a thin branch: its tangent does by 24 degrees, its rows
+// hardly.
+TEST(ReformedLine, RowsDoNotSwayWithTheNoiseOfALine) {
+    const FlightCurve line = curveOf(
+        60, [](double mm) { return glm::dvec3(0.2 * std::sin(2.2 * mm), 0, -mm); }, 0.5);
+    double worst = 0, swayed = 0;
+    for (const ReformedRow& row : straightened(line, 0, {20, 0.5, 1}).rows) {
+        worst = std::max(worst, std::acos(std::min(1.0, glm::dot(row.across, glm::dvec3(1, 0, 0)))));
+        swayed = std::max(swayed, std::acos(std::min(1.0, -line.tangent(row.alongMm).z)));
+    }
+    EXPECT_GT(glm::degrees(swayed), 12);
+    EXPECT_LT(glm::degrees(worst), glm::degrees(swayed) / 3);
 }
 
 TEST(ReformedLine, PicturesLieApartInOneImage) {
