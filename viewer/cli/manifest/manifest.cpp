@@ -323,4 +323,8 @@ nlohmann::json legendJson(std::span<const LegendBar> bars) {
     return all;
 }
 
+std::string manifestText(const nlohmann::json& report) {
+    return report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
 } // namespace tessera

@@ -13,6 +13,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <string>
 
 namespace tessera {
 
@@ -35,5 +36,8 @@ nlohmann::json damageJson(Stores stores);
 nlohmann::json scaleBarJson(const ScaleBar& bar);
 /// The manifest's "legend": the bars of colours that were, without their names.
 nlohmann::json legendJson(std::span<const LegendBar> bars);
+/// A report as a picture keeps it: ASCII only, for PNG's text is Latin-1, and what a device calls itself is
+/// not ours to trust.
+std::string manifestText(const nlohmann::json& report);
 
 } // namespace tessera

@@ -4,18 +4,17 @@
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/base/program_folders.h"
-#include "core/base/shown_text.h"
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/cli/redraw/differences.h"
 #include "viewer/cli/redraw/figure_record.h"
 #include "viewer/cli/redraw/find_data.h"
+#include "viewer/cli/redraw/redraw_report.h"
 #include "viewer/cli/render/panel_figure.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/run_render.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -61,99 +60,6 @@ void change(const std::vector<std::string>& changes, Scene& scene) {
         if (isData || skyOf(before) != skyOf(scene))
             throw badFile(where, "a key of the picture's look; --data names its data", "one of its data");
     }
-}
-
-struct Report {
-    std::vector<FoundData> data;
-    ManifestDifferences differences;
-    PixelDifferences pixels;
-
-    bool isDataAnother() const {
-        for (const FoundData& found : data)
-            if (isAnother(found))
-                return true;
-        return false;
-    }
-    static bool isAnother(const FoundData& found) {
-        return !found.wanted.contentHash.empty() && found.contentHash != found.wanted.contentHash;
-    }
-    bool isKnownToDiffer() const {
-        return isDataAnother() || !differences.program.empty() || !differences.device.empty() ||
-               !differences.settings.empty();
-    }
-};
-
-void printLines(const char* what, const std::vector<Difference>& differences, const std::string& same) {
-    if (differences.empty())
-        std::printf("%-9s the same%s\n", (std::string(what) + ":").c_str(),
-                    same.empty() ? "" : (" (" + printable(same) + ")").c_str());
-    for (const Difference& one : differences)
-        std::printf("%-9s %s: %s, now %s\n", (std::string(what) + ":").c_str(), printable(one.key).c_str(),
-                    printable(one.before).c_str(), printable(one.now).c_str());
-}
-
-void printReport(const Report& report, const json& now) {
-    for (const FoundData& found : report.data) {
-        const std::string name = printable(nameOf(found.wanted) + ", " + found.where);
-        if (found.wanted.contentHash.empty())
-            std::printf("data:     not known to be the same (%s; now %s)\n", name.c_str(),
-                        found.contentHash.c_str());
-        else if (Report::isAnother(found))
-            std::printf("data:     %s: content %s, now %s\n", name.c_str(), found.wanted.contentHash.c_str(),
-                        found.contentHash.empty() ? "unknown" : found.contentHash.c_str());
-        else
-            std::printf("data:     the same (%s; content %s)\n", name.c_str(), found.contentHash.c_str());
-    }
-    const std::string commit = now.value("commit", "");
-    printLines("program", report.differences.program,
-               now.value("program", "") + (commit.empty() ? "" : ", commit " + commit));
-    printLines("device", report.differences.device,
-               now.value("engine", "") + " engine, " + now.value("device", ""));
-    printLines("settings", report.differences.settings, "");
-    const PixelDifferences& pixels = report.pixels;
-    const std::string size = pixels.ofPages
-                                 ? std::to_string(pixels.pixels) + " bytes of the page"
-                                 : std::to_string(pixels.size.x) + " x " + std::to_string(pixels.size.y);
-    if (!pixels.notCompared.empty())
-        std::printf("pixels:   not compared: %s\n", printable(pixels.notCompared).c_str());
-    else if (pixels.differing == 0)
-        std::printf("pixels:   equal (%s)\n", size.c_str());
-    else if (pixels.ofPages)
-        std::printf("pixels:   %zu of %zu bytes of the page differ\n", pixels.differing, pixels.pixels);
-    else
-        std::printf("pixels:   %zu of %zu differ, rms %s\n", pixels.differing, pixels.pixels,
-                    numberText(pixels.rms).c_str());
-}
-
-json reportJson(const RedrawArguments& arguments, const Report& report) {
-    const auto list = [](const std::vector<Difference>& differences) {
-        json rows = json::array();
-        for (const Difference& one : differences)
-            rows.push_back({{"key", one.key}, {"before", one.before}, {"now", one.now}});
-        return rows;
-    };
-    json out = {{"figure", arguments.figure},
-                {"output", arguments.out},
-                {"program", list(report.differences.program)},
-                {"device", list(report.differences.device)},
-                {"settings", list(report.differences.settings)}};
-    for (const FoundData& found : report.data)
-        out["data"].push_back({{"name", nameOf(found.wanted)},
-                               {"before", found.wanted.contentHash},
-                               {"now", found.contentHash},
-                               {"where", found.where}});
-    const PixelDifferences& pixels = report.pixels;
-    if (pixels.ofPages && pixels.notCompared.empty())
-        out["pixels"] = {{"equal", pixels.differing == 0},
-                         {"differingBytes", pixels.differing},
-                         {"ofBytes", pixels.pixels}};
-    else
-        out["pixels"] = pixels.notCompared.empty() ? json{{"equal", pixels.differing == 0},
-                                                          {"differing", pixels.differing},
-                                                          {"of", pixels.pixels},
-                                                          {"rms", pixels.rms}}
-                                                   : json{{"notCompared", pixels.notCompared}};
-    return out;
 }
 
 /// True if --with changes that key of scenes, or an object with it.
@@ -251,7 +157,7 @@ bool changeWords(PanelFigure& figure, const RedrawArguments& arguments, const An
     for (const auto& [key, words] : {std::pair{"annotations.title", &Annotations::title},
                                      {"annotations.caption", &Annotations::caption}})
         if (isChanged(arguments, key)) {
-            figure.words.*words = changed.*words;
+            figure.layout.words.*words = changed.*words;
             for (FittedPanel& panel : figure.panels)
                 (panel.annotations.*words).clear();
             any = true;
@@ -259,7 +165,7 @@ bool changeWords(PanelFigure& figure, const RedrawArguments& arguments, const An
     for (const auto& [key, number] : {std::pair{"annotations.textPoints", &Annotations::textPoints},
                                       {"annotations.dpi", &Annotations::dpi}})
         if (isChanged(arguments, key)) {
-            figure.words.*number = changed.*number;
+            figure.layout.words.*number = changed.*number;
             any = true;
         }
     return any;
@@ -268,25 +174,27 @@ bool changeWords(PanelFigure& figure, const RedrawArguments& arguments, const An
 /// Draws the panels of a figure again.
 void redrawPanels(const json& before, const std::vector<FigureRecord>& records,
                   const RedrawArguments& arguments, const fs::path& out, const CommonOptions& common) {
-    PanelFigure figure = figureOfJson(before.value("figure", json::object()),
-                                      static_cast<int>(records.size()), arguments.figure);
-    const bool resized = figure.grid.panelSize != records.front().scene.imageSize;
-    figure.grid.panelSize = records.front().scene.imageSize;
+    PanelFigure figure;
+    figure.layout = layoutOfJson(before.value("figure", json::object()), static_cast<int>(records.size()),
+                                 arguments.figure);
+    PanelGrid& grid = figure.layout.grid;
+    const bool resized = grid.panelSize != records.front().scene.imageSize;
+    grid.panelSize = records.front().scene.imageSize;
     for (const FigureRecord& record : records) {
-        if (record.scene.imageSize != figure.grid.panelSize)
+        if (record.scene.imageSize != grid.panelSize)
             throw badFile(arguments.figure, "panels of one size", "others");
         RenderArguments render = drawingOf(record, arguments, out);
         render.scene = record.scene;
         figure.panels.push_back({std::move(render), std::nullopt, record.scene.annotations});
     }
-    checkSize(figure.grid);
+    checkSize(grid, kPanelOption);
     if (std::ranges::any_of(arguments.changes, [](const std::string& said) {
             return keyNamed(said.substr(0, said.find('='))).starts_with("camera");
         }))
         fitPanels(figure, common, withRenderTask);
     if (changeWords(figure, arguments, records.front().scene.annotations) || resized)
-        makeRoomForWords(figure);
-    const std::size_t bytes = bytesOf(figure.grid);
+        makeRoomForWords(figure.layout, kPanelOption);
+    const std::size_t bytes = bytesOf(grid);
     std::size_t limit = budgetBytes(arguments.ram, "--ram", common);
     if (const std::size_t ofPanel = records.front().ramBytes; arguments.ram.empty() && ofPanel > 0)
         limit = std::min(limit, ofPanel + bytes); // that of a panel is what the figure left of --ram
@@ -346,7 +254,7 @@ void runRedraw(const RedrawArguments& arguments, const CommonOptions& common) {
     limitBudgets(records, arguments, common);
 
     RenderArguments render = drawingOf(records.front(), arguments, out);
-    Report report;
+    RedrawReport report;
     report.data = findAll(records, arguments, render.ram, common);
     CommonOptions drawing = common;
     drawing.quiet = common.quiet || scratch.has_value(); // of a picture that nobody gets

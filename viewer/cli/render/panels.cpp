@@ -3,11 +3,10 @@
 
 #include "core/base/error.h"
 #include "core/base/names.h"
-#include "core/scene/scene.h"
+#include "viewer/annotations/panel_sheet.h" // kMostPanels
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <glm/geometric.hpp>
@@ -16,9 +15,6 @@
 
 namespace tessera {
 namespace {
-
-constexpr const char* kPanelOption = "--panel";
-constexpr int kMostInARow = 3;
 
 std::vector<std::string> split(const std::string& text, char between) {
     std::vector<std::string> parts;
@@ -81,33 +77,6 @@ std::vector<Panel> panelsOf(const std::vector<std::string>& texts) {
         throw badFile(kPanelOption, "at most " + std::to_string(kMostPanels) + " panels",
                       std::to_string(panels.size()));
     return panels;
-}
-
-glm::ivec2 PanelGrid::size() const {
-    return glm::ivec2(columns, rows()) * (panelSize + gap) - gap + glm::ivec2(0, above + below);
-}
-
-glm::ivec2 PanelGrid::at(int panel) const {
-    return glm::ivec2(panel % columns, panel / columns) * (panelSize + gap) + glm::ivec2(0, above);
-}
-
-PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize) {
-    const int square = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(panels))));
-    const int chosen = columns > 0 ? columns : panels <= kMostInARow ? panels : square;
-    PanelGrid grid{panels, std::min(chosen, panels), gap, panelSize};
-    checkSize(grid);
-    return grid;
-}
-
-void checkSize(const PanelGrid& grid) {
-    // In 64 bits, for a side is refused before it overflows.
-    const auto side = [&](std::int64_t count, int length) { return count * (length + grid.gap) - grid.gap; };
-    const std::int64_t width = side(grid.columns, grid.panelSize.x),
-                       height = side(grid.rows(), grid.panelSize.y) + grid.above + grid.below;
-    if (width > Scene::kMaxImageExtent || height > Scene::kMaxImageExtent)
-        throw badFile(kPanelOption,
-                      "a figure of at most " + std::to_string(Scene::kMaxImageExtent) + " pixels a side",
-                      std::to_string(width) + " x " + std::to_string(height));
 }
 
 void shareScale(std::vector<Camera>& cameras) {

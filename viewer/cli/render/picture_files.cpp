@@ -96,10 +96,6 @@ Image readPicture(const fs::path& path) {
     return readImage(path);
 }
 
-std::string manifestText(const nlohmann::json& report) {
-    return report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-}
-
 void printReport(const nlohmann::json& report) {
     std::printf("%s\n", report.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
 }

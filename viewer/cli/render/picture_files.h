@@ -40,10 +40,7 @@ void checkWholePicture(const std::filesystem::path& path);
 /// readImage() (core/image/image_file.h).
 Image readPicture(const std::filesystem::path& path);
 
-/// A report as a picture keeps it: ASCII only, for PNG's text is Latin-1, and what a device calls itself is
-/// not ours to trust.
-std::string manifestText(const nlohmann::json& report);
-/// The same on stdout, for people and --json.
+/// A manifest on stdout, for people and --json.
 void printReport(const nlohmann::json& report);
 
 } // namespace tessera
