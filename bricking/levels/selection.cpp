@@ -1,6 +1,7 @@
 // bricking/levels/selection.cpp: see selection.h.
 #include "bricking/levels/selection.h"
 
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -88,7 +89,7 @@ Selection selectOneLevel(const Statistics& statistics, const TransferTable& tabl
                 mine = static_cast<std::uint8_t>(level);
         return s;
     }
-    throw InputError(budgetName + ": this scene needs at least " + formatBytes(fixedBytes + coarsestBytes) +
+    throw OverBudget(budgetName + ": this scene needs at least " + formatBytes(fixedBytes + coarsestBytes) +
                      " (its bricks at the coarsest level, picture and tables), but " +
                      formatBytes(availableBytes) + " are free");
 }

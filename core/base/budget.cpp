@@ -1,6 +1,7 @@
 // core/base/budget.cpp: see budget.h.
 #include "core/base/budget.h"
 
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 
 #include <algorithm>
@@ -18,7 +19,7 @@ MemoryBudget::MemoryBudget(std::string name, std::string option, std::size_t lim
 Charge MemoryBudget::charge(std::size_t bytes, std::string_view what) {
     if (auto held = tryCharge(bytes))
         return std::move(*held);
-    throw InputError(name_ + ": " + std::string(what) + " needs " + formatBytes(bytes) + ", but only " +
+    throw OverBudget(name_ + ": " + std::string(what) + " needs " + formatBytes(bytes) + ", but only " +
                      formatBytes(freeBytes()) + " of the budget of " + formatBytes(limitBytes_) +
                      " are free; raise " + option_);
 }

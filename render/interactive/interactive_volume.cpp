@@ -2,6 +2,7 @@
 // levels. Moves of bricks are in interactive_bricks.cpp.
 #include "render/interactive/interactive_volume.h"
 
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "render/picture/several_volumes.h"
 #include "render/plan/label_optics.h"
@@ -62,7 +63,7 @@ InteractiveVolume::InteractiveVolume(const Scene& scene, Planner& plan, MemoryBu
         p_.memory.gpuBytes() + tables + visibilityBytes(scene.imageSize, brickGrid(p_.info().extentVoxels));
     pages_ = pagesThatFit(gpu.freeBytes() - std::min(gpu.freeBytes(), fixed), p_.info().type, limits);
     if (pages_ == 0)
-        throw InputError(gpu.option() + ": this scene needs at least " +
+        throw OverBudget(gpu.option() + ": this scene needs at least " +
                          formatBytes(fixed + atlasBytes(1, p_.info().type, limits)) +
                          " (picture, tables and a page of bricks), but " + formatBytes(gpu.freeBytes()) +
                          " are free");

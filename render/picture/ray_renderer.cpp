@@ -1,6 +1,7 @@
 // render/picture/ray_renderer.cpp: see ray_renderer.h.
 #include "render/picture/ray_renderer.h"
 
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "render/exposure/exposed_caster.h"
@@ -256,7 +257,7 @@ bool RayRenderer::draw(const FrameTask& task, RenderResult& result, Image& added
     result.secondsLoading = secondsSince(loading);
     const auto drawing = Clock::now();
     if (p.view.lighting.transport && passes)
-        throw InputError("--gpu-memory: paths of light need all bricks of the picture at once");
+        throw OverBudget("--gpu-memory: paths of light need all bricks of the picture at once");
     caster_->refine();
     const bool steps = engine_->about().choosesSteps && !p.view.part.flat; // a plane has one sample
     StepSearch search(p, [this, &task](const RayFrame<double>& frame, const Strides& strides) {

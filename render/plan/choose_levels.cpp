@@ -2,6 +2,7 @@
 #include "render/plan/choose_levels.h"
 
 #include "bricking/levels/level_chooser.h"
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "render/parts/process_group.h"
 #include "render/plan/frame_plan.h"
@@ -16,8 +17,8 @@
 namespace tessera {
 namespace {
 
-InputError belowFloor(const MemoryBudget& gpu, std::size_t floorBytes, const char* what) {
-    return InputError(gpu.option() + ": this scene needs at least " + formatBytes(floorBytes) + " (" + what +
+OverBudget belowFloor(const MemoryBudget& gpu, std::size_t floorBytes, const char* what) {
+    return OverBudget(gpu.option() + ": this scene needs at least " + formatBytes(floorBytes) + " (" + what +
                       "), but " + formatBytes(gpu.freeBytes()) + " are free");
 }
 
@@ -260,7 +261,7 @@ ChosenLevels chooseLevels(const Scene& scene, const Camera& camera, const DrawnP
     const std::size_t shown = cullBricks(statistics, table, info, 0, culling).shownBricks();
     if (ram.freeBytes() < ramKept + LevelChooser::bytes(shown, cellCount(brickGrid(info.extentVoxels)))) {
         if (scene.quality.maxError)
-            throw InputError(
+            throw OverBudget(
                 ram.option() + ": " + formatBytes(ram.limitBytes()) +
                 " cannot hold the statistics that --max-error needs; give more, or leave it out");
         chooseOneForAll();

@@ -4,6 +4,7 @@
 #include "bricking/analysis/body/kept_table.h"
 #include "bricking/cache/level_source.h"
 #include "bricking/statistics/coarse_statistics.h"
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "render/contract/ray_state.h"
@@ -202,7 +203,7 @@ Planner planChanging(const Scene& given, const StoreReader& store, MemoryBudget&
     const std::size_t floor =
         renderFloorBytes(info, together, pixels.bytesPerPixel, threads, scene.quality.integrator);
     if (ram.limitBytes() < floor)
-        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+        throw OverBudget(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()) +
                          (pixels.bytesPerPixel * rayCount(together) > ram.limitBytes()
                               ? "; --tiles draws large pictures in parts"
@@ -268,7 +269,7 @@ void checkFloorWithBits(const Scene& scene, std::size_t bits, const VolumeInfo& 
     for (const SceneMesh& mesh : drawnMeshes(scene))
         floor += mesh.shape->bytes();
     if (context.ram.limitBytes() < floor)
-        throw InputError(context.ram.option() + ": this scene needs at least " + formatBytes(floor) +
+        throw OverBudget(context.ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          " (with meshes and their voxels), but the budget is " +
                          formatBytes(context.ram.limitBytes()));
 }
@@ -372,11 +373,11 @@ void chooseInShare(std::size_t number, std::size_t volumes, const FrameContext& 
                    const Choose& choose) {
     try {
         choose();
-    } catch (const InputError& e) {
+    } catch (const OverBudget& e) {
         const std::string why = e.what();
         for (const MemoryBudget* budget : {&context.ram, &context.gpu})
             if (volumes > 1 && why.starts_with(budget->option()))
-                throw InputError(why + " in the share of volume " + std::to_string(number) + " of " +
+                throw OverBudget(why + " in the share of volume " + std::to_string(number) + " of " +
                                  std::to_string(volumes) + ", out of " + formatBytes(budget->limitBytes()));
         throw;
     }

@@ -9,6 +9,7 @@
 #include "bricking/labels/label_volume.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/store_reader.h"
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
@@ -157,10 +158,12 @@ struct MeshJob {
                               {surfaceFloorBytes(store.info(), lattice, 0), partsBytes(found.points),
                                arguments.simplifies() ? simplifyBytes(found.points, found.triangles) : 0});
         if (held + meanwhile > ram.freeBytes())
-            throw badFile(arguments.simplifies() ? "--simplify" : "--keep-largest",
-                          "RAM for " + std::to_string(found.triangles) + " triangles at once, --ram " +
-                              formatBytes(ram.usedBytes() + held + meanwhile),
-                          formatBytes(ram.limitBytes()) + "; a coarser --level or a box needs less");
+            throw OverBudget(
+                badFile(arguments.simplifies() ? "--simplify" : "--keep-largest",
+                        "RAM for " + std::to_string(found.triangles) + " triangles at once, --ram " +
+                            formatBytes(ram.usedBytes() + held + meanwhile),
+                        formatBytes(ram.limitBytes()) + "; a coarser --level or a box needs less")
+                    .what());
         const Charge charge = ram.charge(held, "a mesh that is held whole");
         HeldSurface surface(found.points, found.triangles);
         extract(field, lattice, request, surface);

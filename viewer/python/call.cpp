@@ -1,6 +1,7 @@
 // viewer/python/call.cpp: see call.h.
 #include "viewer/python/call.h"
 
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
@@ -133,7 +134,7 @@ void Call::run(const std::function<void()>& work) {
 
 void addErrors(py::module_& module) {
     // They live as long as the process: translators outlive the module.
-    static PyObject *error = nullptr, *inputError = nullptr, *cancelled = nullptr;
+    static PyObject *error = nullptr, *inputError = nullptr, *overBudget = nullptr, *cancelled = nullptr;
     const auto add = [&module](const char* name, const char* about, const py::tuple& bases) {
         const std::string whole = std::string("tessera.") + name;
         PyObject* const made = PyErr_NewExceptionWithDoc(whole.c_str(), about, bases.ptr(), nullptr);
@@ -147,11 +148,16 @@ void addErrors(py::module_& module) {
                 py::make_tuple(of(PyExc_RuntimeError)));
     inputError = add("InputError", "Bad use or bad input: what was expected, and what was found.",
                      py::make_tuple(of(error), of(PyExc_ValueError)));
+    overBudget =
+        add("OverBudget", "A budget of memory is too small: the message names the argument that raises it.",
+            py::make_tuple(of(inputError), of(PyExc_MemoryError)));
     cancelled = add("Cancelled", "The progress function returned False.", py::make_tuple(of(error)));
     py::register_exception_translator([](std::exception_ptr thrown) {
         try {
             if (thrown)
                 std::rethrow_exception(thrown);
+        } catch (const OverBudget& e) {
+            PyErr_SetString(overBudget, e.what());
         } catch (const InputError& e) {
             PyErr_SetString(inputError, e.what());
         } catch (const Error& e) {

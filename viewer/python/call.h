@@ -40,7 +40,7 @@ class Call {
     double toldShare_ = -1;
 };
 
-/// Adds Error, InputError and Cancelled, and what turns exceptions of C++ into them.
+/// Adds Error, InputError, OverBudget and Cancelled, and what turns exceptions of C++ into them.
 void addErrors(py::module_& module);
 
 } // namespace tessera::python

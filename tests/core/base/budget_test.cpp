@@ -1,5 +1,6 @@
 // The budget keeps its promise under many threads, and sizes are parsed as people write them.
 #include "core/base/budget.h"
+#include "core/base/budget_error.h"
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -42,6 +43,13 @@ TEST(MemoryBudget, RefusalNamesEverythingNeeded) {
                     testing::AllOf(testing::HasSubstr("the brick atlas"), testing::HasSubstr("1 MiB"),
                                    testing::HasSubstr("512 KiB"), testing::HasSubstr("--gpu-memory")));
     }
+}
+
+// A caller that can do with less, or later, knows by the type that a budget is the reason.
+TEST(MemoryBudget, RefusalIsOfItsOwnType) {
+    MemoryBudget budget("RAM", "--ram", 10);
+    EXPECT_THROW((void)budget.charge(11, "a table"), OverBudget);
+    EXPECT_THROW((void)budget.charge(11, "a table"), InputError) << "exit code 2";
 }
 
 TEST(MemoryBudget, ChargesMoveAndReturn) {

@@ -1,6 +1,6 @@
 // tests/render/plan/budget_test.cpp: budgets are guarantees. Every accepted scene is drawn inside its budget,
 // a smaller budget never gives a finer level, and a refusal names a minimum that is then accepted.
-#include "core/base/error.h"
+#include "core/base/budget_error.h"
 #include "render/picture/render_scene.h"
 #include "tests/support/scene_fixture.h"
 
@@ -20,11 +20,11 @@ using ::testing::HasSubstr;
 constexpr std::size_t kRoomy = std::size_t{1} << 30;
 constexpr glm::ivec2 kPicture{24, 20};
 
-/// The message of the InputError that action throws; "" where it throws nothing.
+/// The message of the OverBudget that action throws; "" where it throws nothing.
 template <typename Action> std::string refusal(const Action& action) {
     try {
         action();
-    } catch (const InputError& error) {
+    } catch (const OverBudget& error) {
         return error.what();
     }
     return "";

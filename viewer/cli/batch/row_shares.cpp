@@ -2,6 +2,7 @@
 #include "viewer/cli/batch/row_shares.h"
 
 #include "core/base/budget.h"
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "render/backends/engine_maker.h"
@@ -42,7 +43,7 @@ RowShares sharesOf(const BatchArguments& arguments, const BatchRows& rows, const
         shares.jobs = arguments.jobs;
         const std::size_t least = static_cast<std::size_t>(shares.jobs) * (ofPicture + kLeastBytes);
         if (ramBytes < least)
-            throw InputError("--ram: " + std::to_string(shares.jobs) + " rows at once, of " +
+            throw OverBudget("--ram: " + std::to_string(shares.jobs) + " rows at once, of " +
                              std::to_string(size.x) + " x " + std::to_string(size.y) +
                              " pixels, need at least " + formatBytes(least) + ", but the budget has " +
                              formatBytes(ramBytes) + " for them; fewer --jobs need less");

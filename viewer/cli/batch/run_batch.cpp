@@ -2,6 +2,7 @@
 #include "viewer/cli/batch/run_batch.h"
 
 #include "core/base/address.h"
+#include "core/base/budget_error.h"
 #include "core/base/claims.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -87,6 +88,7 @@ class Batch {
     void doRow(std::size_t number, const RowShares& shares, const std::function<void(RowAtWork)>& tell) {
         const auto start = Clock::now();
         RowResult result{.row = number};
+        bool isOverBudget = false;
         CommonOptions mine = common_;
         mine.shared = common_.progress;
         mine.progress = std::make_shared<Progress>(Verbosity::quiet, true);
@@ -106,13 +108,16 @@ class Batch {
             result.state = *state;
         } catch (const Interrupted&) {
             throw;
+        } catch (const OverBudget& error) {
+            result.message = error.what();
+            isOverBudget = true;
         } catch (const std::bad_alloc&) {
             result.message = "out of memory";
         } catch (const std::exception& error) {
             result.message = error.what();
         }
         if (result.state == RowState::failed) {
-            if (isForWantOfMemory(result.message) && shares.jobs > 1 && !isLastTry_) {
+            if (isOverBudget && shares.jobs > 1 && !isLastTry_) {
                 const std::lock_guard lock(mutex_);
                 tooSmall_.push_back(number);
                 return;
@@ -123,13 +128,6 @@ class Batch {
         record_.add(result);
         const std::lock_guard lock(mutex_);
         tally_.add(result);
-    }
-
-    /// A budget's own words (core/base/budget.cpp), or those of a scene's floor.
-    static bool isForWantOfMemory(const std::string& message) {
-        return message.find("raise --ram") != std::string::npos ||
-               message.find("raise --gpu-memory") != std::string::npos || message.starts_with("--ram: ") ||
-               message.starts_with("--gpu-memory: ");
     }
 
     RenderArguments argumentsOf(const BatchRow& row, const RowShares& shares) const {

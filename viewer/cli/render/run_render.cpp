@@ -4,6 +4,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/animation/flight.h"
 #include "core/animation/path.h"
+#include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "render/geometry/mesh_caster.h" // meshBytesPerPixel
 #include "render/picture/render_scene.h"
@@ -60,7 +61,7 @@ void requireFloor(const fs::path& path, const Scene& scene, const glm::ivec2& to
         info, together, pictureBytesPerPixel(engine, scene.quality.pixels) + meshBytesPerPixel(scene),
         threads);
     if (ram.limitBytes() < floor)
-        throw InputError(ram.option() + ": this scene needs at least " + formatBytes(floor) +
+        throw OverBudget(ram.option() + ": this scene needs at least " + formatBytes(floor) +
                          ", but the budget is " + formatBytes(ram.limitBytes()));
 }
 

@@ -12,7 +12,7 @@ docs/python.md says more.
 
 import atexit as _atexit
 
-from ._tessera import Cancelled, Error, InputError, __version__, remove_temporary_stores as _remove
+from ._tessera import Cancelled, Error, InputError, OverBudget, __version__, remove_temporary_stores as _remove
 from ._lumen import Centreline, Coverage, Line, centreline, coverage
 from ._picture import Picture, film, png, render, render_file
 from ._scene import Scene, looks, presets, scene_keys, views
@@ -30,6 +30,7 @@ __all__ = [
     "Label",
     "LabelMap",
     "Line",
+    "OverBudget",
     "Picture",
     "Scene",
     "Surface",
