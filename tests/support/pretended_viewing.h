@@ -127,18 +127,26 @@ class PretendedViewing final : public Viewing {
             text += " with " + bar.title() + " from " + bar.textAt(0) + " to " + bar.textAt(1);
         return text;
     }
-    void saveScreenshot(const std::filesystem::path& path, const PictureMarks& marks) const override {
-        say("screenshot " + path.filename().string() + textOf(marks));
+    void saveScreenshot(const std::filesystem::path& path, const PictureMarks& marks,
+                        const std::vector<SavedPanel>& beside) const override {
+        std::string words = "screenshot " + path.filename().string() + textOf(marks);
+        for (const SavedPanel& panel : beside)
+            words += ", and another" + textOf(panel.marks);
+        say(words);
+        panels = beside;
     }
-    void saveStill(const Scene& scene, const std::filesystem::path& path,
-                   const PictureMarks& marks) override {
+    void saveStill(const Scene& scene, const std::filesystem::path& path, const PictureMarks& marks,
+                   PanelOfStills panel) override {
         say("still " + path.filename().string() + " of " + std::to_string(scene.imageSize.x) + " x " +
-            std::to_string(scene.imageSize.y) + textOf(marks));
+            std::to_string(scene.imageSize.y) + textOf(marks) + (panel ? ", a panel" : ""));
+        still = scene;
     }
     std::string takeNotice() override { return std::exchange(notice, {}); }
     void problemSeen() override { now.problem.clear(); }
 
     glm::dvec2 pickedAt{0};
+    mutable std::vector<SavedPanel> panels; // of the last screenshot, beside its own
+    Scene still;                            // the last that was saved
 
     void opened(const glm::ivec2& pictureSize) {
         seen = pretendedVolume(pictureSize);

@@ -42,9 +42,16 @@ std::size_t shownBytes(const Scene& scene) {
            (sizeof(glm::vec4) + sizeof(std::uint32_t)) * rayCount(scene.imageSize);
 }
 
+/// What it takes to save one of them, or a figure of it and those of other viewings.
+std::size_t savingBytes(const Scene& scene, std::size_t panels) {
+    constexpr std::size_t kWords = 4; // strips of words, and what lies between panels: a part of the figure
+    const std::size_t figure = panels * rayCount(scene.imageSize);
+    return kPictureBytesPerPixel * (panels > 1 ? figure + figure / kWords : figure);
+}
+
 /// The minimum memory for successive pictures of a scene.
-std::size_t ramFloor(const VolumeInfo& info, const Scene& scene) {
-    return shownBytes(scene) +
+std::size_t ramFloor(const VolumeInfo& info, const Scene& scene, std::size_t panels) {
+    return shownBytes(scene) + savingBytes(scene, panels) +
            renderFloorBytes(info, scene.imageSize, kPictureBytesPerPixel, 0, scene.quality.integrator);
 }
 
@@ -95,7 +102,7 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
     volume.path = keptPlace(volume.path);
     progress->stage("opening " + shownName(path));
     next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
-    const std::size_t least = ramFloor(next->store->info(), scene);
+    const std::size_t least = ramFloor(next->store->info(), scene, options.savedPanels);
     if (next->ram.limitBytes() < least && ramForPictures(options, false) >= least) {
         const std::optional<FittedView> fitted = next->fitted;
         next.reset(new OpenVolume(options, path, false));
@@ -166,7 +173,9 @@ void OpenVolume::makeRenderer(const Scene& wanted, PlanDetail detail) {
         sky->file.map = scene.lighting.environment->file.map;
     std::vector<std::string> notes;
     environment = readEnvironmentOf(drawn, ram, notes);
-    pictures = ram.charge(shownBytes(wanted), "the pictures that a window shows");
+    const std::size_t saving = savingBytes(wanted, options.savedPanels);
+    pictures = ram.charge(shownBytes(wanted) + saving, "the pictures that a window shows");
+    savingRam = std::make_shared<MemoryBudget>("RAM", "--ram", saving);
     RenderOptions render;
     render.engine = options.engine;
     render.device = options.device;

@@ -66,6 +66,7 @@ struct OpenVolume {
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
     std::filesystem::path eitherFile;     // as VolumeSeen has it
     Charge pictures, meshes, environment;
+    std::shared_ptr<MemoryBudget> savingRam; // of `pictures`: for one that is saved as it is shown
     std::shared_ptr<Engine> engine;
     std::unique_ptr<InteractiveRenderer> renderer; // null: the scene could not be drawn
     Scene scene;                                   // scene of the renderer

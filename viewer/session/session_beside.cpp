@@ -3,11 +3,16 @@
 #include "viewer/session/session_thread.h"
 
 #include "core/base/error.h"
+#include "render/contract/ray_state.h" // rayCount
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/session/shown_picture.h"
 
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 
@@ -52,7 +57,7 @@ void SessionThread::showRound(const SessionWishes::Round& round) {
     });
 }
 
-void SessionThread::startSaving(const SessionWishes::Save& save) {
+void SessionThread::startSaving(SessionWishes::Save& save) {
     if (!open_ || save.scene.volumes.front().path != open_->scene.volumes.front().path)
         return; // for the previous volume
     if (!open_->stills || open_->line) {
@@ -67,19 +72,37 @@ void SessionThread::startSaving(const SessionWishes::Save& save) {
     if (open_->still && !saving_)
         stillBegun_ = false; // it is begun again afterwards
     open_->still.reset();
-    saving_ = Saving{save.path, save.marks};
+    dropSaving();
+    saving_ = Saving{save.path, save.marks, std::move(save.panel)};
     drawStill(save.scene);
     board_.tell([](SessionNews& news) { news.state.atRest = false; });
+}
+
+/// Gives up what is being saved: what holds its memory may go.
+void SessionThread::dropSaving() {
+    saving_.reset();
+    waiting_ = {};
 }
 
 void SessionThread::finishSaving() {
     FinishedStill finished = open_->still->take();
     open_->still.reset();
-    const Saving to = *std::exchange(saving_, {});
+    Saving to = *std::exchange(saving_, {});
     std::string problem = finished.problem;
+    bool wrote = false;
     if (finished.picture)
         try {
-            savePicture(to.path, *finished.picture, to.marks);
+            MemoryBudget& ram = open_->stillRam;
+            const glm::ivec2 size = finished.picture->image.size;
+            Charge charge = ram.charge(sizeof(glm::vec4) * rayCount(size), "the still");
+            const auto write = [&](const std::vector<SavedPanel>& panels) {
+                savePictures(to.path, panels, ram);
+                wrote = true;
+            };
+            if (SavedPanel panel{finished.picture, to.marks}; !to.panel)
+                write({panel});
+            else if (!to.panel.put(std::move(panel), std::move(charge), write))
+                waiting_ = std::move(to.panel);
         } catch (const Error& e) {
             problem = e.what();
         }
@@ -87,7 +110,7 @@ void SessionThread::finishSaving() {
     board_.tell([&](SessionNews& news) {
         if (!problem.empty())
             news.state.problem = problem;
-        else if (finished.picture)
+        else if (wrote)
             news.notice = "wrote the picture " + to.path.string();
     });
 }
@@ -132,7 +155,7 @@ void SessionThread::startLine(const SessionWishes::Line& line) {
     o.line.reset();
     if (o.still) { // the search for a line takes over its memory
         o.still.reset();
-        saving_.reset();
+        dropSaving();
         stillBegun_ = false;
     }
     lineNumber_ = line.number;

@@ -46,6 +46,7 @@ struct SessionWishes {
         Scene scene;
         std::filesystem::path path;
         PictureMarks marks;
+        PanelOfStills panel;
     };
     bool stop = false;
     std::optional<Save> save;
@@ -85,8 +86,9 @@ struct SessionNews {
     std::shared_ptr<const VolumeOffers> offers;
     std::vector<std::shared_ptr<const Thumbnail>> thumbnails; // of offers, as many
     LineState line;
-    std::shared_ptr<Progress> lineProgress; // while one is searched
-    std::unique_ptr<SliceThread> slices;    // of what is open
+    std::shared_ptr<Progress> lineProgress;  // while one is searched
+    std::unique_ptr<SliceThread> slices;     // of what is open
+    std::shared_ptr<MemoryBudget> savingRam; // for a picture that is saved as it is shown
     std::uint64_t wishes = 0, questions = 0, lines = 0;
 };
 

@@ -51,6 +51,7 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
                            board_.look([](const SessionNews& news) { return news.volume != nullptr; });
         if (!stays) { // outside the lock, because the destructors take it
             dropSlices();
+            dropSaving();
             open_.reset();
         }
         board_.tell([&](SessionNews& news) {
@@ -72,8 +73,8 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
 /// Has it drawn in place of what is open.
 void SessionThread::show(std::unique_ptr<OpenVolume> next) {
     dropSlices(); // of the previous volume, which is closed
+    dropSaving();
     open_ = std::move(next);
-    saving_.reset();
     makeRenderer(Scene(open_->scene), PlanDetail::coarse);
     std::shared_ptr<VolumeSeen> seen = open_->describe();
     std::unique_ptr<SliceThread> slices;
@@ -144,7 +145,7 @@ bool SessionThread::openLabels(const SessionWishes::ToOpen& what, const std::sha
         OpenVolume::Labelled next = open_->labelled(what.path, progress);
         const Scene before = open_->scene;
         open_->still.reset();
-        saving_.reset();
+        dropSaving();
         try {
             makeRenderer(next.scene);
         } catch (const InputError&) {
@@ -220,6 +221,7 @@ bool SessionThread::offerChoice(const SessionWishes::ToOpen& what, const std::st
 /// Makes a renderer of the open volume.
 void SessionThread::makeRenderer(const Scene& scene, PlanDetail detail) {
     open_->makeRenderer(scene, detail);
+    board_.tell([&](SessionNews& news) { news.savingRam = open_->savingRam; });
     damaged_ = 0; // each is reported once per renderer
     pace_.forget();
     resting_ = false;

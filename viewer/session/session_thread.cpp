@@ -51,6 +51,7 @@ void SessionThread::run() {
     }
     thumbnails_.reset();
     dropSlices();
+    dropSaving();
     open_.reset(); // here: engines belong to the thread
 }
 

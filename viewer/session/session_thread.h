@@ -60,7 +60,8 @@ class SessionThread {
     void startStill();
     void showRound(const SessionWishes::Round& round);
     void finishStill();
-    void startSaving(const SessionWishes::Save& save);
+    void startSaving(SessionWishes::Save& save);
+    void dropSaving();
     void finishSaving();
     void startLine(const SessionWishes::Line& line);
     void finishLine();
@@ -79,8 +80,10 @@ class SessionThread {
     struct Saving {
         std::filesystem::path path;
         PictureMarks marks;
+        PanelOfStills panel;
     };
     std::optional<Saving> saving_;           // target of the still being drawn; none: the window
+    PanelOfStills waiting_;                  // that was drawn; other panels of its figure are awaited
     std::uint64_t lineNumber_ = 0;           // of the line being searched
     std::uint64_t finerNumber_ = 0;          // of the last finer import begun,
     SessionWishes::ToOpen finerOf_;          // for this

@@ -5,12 +5,14 @@
 #include "core/base/threads.h"
 #include "core/image/colour.h"
 #if TESSERA_WITH_IMAGE_FILES
-#include "core/base/budget.h"
+#include "render/contract/ray_state.h" // rayCount
+#include "render/plan/frame_plan.h"    // kPictureBytesPerPixel
 #include "viewer/annotations/figure.h"
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/panel_sheet.h"
+#include "viewer/cli/manifest/manifest.h" // manifestText
 
 #include <cstddef>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -20,6 +22,7 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/vec4.hpp>
 
 namespace tessera {
 namespace {
@@ -148,37 +151,83 @@ std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional
 }
 
 #if TESSERA_WITH_IMAGE_FILES
-void savePicture(const std::filesystem::path& path, const ShownPicture& picture, const PictureMarks& marks) {
-    checkFigurePath(path);
-    Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
-    std::string manifest = picture.manifest;
-    if (manifest.empty()) {
-        nlohmann::json coarse = {{"notice", "not for diagnosis"}, {"coarse", true}};
-        if (const auto& samples = picture.samples) { // of a still that is not done
-            coarse["samples"] = samples->taken;
-            if (samples->noise)
-                coarse["noise"] = *samples->noise;
-        }
-        manifest = coarse.dump();
+namespace {
+
+/// Of a picture, or of what stands for it.
+nlohmann::json manifestOf(const ShownPicture& picture) {
+    if (!picture.manifest.empty())
+        return nlohmann::json::parse(picture.manifest);
+    nlohmann::json coarse = {{"notice", "not for diagnosis"}, {"coarse", true}};
+    if (const auto& samples = picture.samples) { // of a still that is not done
+        coarse["samples"] = samples->taken;
+        if (samples->noise)
+            coarse["noise"] = *samples->noise;
     }
-    Figure figure{image.size, marks.annotations.dpi, {marks}};
-    FigurePart& part = figure.parts.front();
+    return coarse;
+}
+
+FigurePart partOf(const SavedPanel& panel) {
+    FigurePart part = panel.marks;
     part.from = {0, 0};
-    part.size = image.size;
-    part.camera = picture.camera;
-    part.onLight = isLight(picture.background);
+    part.size = panel.picture->image.size;
+    part.camera = panel.picture->camera;
+    part.onLight = isLight(panel.picture->background);
     for (std::size_t n = 0; n < part.legend.size(); ++n) // names of files may be those of patients
         part.legend[n].name = part.legend.size() > 1 ? "volume " + std::to_string(n + 1) : "";
-    if (figure.any()) {
-        nlohmann::json document = nlohmann::json::parse(manifest);
-        tellAnnotations(document, figure);
-        manifest = document.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    return part;
+}
+
+/// A picture on its background, and what is encoded of it.
+Charge chargeFor(const glm::ivec2& size, MemoryBudget& ram) {
+    return ram.charge((kPictureBytesPerPixel - sizeof(glm::vec4)) * rayCount(size), "the saved picture");
+}
+
+void savePicture(const std::filesystem::path& path, const SavedPanel& panel, MemoryBudget& ram) {
+    const ShownPicture& picture = *panel.picture;
+    const Charge charge = chargeFor(picture.image.size, ram);
+    Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
+    const Figure figure{image.size, panel.marks.annotations.dpi, {partOf(panel)}};
+    nlohmann::json manifest = manifestOf(picture);
+    tellAnnotations(manifest, figure);
+    writeFigure(path, std::move(image), figure, manifestText(manifest), {}, ram);
+}
+
+} // namespace
+
+void savePictures(const std::filesystem::path& path, const std::vector<SavedPanel>& panels,
+                  MemoryBudget& ram) {
+    constexpr int kGap = 8; // as of --gap
+    checkFigurePath(path);
+    if (panels.size() == 1)
+        return savePicture(path, panels.front(), ram);
+    const glm::ivec2 size = panels.front().picture->image.size;
+    std::vector<FigurePart> parts;
+    std::vector<Annotations*> words;
+    for (const SavedPanel& panel : panels) {
+        if (const glm::ivec2 other = panel.picture->image.size; other != size)
+            throw badFile(path.string(), "pictures of one size, as they are at rest",
+                          std::to_string(size.x) + " x " + std::to_string(size.y) + " and " +
+                              std::to_string(other.x) + " x " + std::to_string(other.y));
+        parts.push_back(partOf(panel));
     }
-    MemoryBudget ram("RAM", "--ram", std::numeric_limits<std::size_t>::max());
-    writeFigure(path, std::move(image), figure, manifest, {}, ram);
+    for (FigurePart& part : parts)
+        words.push_back(&part.annotations);
+    PanelLayout layout;
+    layout.words = takeShared(words);
+    layout.oneScale = false; // cameras are as they are
+    const auto count = static_cast<int>(panels.size());
+    layout.grid = gridOf(count, count, kGap, size, path.string());
+    makeRoomForWords(layout, path.string());
+    const Charge charge = chargeFor(layout.grid.size(), ram);
+    PanelSheet sheet(layout);
+    for (std::size_t n = 0; n < panels.size(); ++n) {
+        const ShownPicture& picture = *panels[n].picture;
+        sheet.put(picture.image, std::move(parts[n]), picture.background, manifestOf(picture));
+    }
+    sheet.write(path, ram);
 }
 #else
-void savePicture(const std::filesystem::path& path, const ShownPicture&, const PictureMarks&) {
+void savePictures(const std::filesystem::path& path, const std::vector<SavedPanel>&, MemoryBudget&) {
     throw InputError(path.string() + ": this program was built without picture files");
 }
 #endif

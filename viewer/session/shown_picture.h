@@ -1,6 +1,7 @@
 // viewer/session/shown_picture.h: a shown picture's pixels, for the screen and for a file.
 #pragma once
 
+#include "core/base/budget.h"
 #include "core/image/image.h"
 #include "viewer/session/viewing.h"
 
@@ -23,10 +24,12 @@ namespace tessera {
 std::vector<std::uint32_t> displayPixels(const Image& image, const std::optional<glm::vec3>& background,
                                          const glm::ivec2& size, int threads);
 
-// Saves a shown picture as a file.
+// Saves shown pictures as a file.
 
-/// Writes it on its background, with its manifest. Throws Error or InputError naming the path.
-/// @param marks  drawn into it, for the size that it has
-void savePicture(const std::filesystem::path& path, const ShownPicture& picture, const PictureMarks& marks);
+/// Writes them on their backgrounds, with their manifests: one as it is, several as panels of one figure,
+/// side by side. Throws Error or InputError naming the path or the budget.
+/// @param ram  charged for what is written, not for the pictures
+void savePictures(const std::filesystem::path& path, const std::vector<SavedPanel>& panels,
+                  MemoryBudget& ram);
 
 } // namespace tessera

@@ -8,8 +8,10 @@
 #include "viewer/session/session_thread.h"
 #include "viewer/session/shown_picture.h"
 
+#include <optional>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -140,14 +142,22 @@ class ViewSession final : public Viewing {
     void lookAhead(std::vector<Camera> next) override {
         board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.ahead = std::move(next); });
     }
-    void saveScreenshot(const fs::path& path, const PictureMarks& marks) const override {
-        const std::shared_ptr<const ShownPicture> shown = picture();
-        if (!shown)
-            throw InputError("there is no picture to save");
-        savePicture(path, *shown, marks);
+    void saveScreenshot(const fs::path& path, const PictureMarks& marks,
+                        const std::vector<SavedPanel>& beside) const override {
+        std::vector<SavedPanel> panels = {{picture(), marks}};
+        panels.insert(panels.end(), beside.begin(), beside.end());
+        const auto ram = board_.look([](const SessionNews& news) { return news.savingRam; });
+        for (const SavedPanel& panel : panels)
+            if (!panel.picture || !ram)
+                throw InputError("there is no picture to save");
+        savePictures(path, panels, *ram);
     }
-    void saveStill(const Scene& scene, const fs::path& path, const PictureMarks& marks) override {
-        board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.save = {scene, path, marks}; });
+    void saveStill(const Scene& scene, const fs::path& path, const PictureMarks& marks,
+                   PanelOfStills panel) override {
+        std::optional<SessionWishes::Save> before; // its figure is given up after the lock
+        board_.ask([&](SessionWishes& wishes, SessionNews&) {
+            before = std::exchange(wishes.save, SessionWishes::Save{scene, path, marks, std::move(panel)});
+        });
     }
     std::string takeNotice() override {
         std::string notice;

@@ -15,6 +15,7 @@
 #include "viewer/cli/options/options.h"
 #include "viewer/session/viewing.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -30,6 +31,7 @@ struct ViewSessionOptions {
     std::size_t ramBytes = 0, gpuBytes = 0; // total budgets
     int threads = 0;                        // 0: all processors
     double frameMs = 60;                    // time of a picture while something moves
+    std::size_t savedPanels = 1;            // of figures that it saves: its own picture and others
     bool stills = true;                     // at rest draw the picture of `tessera render`
     InputOptions input;
     /// Of a file of several levels that is not in the cache of imports, a level of at most so many bytes,

@@ -11,6 +11,7 @@
 #include "core/scene/preset.h" // ValueSummary
 #include "core/scene/scene.h"
 #include "viewer/annotations/figure.h"
+#include "viewer/session/figure_of_stills.h"
 #include "viewer/session/label_list.h"
 #include "viewer/session/view_geometry.h"
 
@@ -246,12 +247,15 @@ class Viewing {
     virtual void lookAhead(std::vector<Camera> next) = 0;
 
     /// Writes the newest picture with its manifest. Throws Error or InputError.
-    virtual void saveScreenshot(const std::filesystem::path& path, const PictureMarks& marks) const = 0;
+    /// @param beside  pictures of the same size at its right, panels of one figure
+    virtual void saveScreenshot(const std::filesystem::path& path, const PictureMarks& marks,
+                                const std::vector<SavedPanel>& beside = {}) const = 0;
     /// Draws the still of a scene, of any picture size, in the background, and writes it with its manifest.
     /// Of several requests before it is written the last counts. takeNotice() or state() report the outcome.
     /// @param scene  of the open volume, with a resolved camera
-    virtual void saveStill(const Scene& scene, const std::filesystem::path& path,
-                           const PictureMarks& marks) = 0;
+    /// @param panel  of a figure, which is written instead of the still once all its stills are there
+    virtual void saveStill(const Scene& scene, const std::filesystem::path& path, const PictureMarks& marks,
+                           PanelOfStills panel = {}) = 0;
     /// A sentence on finished work, once; empty: nothing new.
     virtual std::string takeNotice() = 0;
     /// Clears the problem in state().
