@@ -4,6 +4,7 @@
 
 #include "tests/support/drawn_words.h"
 #include "tests/support/pretended_viewing.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/opener.h"
 #include "viewer/window/overlays.h"
 #include "viewer/window/panels.h"
@@ -14,7 +15,9 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <thread>
 
@@ -83,6 +86,17 @@ class HeadlessWindow {
     Area area;
     std::function<bool(const Drawn&)> records = [](const Drawn&) { return true; };
 
+    /// Another scan at the right of the picture.
+    struct Second {
+        PretendedViewing& viewing;
+        Beside beside;
+        Area area, planes;
+        SlicePanel slices;
+        Second(std::unique_ptr<PretendedViewing> own, const Area& picture, const Area& planesOf)
+            : viewing(*own), beside(std::move(own), "/scans/later.zarr"), area(picture), planes(planesOf) {}
+    };
+    std::optional<Second> second;
+
     bool relative = false; // lines say how far below the one before things are
 
     /// @param picture  of the volume; the planes are right of it
@@ -92,9 +106,30 @@ class HeadlessWindow {
         presets.names = [] { return std::vector<std::string>{"mine"}; };
     }
 
+    /// @param by  the scan lies there; the planes are below the first ones
+    PretendedViewing& addSecond(const glm::dvec3& by) {
+        auto own = std::make_unique<PretendedViewing>();
+        own->opened(area.pixels());
+        own->seen->info.patientFromVoxel[3] += glm::dvec4(by, 0);
+        own->drawn.reset();
+        Area right = area;
+        right.from.x += area.size.x;
+        Area planes = right;
+        planes.from += glm::dvec2(area.size.x + 2, area.size.y + 20);
+        planes.size = {120, 300};
+        second.emplace(std::move(own), right, planes);
+        desk.setBeside(&second->beside);
+        return second->viewing;
+    }
+    bool handOnPicture() {
+        if (second && static_cast<double>(ImGui::GetIO().MousePos.x) >= second->area.from.x)
+            return hand.handle(desk, second->area, &second->beside);
+        return hand.handle(desk, area);
+    }
+
     Area planesArea() const {
         Area beside = area;
-        beside.from.x = area.from.x + area.size.x + 2;
+        beside.from.x = area.from.x + (second ? 2 : 1) * area.size.x + 2;
         beside.size.x = size_.x - beside.from.x;
         return beside;
     }
@@ -106,14 +141,21 @@ class HeadlessWindow {
         endoscopy.advance(desk);
         const bool planes = desk.showSlices && desk.volume();
         moves = (planes && slices.divide(desk, area, planesArea())) || tools.handle(desk, area) ||
-                endoscopy.handle(desk, area) || cuts.handle(desk, area) || hand.handle(desk, area);
+                endoscopy.handle(desk, area) || cuts.handle(desk, area) || handOnPicture();
         viewing.draw();
+        if (second) {
+            second->beside.update(desk, area.pixels());
+            second->viewing.draw();
+            drawBeside(second->beside, desk, second->area, hand);
+        }
         drawOverlays(desk, area, hand);
         tools.draw(desk, area);
         cuts.draw(desk, area);
         endoscopy.draw(desk, area);
         if (planes)
             slices.draw(desk, tools, endoscopy, planesArea());
+        if (planes && second)
+            second->slices.drawBeside(desk, second->beside, second->planes);
         endoscopy.drawQuestion(desk, area);
         panels.draw(desk, tools, cuts, endoscopy, static_cast<float>(size_.y));
         opener.draw(desk, area);

@@ -65,6 +65,7 @@ void runView(const ViewArguments& arguments, const CommonOptions& common) {
         std::error_code ignored;
         if (!isAddress(arguments.beside) && !std::filesystem::exists(arguments.beside, ignored))
             throw badFile("--beside " + arguments.beside, "a volume", "nothing there");
+        session.savedPanels = 2;
         session.ramBytes /= 2;
         session.gpuBytes /= 2;
     }

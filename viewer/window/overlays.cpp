@@ -5,6 +5,7 @@
 #include "core/base/shown_text.h"
 #include "core/image/colour.h"
 #include "viewer/session/view_geometry.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/label_panel.h"
 #include "viewer/window/part_drawing.h"
 
@@ -17,6 +18,7 @@
 #include <imgui.h>
 #include <iterator>
 #include <string>
+#include <variant>
 
 namespace tessera {
 namespace {
@@ -114,7 +116,63 @@ void drawLevels(ImDrawList& draw, const WindowState& desk, const Area& area) {
     }
 }
 
+ImVec2 at(const glm::dvec2& place) {
+    return {static_cast<float>(place.x), static_cast<float>(place.y)};
+}
+
+/// The value under the pointer, and a ring around its place.
+/// @param name  of its scan, where there are two; "": none
+void drawPointed(ImDrawList& draw, const Area& area, const Camera& camera, const VolumeSeen& volume,
+                 const PickedPlace& picked, const std::string& name) {
+    char place[96];
+    std::snprintf(place, sizeof place, " at %.1f, %.1f, %.1f mm%s", picked.mm.x, picked.mm.y, picked.mm.z,
+                  picked.level > 0 ? " (coarse)" : "");
+    const std::string labels = labelNames(volume, picked);
+    text(draw, at(area.from + glm::dvec2(12, area.size.y - 22)), kText,
+         name + (name.empty() ? "" : ": ") +
+             (picked.mesh.empty() ? valueText(picked.value, volume.info.unit) : picked.mesh) + place +
+             (labels.empty() ? "" : ", ") + labels);
+    glm::dvec2 pixel(0);
+    if (pictureFromPatient(camera, area.pixels(), picked.mm, pixel))
+        draw.AddCircle(at(area.from + pixel / area.pixelsPerUnit), 4, kWarning, 0, 1.5f);
+}
+
+/// Where the place under the pointer is in the other scan.
+void drawCross(ImDrawList& draw, const Area& area, const Camera& camera, const glm::dvec3& mm) {
+    constexpr double kFrom = 4, kTo = 14; // open in the middle
+    glm::dvec2 pixel(0);
+    if (!pictureFromPatient(camera, area.pixels(), mm, pixel))
+        return;
+    const glm::dvec2 middle = area.from + pixel / area.pixelsPerUnit;
+    for (const glm::dvec2& way : {glm::dvec2(1, 0), glm::dvec2(-1, 0), glm::dvec2(0, 1), glm::dvec2(0, -1)})
+        draw.AddLine(at(middle + kFrom * way), at(middle + kTo * way), kWarning, 1.5f);
+}
+
 } // namespace
+
+void drawBeside(const Beside& beside, const WindowState& desk, const Area& area, const PictureHand& hand) {
+    constexpr float kMargin = 14, kTop = 12, kOfCube = 70; // what is left to the directions, at the right
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const ImVec2 from = at(area.from), end = at(area.from + area.size);
+    draw.AddLine({from.x - 1, from.y}, {from.x - 1, end.y}, IM_COL32(235, 235, 235, 130), 2);
+    draw.PushClipRect(from, end);
+    const std::string words = beside.about(desk);
+    for (const bool shade : {true, false})
+        draw.AddText(ImGui::GetFont(), ImGui::GetFontSize(),
+                     {from.x + kMargin + (shade ? 1.0f : 0.0f), from.y + kTop + (shade ? 1.0f : 0.0f)},
+                     shade ? IM_COL32(0, 0, 0, 200) : kText, words.c_str(), nullptr,
+                     end.x - from.x - kMargin - kOfCube);
+    if (const VolumeSeen* const volume = beside.volume(); volume && desk.volume()) {
+        const Camera& camera = std::get<Camera>(beside.scene().camera);
+        drawPart(draw, area, beside.overlay(desk), kRowOfWords);
+        if (const auto& picked = beside.picked();
+            picked && picked->hit && hand.isOver() && hand.beside() == &beside)
+            drawPointed(draw, area, camera, *volume, *picked, beside.name());
+        if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver() && !hand.beside())
+            drawCross(draw, area, camera, picked->mm + beside.shift(desk));
+    }
+    draw.PopClipRect();
+}
 
 void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) {
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
@@ -130,20 +188,12 @@ void drawOverlays(WindowState& desk, const Area& area, const PictureHand& hand) 
         drawPart(draw, area, desk.overlay(), kRowOfWords);
         if (const std::string words = badge(desk); !words.empty())
             text(draw, {left + 12, top + 10}, kWarning, words);
-        if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver()) {
-            char place[96];
-            std::snprintf(place, sizeof place, " at %.1f, %.1f, %.1f mm%s", picked->mm.x, picked->mm.y,
-                          picked->mm.z, picked->level > 0 ? " (coarse)" : "");
-            const std::string labels = labelNames(*volume, *picked);
-            text(draw, {left + 12, bottom - 22}, kText,
-                 (picked->mesh.empty() ? valueText(picked->value, volume->info.unit) : picked->mesh) + place +
-                     (labels.empty() ? "" : ", ") + labels);
-            glm::dvec2 pixel(0);
-            if (pictureFromPatient(desk.camera(), area.pixels(), picked->mm, pixel)) {
-                const glm::dvec2 at = area.from + pixel / area.pixelsPerUnit;
-                draw.AddCircle({static_cast<float>(at.x), static_cast<float>(at.y)}, 4, kWarning, 0, 1.5f);
-            }
-        }
+        const Beside* const beside = hand.isOver() ? hand.beside() : nullptr;
+        if (const auto& picked = desk.picked(); picked && picked->hit && hand.isOver() && !beside)
+            drawPointed(draw, area, desk.camera(), *volume, *picked,
+                        desk.beside() ? volume->path.stem().string() : "");
+        if (beside && beside->picked() && beside->picked()->hit)
+            drawCross(draw, area, desk.camera(), beside->picked()->mm - beside->shift(desk));
     }
     const ViewingState& s = desk.state();
     const ImVec2 middle((left + right) / 2, (top + bottom) / 2);

@@ -3,6 +3,7 @@
 
 #include "core/base/budget.h" // formatBytes
 #include "core/scene/scene_presets.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/boxes.h"
 #include "viewer/window/overlays.h"
 
@@ -258,6 +259,8 @@ void Panels::draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& 
         part(
             "Save", [&] { saving(desk); }, false);
         part("View", [&] { view(desk); });
+        if (desk.beside())
+            part("Two scans", [&] { besidePanel(desk, *desk.beside()); });
         part("Transfer function", [&] { function_.draw(desk); });
         if (desk.volume()->labels)
             part("Labels", [&] { labels_.draw(desk); });

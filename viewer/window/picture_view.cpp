@@ -2,6 +2,7 @@
 #include "viewer/window/picture_view.h"
 
 #include "viewer/session/view_geometry.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/function_edits.h"
 #include "viewer/window/label_panel.h"
 
@@ -12,6 +13,8 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <imgui.h>
+#include <optional>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -129,7 +132,12 @@ void PictureHand::press(WindowState& desk, int key, bool control, bool shift) {
         desk.flying = !desk.flying;
 }
 
-bool PictureHand::handle(WindowState& desk, const Area& area) {
+bool PictureHand::handle(WindowState& desk, const Area& area, Beside* beside) {
+    if (std::exchange(beside_, beside) != beside) { // what was asked is of the other picture
+        pickedAt_ = {-1, -1};
+        centreOn_ = aloneOn_ = 0;
+    }
+    Viewing& viewing = beside ? beside->viewing() : desk.viewing();
     const ImGuiIO& io = ImGui::GetIO();
     const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
     over_ = !io.WantCaptureMouse && mouse.x >= area.from.x && mouse.y >= area.from.y &&
@@ -143,10 +151,10 @@ bool PictureHand::handle(WindowState& desk, const Area& area) {
     if (over_ && drag_ == Drag::none) {
         const bool left = ImGui::IsMouseClicked(0), right = ImGui::IsMouseClicked(1),
                    middle = ImGui::IsMouseClicked(2);
-        if (left && io.KeyCtrl && io.KeyShift && desk.volume()->labels)
-            aloneOn_ = desk.viewing().pick(pointer_);
+        if (left && io.KeyCtrl && io.KeyShift && desk.volume()->labels && !beside)
+            aloneOn_ = viewing.pick(pointer_);
         else if (left && ImGui::IsMouseDoubleClicked(0))
-            centreOn_ = desk.viewing().pick(pointer_);
+            centreOn_ = viewing.pick(pointer_);
         else if (middle || (left && io.KeyShift))
             drag_ = Drag::pan;
         else if (left && io.KeyCtrl)
@@ -176,17 +184,19 @@ bool PictureHand::handle(WindowState& desk, const Area& area) {
         else
             drag(desk, area, delta);
     }
-    if (const auto& picked = desk.picked(); picked && centreOn_ != 0 && picked->number >= centreOn_) {
+    const std::optional<PickedPlace>& picked = beside ? beside->picked() : desk.picked();
+    if (picked && centreOn_ != 0 && picked->number >= centreOn_) {
         centreOn_ = 0;
         if (picked->hit) {
+            const glm::dvec3 mm = beside ? picked->mm - beside->shift(desk) : picked->mm;
             SliceWish planes = desk.slices();
-            planes.placeMm = picked->mm;
+            planes.placeMm = mm;
             desk.setSlices(planes);
-            desk.setCamera(centredOn(desk.camera(), picked->mm), false);
+            desk.setCamera(centredOn(desk.camera(), mm), false);
         } else
             desk.tell("nothing is visible there");
     }
-    if (const auto& picked = desk.picked(); picked && aloneOn_ != 0 && picked->number >= aloneOn_) {
+    if (picked && aloneOn_ != 0 && picked->number >= aloneOn_) {
         aloneOn_ = 0;
         showAlone(desk, PickedPlace(*picked)); // a copy: another scene drops it
     }
@@ -195,7 +205,7 @@ bool PictureHand::handle(WindowState& desk, const Area& area) {
     if (over_ && drag_ == Drag::none && another && rests) {
         pickedAt_ = pointer_;
         pickedFor_ = desk.asked();
-        desk.viewing().pick(pointer_);
+        viewing.pick(pointer_);
     }
     return (desk.flying && !io.WantTextInput && fly(desk)) || (over_ && another && !rests);
 }

@@ -9,6 +9,8 @@
 
 namespace tessera {
 
+class Beside;
+
 /// A rectangle of the window, in the screen's units, and the pixels per unit.
 struct Area {
     glm::dvec2 from{0}, size{0};
@@ -40,12 +42,15 @@ class PictureTexture {
 class PictureHand {
   public:
     /// Once a frame, while ImGui's frame is open. Returns true while held input moves the camera.
-    bool handle(WindowState& desk, const Area& area);
+    /// @param area  of the picture under the pointer: that of the scan beside the first, if one is given
+    bool handle(WindowState& desk, const Area& area, Beside* beside = nullptr);
     /// A pressed key by GLFW's name: a letter's capital in ASCII.
     void press(WindowState& desk, int key, bool control, bool shift);
     /// The pointer over the picture, pixels; after a rest the point under it is requested.
     const glm::dvec2& pointer() const { return pointer_; }
     bool isOver() const { return over_; }
+    /// The scan whose picture was handled last; null: the first.
+    const Beside* beside() const { return beside_; }
 
   private:
     enum class Drag { none, orbit, pan, zoom, roll, window };
@@ -54,6 +59,7 @@ class PictureHand {
 
     Drag drag_ = Drag::none;
     bool over_ = false;
+    const Beside* beside_ = nullptr;
     glm::dvec2 pointer_{0}, pickedAt_{-1, -1};
     std::uint64_t pickedFor_ = 0; // the request
     WindowClock::time_point pointerMoved_;

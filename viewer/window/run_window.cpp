@@ -1,14 +1,13 @@
-// viewer/window/run_window.cpp: see run_window.h: GLFW, ImGui and the loop. A frame is drawn when something
-// happened: an event, news from the viewing, or something that moves on its own. Between frames the thread
-// sleeps.
+// viewer/window/run_window.cpp: see run_window.h: the loop. A frame is drawn when something happened: an
+// event, news from the viewing, or something that moves on its own. Between frames the thread sleeps.
 #include "viewer/window/run_window.h"
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/output_file.h"
 #include "viewer/window/beside.h"
 #include "viewer/window/cut_handles.h"
 #include "viewer/window/endoscopy.h"
+#include "viewer/window/glfw_window.h"
 #include "viewer/window/opener.h"
 #include "viewer/window/overlays.h"
 #include "viewer/window/panels.h"
@@ -19,10 +18,9 @@
 #include "viewer/window/window_state.h"
 
 #include <algorithm>
-#include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <epoxy/gl.h> // before GLFW, which would include GL's own
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -36,205 +34,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of the width beside the panel, where there are two scans.
+constexpr double kSharedByPlanes = 0.4;
 constexpr double kAwakeSeconds = 1.0 / 60, kDozingSeconds = 0.1;
-constexpr int kFramesAfterEvent = 3; // ImGui answers some events a frame late
-constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-                                  "/usr/share/fonts/TTF/DejaVuSans.ttf",
-                                  "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf"};
-
-std::string lastGlfwProblem;
-void onProblem(int, const char* words) {
-    lastGlfwProblem = words;
-}
-
-/// GLFW as long as it lives.
-struct Glfw {
-    Glfw() {
-        glfwSetErrorCallback(onProblem);
-        if (!glfwInit())
-            throw Error("no window can be opened: " + lastGlfwProblem +
-                        " (tessera render draws pictures without a display)");
-    }
-    ~Glfw() { glfwTerminate(); }
-};
-
-/// Input of events for the next frame.
-struct Events {
-    int framesOwed = kFramesAfterEvent;
-    std::vector<fs::path> dropped;
-    struct Key {
-        int key = 0, modifiers = 0;
-    };
-    /// In order; kept here because ImGui forgets a key that goes up again before the next frame.
-    std::vector<Key> pressed;
-};
-
-class Window {
-  public:
-    Window(const glm::ivec2& size, Events& events) {
-        glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
-        glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
-        glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-        glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-        // Reports a reset of the graphics device, where supported.
-        glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
-        window_ = glfwCreateWindow(size.x, size.y, "Tessera", nullptr, nullptr);
-        tellsResets_ = window_ != nullptr;
-        if (!window_) {
-            glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_NO_ROBUSTNESS);
-            window_ = glfwCreateWindow(size.x, size.y, "Tessera", nullptr, nullptr);
-        }
-        if (!window_)
-            throw Error("no window can be opened: " + lastGlfwProblem);
-        glfwMakeContextCurrent(window_);
-        tellsResets_ = tellsResets_ && epoxy_has_gl_extension("GL_ARB_robustness");
-        glfwSwapInterval(1);
-        float scale = 1, ignored = 1;
-        glfwGetWindowContentScale(window_, &scale, &ignored);
-        if (const int wide = this->size().x; wide > 0) // the part of the scale that the system does not apply
-            perUnit_ = std::max(1.0, static_cast<double>(scale) * wide / std::max(1, framebuffer().x));
-        glfwSetWindowUserPointer(window_, &events);
-        const auto owed = [](GLFWwindow* w) {
-            static_cast<Events*>(glfwGetWindowUserPointer(w))->framesOwed = kFramesAfterEvent;
-        };
-        static const auto note = owed;
-        glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) { note(w); });
-        glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { note(w); });
-        glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { note(w); });
-        glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-            note(w);
-            if (action == GLFW_PRESS)
-                static_cast<Events*>(glfwGetWindowUserPointer(w))->pressed.push_back({key, modifiers});
-        });
-        glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { note(w); });
-        glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { note(w); });
-        glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { note(w); });
-        glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
-            note(w);
-            for (int i = 0; i < count; ++i)
-                static_cast<Events*>(glfwGetWindowUserPointer(w))->dropped.emplace_back(paths[i]);
-        });
-    }
-    ~Window() { glfwDestroyWindow(window_); }
-    Window(const Window&) = delete;
-    Window& operator=(const Window&) = delete;
-
-    GLFWwindow* get() const { return window_; }
-    glm::ivec2 framebuffer() const {
-        glm::ivec2 size(0);
-        glfwGetFramebufferSize(window_, &size.x, &size.y);
-        return size;
-    }
-    /// In units of the same size on every display. Some systems use such units; others use pixels, several
-    /// per unit on a high-resolution display.
-    glm::ivec2 size() const {
-        glm::ivec2 size(0);
-        glfwGetWindowSize(window_, &size.x, &size.y);
-        return glm::ivec2(glm::round(glm::dvec2(size) / perUnit_));
-    }
-    void resize(const glm::ivec2& units) {
-        const glm::ivec2 size(glm::round(glm::dvec2(units) * perUnit_));
-        glfwSetWindowSize(window_, size.x, size.y);
-    }
-    /// True if the GL context is lost: its objects are gone, and it cannot draw any more.
-    bool isLost() const { return tellsResets_ && glGetGraphicsResetStatusARB() != GL_NO_ERROR; }
-    /// System coordinates per unit, also for the pointer.
-    double perUnit() const { return perUnit_; }
-
-  private:
-    GLFWwindow* window_;
-    double perUnit_ = 1;
-    bool tellsResets_ = false;
-};
-
-/// ImGui on that window; after its callbacks were set, which ImGui calls too.
-struct Gui {
-    explicit Gui(const Window& window) {
-        IMGUI_CHECKVERSION();
-        ImGui::CreateContext();
-        ImGuiIO& io = ImGui::GetIO();
-        io.IniFilename = nullptr;
-        const glm::ivec2 size = window.size(), pixels = window.framebuffer();
-        const float pixelsPerUnit =
-            size.x > 0 ? static_cast<float>(pixels.x) / static_cast<float>(size.x) : 1;
-        std::error_code ignored;
-        for (const char* font : kFonts)
-            if (fs::exists(font, ignored)) {
-                io.Fonts->AddFontFromFileTTF(font, 14 * pixelsPerUnit);
-                io.FontGlobalScale = 1 / pixelsPerUnit;
-                break;
-            }
-        ImGui::StyleColorsDark();
-        ImGui::GetStyle().WindowBorderSize = 0;
-        ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
-        ImGui_ImplOpenGL3_Init("#version 330 core");
-#if IMGUI_VERSION_NUM >= 18700 // from here on ImGui gets the pointer's position from events
-        static double perUnit = 1;
-        perUnit = window.perUnit();
-        glfwSetCursorPosCallback(window.get(), [](GLFWwindow* w, double x, double y) {
-            ImGui_ImplGlfw_CursorPosCallback(w, x / perUnit, y / perUnit); // also calls the window's callback
-        });
-#endif
-    }
-    /// Before each frame.
-    /// @param hand  replaces the user's input
-    static void begin(const Window& window, const std::optional<ScriptedHand>& hand) {
-        ImGui_ImplOpenGL3_NewFrame();
-        ImGui_ImplGlfw_NewFrame();
-        const glm::vec2 size(window.size()), pixels(window.framebuffer());
-        ImGuiIO& io = ImGui::GetIO();
-        io.DisplaySize = {size.x, size.y};
-        if (size.x > 0 && size.y > 0)
-            io.DisplayFramebufferScale = {pixels.x / size.x, pixels.y / size.y};
-#if IMGUI_VERSION_NUM < 18700
-        if (ImGui::IsMousePosValid(&io.MousePos)) {
-            io.MousePos.x /= static_cast<float>(window.perUnit());
-            io.MousePos.y /= static_cast<float>(window.perUnit());
-        }
-#endif
-        if (hand) {
-            const ImVec2 at(static_cast<float>(hand->at.x), static_cast<float>(hand->at.y));
-#if IMGUI_VERSION_NUM < 18700
-            io.MousePos = at;
-            io.MouseDown[0] = hand->down;
-            io.MouseWheel += static_cast<float>(hand->wheel);
-#else
-            io.AddMousePosEvent(at.x, at.y);
-            io.AddMouseButtonEvent(0, hand->down);
-            io.AddMouseWheelEvent(0, static_cast<float>(hand->wheel));
-#endif
-        }
-        ImGui::NewFrame();
-    }
-    ~Gui() {
-        ImGui_ImplOpenGL3_Shutdown();
-        ImGui_ImplGlfw_Shutdown();
-        ImGui::DestroyContext();
-    }
-};
-
-/// The window as it is shown, as PPM: a few lines, and no library for a picture that is only looked at.
-void capture(const Window& window, const fs::path& path) {
-    const glm::ivec2 size = window.framebuffer();
-    const auto row = static_cast<std::size_t>(size.x) * 3;
-    std::vector<unsigned char> pixels(row * static_cast<std::size_t>(size.y));
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, size.x, size.y, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
-    std::string text = "P6\n" + std::to_string(size.x) + " " + std::to_string(size.y) + "\n255\n";
-    for (int y = size.y - 1; y >= 0; --y)
-        text.append(reinterpret_cast<const char*>(&pixels[static_cast<std::size_t>(y) * row]), row);
-    writeOutputFile(path, text);
-}
-
-/// Textures, buffers, programs and framebuffers that exist; names are small numbers.
-int countGlObjects() {
-    constexpr GLuint kMostNames = 4096;
-    int count = 0;
-    for (GLuint name = 1; name < kMostNames; ++name)
-        count += glIsTexture(name) + glIsBuffer(name) + glIsProgram(name) + glIsFramebuffer(name) +
-                 glIsVertexArray(name);
-    return count;
-}
 
 /// All that belongs to a GL context.
 struct Screen {
@@ -242,7 +44,7 @@ struct Screen {
     Window window;
     Gui gui;
     PictureTexture texture, beside;
-    SlicePanel slices;
+    SlicePanel slices, slicesOfBeside;
     Opener opener;
 };
 
@@ -258,6 +60,10 @@ class Loop {
             toOpen_ = options.path;
         if (!options.beside.empty())
             beside_.emplace(options.makeViewing([] { glfwPostEmptyEvent(); }), options.beside);
+        if (beside_) {
+            desk_.setBeside(&*beside_);
+            desk_.setPlanesShare(kSharedByPlanes);
+        }
     }
 
     void run() {
@@ -311,17 +117,34 @@ class Loop {
         area.from.x += picture.size.x;
         return area;
     }
-    /// Of which a hand at the pointer moves the camera.
-    Area areaUnderPointer(const Area& picture) const {
-        return beside_ && ImGui::GetIO().MousePos.x >= besideOf(picture).from.x ? besideOf(picture) : picture;
+    /// Whether a hand is at the other scan's picture, and not at the first.
+    bool isBesideUnderPointer(const Area& picture) const {
+        return beside_ && static_cast<double>(ImGui::GetIO().MousePos.x) >= besideOf(picture).from.x;
+    }
+    /// Of both pictures.
+    Area pictures(const Area& picture) const {
+        Area area = picture;
+        area.size.x *= beside_ ? 2 : 1;
+        return area;
     }
 
     /// Draws the parts right of the pictures.
     Area slicesBeside(const Area& picture) const {
         Area area = picture;
-        area.from.x = picture.from.x + picture.size.x * (beside_ ? 2 : 1) + 2;
+        area.from.x = picture.from.x + pictures(picture).size.x + 2;
         area.size.x = screen_->window.size().x - area.from.x;
         return area;
+    }
+    /// The planes of both scans side by side.
+    void drawSlices(const Area& area) {
+        Area part = area;
+        if (beside_)
+            part.size.x = std::floor(area.size.x / 2);
+        screen_->slices.draw(desk_, tools_, endoscopy_, part);
+        if (!beside_)
+            return;
+        part.from.x += part.size.x;
+        screen_->slicesOfBeside.drawBeside(desk_, *beside_, part);
     }
 
     void frame() {
@@ -337,9 +160,9 @@ class Loop {
         desk_.update();
         const bool flies = endoscopy_.advance(desk_);
         const bool planes = desk_.showSlices && desk_.volume();
-        moves_ = (planes && screen_->slices.divide(desk_, area, slicesBeside(area))) ||
+        moves_ = (planes && screen_->slices.divide(desk_, pictures(area), slicesBeside(area))) ||
                  tools_.handle(desk_, area) || endoscopy_.handle(desk_, area) || cuts_.handle(desk_, area) ||
-                 hand_.handle(desk_, areaUnderPointer(area)) || flies;
+                 handOnPicture(area) || flies;
         for (const Events::Key& key : std::exchange(events_.pressed, {}))
             if (!ImGui::GetIO().WantTextInput)
                 press(key);
@@ -359,14 +182,14 @@ class Loop {
         drawPicture(screen_->texture, *viewing_, area);
         if (beside_) {
             drawPicture(screen_->beside, beside_->viewing(), besideOf(area));
-            drawBeside(*beside_, desk_, besideOf(area));
+            drawBeside(*beside_, desk_, besideOf(area), hand_);
         }
         drawOverlays(desk_, area, hand_);
         tools_.draw(desk_, area);
         cuts_.draw(desk_, area);
         endoscopy_.draw(desk_, area);
         if (planes)
-            screen_->slices.draw(desk_, tools_, endoscopy_, slicesBeside(area));
+            drawSlices(slicesBeside(area));
         endoscopy_.drawQuestion(desk_, area);
         panels_.draw(desk_, tools_, cuts_, endoscopy_, static_cast<float>(screen_->window.size().y));
         screen_->opener.draw(desk_, area);
@@ -377,8 +200,14 @@ class Loop {
         glClear(GL_COLOR_BUFFER_BIT);
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         if (toCapture_)
-            capture(screen_->window, *std::exchange(toCapture_, {}));
+            screen_->window.capture(*std::exchange(toCapture_, {}));
         glfwSwapBuffers(screen_->window.get());
+    }
+
+    bool handOnPicture(const Area& area) {
+        if (isBesideUnderPointer(area) && beside_->volume())
+            return hand_.handle(desk_, besideOf(area), &*beside_);
+        return hand_.handle(desk_, isBesideUnderPointer(area) ? besideOf(area) : area);
     }
 
     void press(const Events::Key& key) {

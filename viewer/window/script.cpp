@@ -7,6 +7,7 @@
 #include "core/scene/preset.h"
 #include "core/scene/scene_presets.h"
 #include "viewer/session/view_geometry.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/function_edits.h"
 #include "viewer/window/label_panel.h"
 
@@ -38,17 +39,8 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
         {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1},
         {"fit", 0},          {"choose", 1},     {"click", 2},     {"double-click", 2}, {"drag", 4},
         {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1},    {"legend", 1},
-        {"label", 1}};
+        {"label", 1},        {"link", 2}};
     return words;
-}
-
-/// Of the program, as the system counts it; 0 where it does not say.
-std::size_t residentKib() {
-    std::ifstream status("/proc/self/status");
-    for (std::string line; std::getline(status, line);)
-        if (line.rfind("VmRSS:", 0) == 0)
-            return static_cast<std::size_t>(std::strtoull(line.c_str() + 6, nullptr, 10));
-    return 0;
 }
 
 } // namespace
@@ -101,8 +93,9 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
     if ((s.kind == ViewingState::Kind::failed || s.kind == ViewingState::Kind::choosing) && !isTime)
         refuse(step, "a volume, but: " + s.what);
     const bool settled = desk.hasAsked();
+    const Beside* const beside = desk.beside();
     if (what == "volume")
-        return !desk.volume();
+        return !desk.volume() || (beside && !beside->volume() && !beside->atRest());
     if (what == "line")
         return endoscopy.isSearching();
     if (what == "picture")
@@ -117,7 +110,7 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
         return !settled || !desk.isAnswered() || !picture->samples ||
                picture->samples->taken < number(step, 2);
     if (what == "still" || what == "rest") // the still comes last
-        return !settled || !desk.isAnswered() || !s.atRest;
+        return !settled || !desk.isAnswered() || !s.atRest || (beside && !beside->atRest());
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
 }
 
@@ -338,56 +331,18 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
             scene.surfaces.push_back({number(step, 1), {1, 0.95, 0.85}, 1});
         desk.setScene(scene, false);
     } else if (name == "pick") {
-        if (question_ == 0)
-            question_ = desk.viewing().pick({number(step, 1), number(step, 2)});
-        const auto& picked = desk.picked();
-        if (!picked || picked->number < question_)
-            return false;
-        question_ = 0;
-        const std::string names = desk.volume() ? labelNames(*desk.volume(), *picked) : "";
-        const std::string ofLabels = names.empty() ? "" : ", " + names;
-        if (picked->hit && !picked->mesh.empty())
-            std::printf("picked %s at %.3f %.3f %.3f mm\n", picked->mesh.c_str(), picked->mm.x, picked->mm.y,
-                        picked->mm.z);
-        else if (picked->hit)
-            std::printf("picked %.6g at %.3f %.3f %.3f mm, level %d%s\n", picked->value, picked->mm.x,
-                        picked->mm.y, picked->mm.z, picked->level, ofLabels.c_str());
-        else
-            std::printf("picked nothing\n");
+        return takePick(step, desk);
     } else if (name == "picture") {
         if (step.words.size() < 3)
-            return desk.viewing().saveScreenshot(word(1), desk.marks()), true;
-        Scene larger = desk.scene();
-        larger.imageSize *= static_cast<int>(std::clamp(number(step, 2), 1.0, 64.0));
-        desk.viewing().saveStill(larger, word(1), desk.marks());
+            desk.writeShown(word(1));
+        else
+            desk.writeStill(word(1), static_cast<int>(std::clamp(number(step, 2), 1.0, 64.0)));
+    } else if (name == "link") {
+        takeLink(step, desk);
     } else if (name == "scene") {
         writeOutputFile(word(1), sceneJson(asStill(desk.scene())) + "\n");
     } else if (name == "print") {
-        const ViewingState& s = desk.state();
-        if (word(1) == "latency") {
-            const Latency& l = desk.latency();
-            std::printf("latency of %zu pictures: median %.1f ms, 95th percentile %.1f ms, most %.1f ms\n",
-                        l.recentMs.size(), l.percentileMs(0.5), l.percentileMs(0.95), l.percentileMs(1));
-            if (const ShownPicture* const p = desk.picture())
-                std::printf("last picture: %d x %d in %.1f ms\n", p->image.size.x, p->image.size.y,
-                            p->drawingMs);
-        } else if (word(1) == "samples") {
-            const ShownPicture* const p = desk.picture();
-            const SamplesSeen seen = p ? p->samples.value_or(SamplesSeen()) : SamplesSeen();
-            std::printf("samples %d of %d, noise %.4g, %.0f ms\n", seen.taken, seen.asked,
-                        seen.noise.value_or(0), p ? p->drawingMs : 0);
-        } else if (word(1) == "message") {
-            std::printf("message: %s\n", desk.message() ? desk.message()->text.c_str() : "");
-        } else if (word(1) == "memory") {
-            std::printf("pictures %llu, resident %zu KiB, GL objects %d\n",
-                        static_cast<unsigned long long>(s.pictures), residentKib(), window.countGlObjects());
-        } else {
-            std::printf("pictures %llu, RAM %zu, GPU %zu, bricks %zu of %zu, levels %d to %d, moves left "
-                        "%zu, at rest %d\n",
-                        static_cast<unsigned long long>(s.pictures), s.ramUsed, s.gpuUsed, s.bricksAsWanted,
-                        s.bricksShown, s.finestLevel, std::max(s.finestLevel, s.coarsestLevel), s.movesLeft,
-                        s.atRest ? 1 : 0);
-        }
+        print(step, desk, window);
     }
     std::fflush(stdout);
     return true;

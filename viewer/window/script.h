@@ -13,8 +13,10 @@
 //   preset NAME|FILE          keep-preset NAME, write-preset tessera|slicer|paraview FILE
 //   light LOOK                shift VALUE FACTOR      of the transfer function
 //   isosurface VALUE          size WxH         of the window
-//   pick X Y                  pixels of the picture; prints what is there
-//   picture FILE [TIMES]      saves the picture, or a still of so many times the pixels along a side
+//   pick X Y [beside]         pixels of the picture, of the other scan's; prints what is there
+//   picture FILE [TIMES]      saves the picture, or a still of so many times the pixels along a side; of both
+//                             scans where there are two
+//   link places coordinates|middles|auto    link look|cuts on|off      of two scans
 //   window FILE.ppm           the whole window as it is shown
 //   scene FILE                saves the scene            panels, planes, levels, help on|off
 //   mode NAME                 window-of C,W|NAME        crop X0 X1 Y0 Y1 Z0 Z1   mm
@@ -24,7 +26,7 @@
 //   fly-to MM, fly PICTURES   along it: to a place, through all of it in so many pictures
 //   record                    a keyframe there          load-path, save-path FILE
 //   legend on|off             shown, and drawn into saved pictures
-//   print latency|state|memory|samples  quit
+//   print latency|state|memory|samples|message|planes|beside  quit
 #pragma once
 
 #include "viewer/window/endoscopy.h"
@@ -76,6 +78,9 @@ class Script {
     void takeLabel(const Step& step, WindowState& desk);
     bool takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endoscopy, bool& taken);
     bool waits(const Step& step, WindowState& desk, const Endoscopy& endoscopy);
+    void takeLink(const Step& step, WindowState& desk);
+    bool takePick(const Step& step, WindowState& desk);
+    void print(const Step& step, WindowState& desk, const Window& window);
     bool takeHand(const Step& step, const Window& window);
 
     std::filesystem::path file_;

@@ -6,6 +6,7 @@
 #include "core/base/shown_text.h"
 #include "viewer/session/file_kind.h"
 #include "viewer/session/view_geometry.h"
+#include "viewer/window/beside.h"
 #include "viewer/window/function_edits.h"
 
 #include <algorithm>
@@ -431,15 +432,33 @@ FigurePart WindowState::overlay() const {
 void WindowState::savePicture(const std::string& name, int times) {
     save(name, ".png", [&](const std::filesystem::path& file) {
         if (times == 1) {
-            viewing_.saveScreenshot(file, marks());
+            writeShown(file);
             return std::string("wrote the picture ");
         }
-        Scene larger = scene_;
-        larger.imageSize *= times;
-        viewing_.saveStill(larger, std::filesystem::absolute(file), marks());
-        return std::to_string(larger.imageSize.x) + " x " + std::to_string(larger.imageSize.y) +
-               " pixels are drawn for ";
+        writeStill(std::filesystem::absolute(file), times);
+        return std::to_string(times * scene_.imageSize.x) + " x " +
+               std::to_string(times * scene_.imageSize.y) + " pixels are drawn for ";
     });
+}
+
+void WindowState::writeShown(const std::filesystem::path& file) {
+    std::vector<SavedPanel> panels;
+    if (beside_ && beside_->volume())
+        if (auto picture = beside_->viewing().picture())
+            panels.push_back({std::move(picture), beside_->marks(*this)});
+    viewing_.saveScreenshot(file, marks(), panels);
+}
+
+void WindowState::writeStill(const std::filesystem::path& file, int times) {
+    Scene larger = scene_;
+    larger.imageSize *= times;
+    if (!beside_ || !beside_->volume())
+        return viewing_.saveStill(larger, file, marks());
+    Scene other = beside_->sceneNow(*this);
+    other.imageSize = larger.imageSize;
+    const auto figure = std::make_shared<FigureOfStills>(2);
+    viewing_.saveStill(larger, file, marks(), {figure, 0});
+    beside_->viewing().saveStill(other, file, beside_->marks(*this), {figure, 1});
 }
 
 void WindowState::saveScene(const std::string& name) {

@@ -21,6 +21,8 @@
 
 namespace tessera {
 
+class Beside;
+
 // Undo and redo of scenes.
 
 /// A continuous edit (dragging a point) is one step: call begin() once at its start.
@@ -84,6 +86,9 @@ class WindowState {
         : viewing_(viewing), settings_(settings), presets_(presets) {}
 
     Viewing& viewing() { return viewing_; }
+    /// The scan at the right of the open one; null: none.
+    Beside* beside() const { return beside_; }
+    void setBeside(Beside* beside) { beside_ = beside; }
     Settings& settings() { return settings_; }
 
     /// Takes new results of the viewing: volume, picture, problem. Once a frame.
@@ -160,6 +165,10 @@ class WindowState {
     /// @param times  factor on the shown size: a larger picture is first drawn as a still
     void savePicture(const std::string& name = {}, int times = 1);
     void saveScene(const std::string& name = {});
+    /// The pictures as they are shown, of both scans where there are two, to this very file; stills of so
+    /// many times their size, which are drawn first. Throw Error or InputError.
+    void writeShown(const std::filesystem::path& file);
+    void writeStill(const std::filesystem::path& file, int times);
     /// Of those that the user kept.
     std::vector<std::string> ownPresets() const { return presets_.names(); }
     /// Applies a preset: the function of a built-in one, or all settings of a user's or a file's. Reports
@@ -221,6 +230,7 @@ class WindowState {
     template <typename Write> void save(const std::string& name, const char* extension, const Write& write);
 
     Viewing& viewing_;
+    Beside* beside_ = nullptr;
     Settings& settings_;
     const PresetShelf& presets_;
     std::shared_ptr<const VolumeSeen> volume_;
