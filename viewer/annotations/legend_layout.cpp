@@ -14,6 +14,8 @@
 namespace tessera {
 namespace {
 
+constexpr double kApart = 0.5; // letters, between numbers, so that two are not read as one
+
 LaidArea rectangle(const glm::dvec2& from, const glm::dvec2& to, const glm::vec3& colour) {
     LaidArea area;
     area.corners = {from, {to.x, from.y}, to, {from.x, to.y}};
@@ -38,12 +40,12 @@ void frame(LaidBlock& block, const PartLayout& in, const glm::dvec2& from, const
 /// Words at the ends and, where there is room, in the middle of a bar. Adds their height to the block.
 void writeValues(LaidBlock& block, const PartLayout& in, const LegendBar& bar, double left, double width) {
     std::vector<LaidWords> values;
-    double sum = 0;
+    std::vector<double> widths;
     for (const double part : {0.0, 0.5, 1.0}) {
         values.push_back(in.line(bar.textAt(part)));
-        sum += PartLayout::boxOf(values.back()).x;
+        widths.push_back(PartLayout::boxOf(values.back()).x);
     }
-    const bool all = sum + 2 * in.gap <= width;
+    const bool all = std::max(widths[0], widths[2]) + 0.5 * widths[1] + kApart * in.em <= 0.5 * width;
     for (std::size_t n = 0; n < values.size(); n += all ? 1 : 2) {
         const double part = static_cast<double>(n) / 2, box = PartLayout::boxOf(values[n]).x;
         block.write(values[n], {left + part * (width - box), block.size.y});
@@ -54,7 +56,7 @@ void writeValues(LaidBlock& block, const PartLayout& in, const LegendBar& bar, d
 LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
     constexpr double kWidth = 14, kHeight = 0.8, kMostOfWidth = 0.45; // letters; of the part
     const double edge = edgeOf(in);
-    double ends = in.gap; // of the values there
+    double ends = kApart * in.em; // of the values there
     for (const double part : {0.0, 1.0})
         ends += PartLayout::boxOf(in.line(bar.textAt(part))).x;
     const double width = std::ceil(std::max(ends, std::min(kWidth * in.em, kMostOfWidth * in.width())));

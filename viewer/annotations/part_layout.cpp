@@ -86,7 +86,8 @@ bool PartLayout::place(LaidBlock block, const std::vector<glm::dvec2>& corners, 
         for (const glm::dvec2& corner : wholeCorners(wanted))
             if (isFree(corner, block.size)) {
                 block.move(corner);
-                taken_.push_back({corner, corner + block.size});
+                const glm::dvec2 beside(gap, 0); // or two lines are read as one
+                taken_.push_back({corner - beside, corner + block.size + beside});
                 for (LaidShape& shape : block.shapes)
                     out_.shapes.push_back(std::move(shape));
                 for (LaidWords& line : block.words)

@@ -165,6 +165,46 @@ TEST(FigureLayout, SaysWhatHasNoRoom) {
     EXPECT_EQ(layout.leftOut[0], std::to_string(300 - names) + " of 300 names of labels");
 }
 
+// Two numbers of a legend are never read as one, whatever they are and however small the picture is.
+TEST(FigureLayout, NumbersOfALegendStandApart) {
+    for (int width = 100; width <= 600; width += 20)
+        for (const double highest : {9.0, 1000.0, 123456.0, 1e-7}) {
+            Figure figure = fullFigure({width, 300}, {});
+            FigurePart& part = figure.parts.front();
+            part.annotations = {};
+            part.annotations.legend = true;
+            part.legend.resize(1);
+            part.legend[0].low = highest / 10, part.legend[0].high = highest;
+            part.legend[0].colours.assign(16, glm::dvec3(0.5));
+            const FigureLayout layout = layOut(figure, evenLetters);
+            for (const LaidWords& a : layout.words)
+                for (const LaidWords& b : layout.words)
+                    if (&a != &b && a.from().y == b.from().y && a.from().x < b.from().x) {
+                        EXPECT_GE(b.from().x - a.to().x, 0.4 * a.pixels)
+                            << width << ": " << a.words << " " << b.words;
+                    }
+        }
+}
+
+// Of a slice, what does not lie in it is left out, and told.
+TEST(FigureLayout, MarksBesideASliceAreLeftOut) {
+    Figure figure = fullFigure({640, 640}, {});
+    FigurePart& part = figure.parts.front();
+    part.annotations = {};
+    part.annotations.measurements = true;
+    const glm::dvec3 normal = glm::normalize(glm::dvec3(1, 2, -2));
+    for (const double away : {-3.0, -0.9, 0.0, 0.9, 3.0}) {
+        part.plane = ShownPlane{{5, 0, 0}, normal, 1};
+        const glm::dvec3 there = glm::dvec3(5, 0, 0) + away * normal,
+                         along = glm::normalize(glm::dvec3(2, -1, 0));
+        part.annotations.arrows = {{there, {30, -20}, "here"}};
+        part.measurements = {{MeasurementKind::distance, {glm::dvec3(5, 0, 0), there + 9.0 * along}}};
+        const FigureLayout layout = layOut(figure, evenLetters);
+        EXPECT_EQ(layout.leftOut.size(), std::abs(away) > 1 ? 2u : 0u) << away;
+        EXPECT_EQ(layout.shapes.empty(), std::abs(away) > 1) << away;
+    }
+}
+
 TEST(FigureLayout, TellsNoDirectionsThatTheVolumeDoesNot) {
     Figure figure = fullFigure({512, 512}, {});
     figure.parts[0].orientationKnown = false;
