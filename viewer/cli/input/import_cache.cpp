@@ -23,6 +23,7 @@
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -150,16 +151,18 @@ void makeEntry(const Entry& entry, const fs::path& given, const std::string& fac
     fs::permissions(entry.note, fs::perms::owner_read | fs::perms::owner_write, ignored);
 }
 
-/// Discards entries of the same source and options whose files have changed since, because they are never
-/// requested again.
+/// Discards entries of the same source and options whose files have changed since: none but a figure asks for
+/// them again, so the last used one stays.
 void discardOutdated(const fs::path& folder, const Entry& current, const json& note) {
-    for (const CacheEntry& other : listCache(folder)) {
+    bool stays = true;
+    for (const CacheEntry& other : listCache(folder)) { // the last used first
         if (other.store == current.store)
             continue;
         const Entry entry(folder, other.store.stem().string());
         const json theirs = readNote(entry);
         if (textOf(theirs, "source") != textOf(note, "source") ||
-            textOf(theirs, "options") != textOf(note, "options"))
+            textOf(theirs, "options") != textOf(note, "options") ||
+            (!other.isUnfinished && std::exchange(stays, false)))
             continue;
         const LockTry lock = tryLock(entry.lock, LockKind::exclusive, true);
         if (lock.locked) {
