@@ -210,7 +210,9 @@ class Words(unittest.TestCase):
         for call, words in [
             (lambda: tessera.open(None), "source: expected a path, an array or an image, found NoneType"),
             (lambda: tessera.open(5), "source: .* found int"),
-            (lambda: tessera.open(array, unit=None), "unit: expected text, found None"),
+            (lambda: tessera.open(array, unit=None), "unit: expected text .* found None"),
+            (lambda: tessera.open(array, unit="\u00b5m"), "unit: expected text of printable ASCII"),
+            (lambda: tessera.open(array, unit="\udc80"), "unit: expected text of printable ASCII"),
             (lambda: tessera.open(array, slope="x"), "slope: expected a number, found 'x'"),
             (lambda: tessera.open(array, intercept=None), "intercept: expected a number, found None"),
             (lambda: tessera.open(array, spacing=(1, 1, -1)), "spacing: expected lengths above 0"),
@@ -243,6 +245,10 @@ class Words(unittest.TestCase):
             with self.subTest(repr(index)), self.assertRaises(IndexError):
                 volume[index]
         np.testing.assert_array_equal(volume[np.int64(-1), np.array(2)], volume.level(0)[-1, 2])
+
+    def test_options_may_be_bytes(self):
+        picture = tessera.render(ramp((4, 5, 6)), size=(8, 6), engine=b"native")
+        self.assertEqual(picture.manifest["engine"], "native")
 
     def test_a_path_may_be_bytes(self):
         phantom = tessera.phantom("sphere", (8, 8, 8))
@@ -361,6 +367,12 @@ class Reading(unittest.TestCase):
         expected, places = np.histogram(self.array, bins=64)
         np.testing.assert_array_equal(counts, expected)
         np.testing.assert_allclose(edges, places, rtol=1e-5)
+
+    def test_histogram_ascends_though_the_slope_falls(self):
+        volume = tessera.open(self.array, slope=-2, intercept=5)
+        counts, edges = volume.histogram()
+        np.testing.assert_allclose(edges, np.histogram(volume.level(0), bins=64)[1], rtol=1e-5)
+        np.testing.assert_array_equal(counts, self.volume.histogram()[0][::-1])
 
     def test_the_same_content_has_the_same_hash(self):
         self.assertEqual(tessera.open(self.array).content_hash, self.volume.content_hash)

@@ -229,7 +229,8 @@ class Volume:
     def histogram(self) -> Tuple[Array, Array]:
         """Counts of all voxels in 64 equal bins, and the 65 values at their edges, as numpy.histogram has them."""
         counts, edges = self._opened.histogram()
-        return np.array(counts, dtype=np.uint64), np.array(edges)
+        step = -1 if self.slope < 0 else 1  # values ascend
+        return np.array(counts, dtype=np.uint64)[::step], np.array(edges)[::step]
 
     def level(self, level: int, *, stored: bool = False, progress: Progress = None) -> Array:
         """A whole level of detail as an array; 0 is the finest. The array's memory is the caller's.
@@ -467,8 +468,8 @@ def open(  # noqa: A001
         raise InputError("array: expected one without a mask (numpy.ma.filled gives it), found a masked one")
     if source is None or isinstance(source, (int, float, complex)):
         raise InputError(f"source: expected a path, an array or an image, found {type(source).__name__}")
-    if not isinstance(unit, str):
-        raise InputError(f"unit: expected text, found {unit!r}")
+    if not isinstance(unit, str) or not (unit.isascii() and unit.isprintable()):
+        raise InputError(f"unit: expected text of printable ASCII characters, found {unit!r}")
     array = np.asarray(source)
     whole, oriented = _affine_of(spacing, origin, direction, affine)
     return Volume(

@@ -63,6 +63,8 @@ def text_of(value: Any, option: str) -> str:
     """The text of an option's value: numbers joined by commas, paths as they are."""
     if isinstance(value, str):
         return value
+    if isinstance(value, bytes):
+        return os.fsdecode(value)
     if hasattr(value, "__fspath__"):
         return str(os.fspath(value))
     if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:
