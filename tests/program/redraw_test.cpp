@@ -290,8 +290,7 @@ TEST_F(Redraw, PicturesAlongLines) {
           "--straighten --angles 3" + small,
           "--straighten --sections 5 --angles 2 --directions letters" + small,
           "--sections 3 --angle 12.3" + small, "--curved --sections 2 --angle 4" + small, "--curved" + small,
-          "--curved --direction 1,0.3,0.1 --across 17.25" + small,
-          "--curved --view 20,30 --value-colour transferFunction" + small,
+          "--curved --direction 1,0.3,0.1 --across 17.25" + small, "--curved --view 20,30" + small,
           std::string("--unfold --engine native --size 32x20"),
           std::string("--unfold --engine mirror --ram 300MiB")}) {
         write("line.json", kBranchedPath);
