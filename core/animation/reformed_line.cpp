@@ -71,7 +71,7 @@ glm::dvec3 smoothTangent(const FlightCurve& line, double mm) {
     return glm::dot(smooth, tangent) > kLeastCosine * size ? smooth / size : tangent;
 }
 
-/// The row through the line there, of a viewer at an angle about it.
+/// The row through the line there, of a viewer at an angle about it, from the line's up.
 ReformedRow rowAt(const FlightCurve& line, double mm, double degrees) {
     const double angle = glm::radians(degrees);
     const Pose pose = line.at(mm);
@@ -85,15 +85,28 @@ ReformedRow rowAt(const FlightCurve& line, double mm, double degrees) {
     return row;
 }
 
+/// From the line's up to its upper side (reformed_line.h), degrees about its beginning.
+double upperSide(const FlightCurve& line) {
+    constexpr double kAlongPatient = 0.70710678; // cosine of 45 degrees
+    constexpr double kRounding = 1e-6;
+    const Pose pose = line.at(0);
+    if (std::abs(pose.direction.z) < kAlongPatient)
+        return 0; // up is the head's side
+    const glm::dvec3 front(0, -1, 0);
+    const double degrees = glm::degrees(
+        std::atan2(glm::dot(front, glm::cross(pose.direction, pose.up)), glm::dot(front, pose.up)));
+    return std::abs(degrees) < kRounding ? 0 : degrees;
+}
+
 } // namespace
 
 Reformation straightened(const FlightCurve& line, double degrees, const ReformedPixels& pixels) {
     Reformation picture = emptyPicture(line.lengthMm(), pixels.widthMm, pixels);
-    const double step = picture.mmPerPixel / picture.samples;
+    const double step = picture.mmPerPixel / picture.samples, angle = upperSide(line) + degrees;
     for (std::size_t y = 0; y < picture.rows.size(); ++y) {
         const double mm = (static_cast<double>(y) + 0.5) * step;
         ReformedRow& row = picture.rows[y];
-        row = rowAt(line, mm, degrees);
+        row = rowAt(line, mm, angle);
         row.lineMm = 0.5 * picture.columns * picture.mmPerPixel;
         const double bend = glm::dot(curvature(line, mm), row.across);
         if (bend > 0)
@@ -171,7 +184,7 @@ Reformation crossSection(const FlightCurve& line, double mm, double degrees, con
     Reformation picture = emptyPicture(pixels.widthMm + 0.5 * pixels.mmPerPixel, pixels.widthMm, pixels);
     picture.isSection = true;
     const double step = picture.mmPerPixel / picture.samples;
-    const ReformedRow middle = rowAt(line, mm, degrees);
+    const ReformedRow middle = rowAt(line, mm, upperSide(line) + degrees);
     const glm::dvec3 up = middle.towards;
     const double halfMm = 0.5 * picture.size().y * picture.mmPerPixel;
     for (std::size_t y = 0; y < picture.rows.size(); ++y) {

@@ -23,7 +23,9 @@ struct ReformedPixels {
 /// it must. The tangent is that over 8 mm: directions of centre-lines are noisier than their places. Rows are
 /// marked as folded beyond the line's centre of curvature.
 /// @param line     along its tangent: a flight without a look ahead
-/// @param degrees  from Pose::up, clockwise along the line, to the viewer
+/// @param degrees  from the line's upper side, clockwise along the line, to the viewer. At its beginning that
+///     side is the patient's front where the line lies within 45 degrees of the axis from feet to head, else
+///     the head; so that a picture is none from behind
 /// Throws InputError for more rows or columns than a picture may have.
 Reformation straightened(const FlightCurve& line, double degrees, const ReformedPixels& pixels);
 

@@ -79,6 +79,25 @@ TEST(ReformedLine, TheViewerTurnsClockwiseFromUp) {
     EXPECT_LT(glm::distance(first(180).across, {-1, 0, 0}), 1e-9) << "half a turn mirrors";
 }
 
+TEST(ReformedLine, NoPictureIsFromBehind) {
+    for (double tilt = 0; tilt < 90; tilt += 4)
+        for (double about = 0; about < 360; about += 30)
+            for (const double way : {1.0, -1.0}) {
+                const double a = glm::radians(tilt), b = glm::radians(about);
+                const glm::dvec3 along(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b),
+                                       way * std::cos(a));
+                const FlightCurve line = curveOf(50, [&](double mm) { return mm * along; });
+                const glm::dvec3 viewer = straightened(line, 0, {20, 1, 1}).rows.front().towards;
+                if (tilt < 44) {
+                    EXPECT_LT(viewer.y, -0.69) << tilt << " " << about << ": in front";
+                } else if (tilt > 46) {
+                    EXPECT_GT(viewer.z, 0.69) << tilt << " " << about << ": above";
+                }
+                const Reformation across = crossSection(line, 20, 0, {20, 1, 1});
+                EXPECT_GT(glm::dot(across.rows.front().at - across.rows.back().at, viewer), 18);
+            }
+}
+
 TEST(ReformedLine, RowsFoldAtTheCentreOfCurvature) {
     const FlightCurve line = curveOf(100, onCircle);
     // Up is z, so at 0 degrees the picture lies in the circle's plane.
