@@ -7,6 +7,7 @@
 #include "render/plan/label_optics.h"
 #include "render/plan/layer_histograms.h"
 #include "render/plan/shown_rays.h"
+#include "render/plan/turn_fit.h"
 #include "render/plan/visibility_rays.h"
 
 #include <algorithm>
@@ -279,7 +280,19 @@ Planner planViews(const Scene& scene, Stores stores, const FrameContext& context
     return p;
 }
 
-Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int threads) {
+void TurnFit::add(const TurnFit& other) {
+    if (fits.empty())
+        fits = other.fits;
+    else
+        for (std::size_t n = 0; n < fits.size(); ++n)
+            if (fits[n].empty())
+                fits[n] = other.fits[n];
+            else if (!other.fits[n].empty())
+                fits[n].add(other.fits[n]);
+    boxes.insert(boxes.end(), other.boxes.begin(), other.boxes.end());
+}
+
+TurnFit turnFit(const Scene& scene, Stores stores, MemoryBudget& ram, int threads) {
     MemoryBudget gpu = unusedGpu();
     const FrameContext context(ram, gpu, threads);
     const DrawnVolumes volumes = withLabelOptics(asDrawn(scene), stores);
@@ -288,25 +301,29 @@ Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int t
     const Planner p = volumes.stores.size() == 1
                           ? planView(scene, *stores.front(), ram, threads)
                           : planVolumes(volumes.scene, volumes.stores, context, false, kPictureBytesPerPixel);
-    std::vector<ViewFit> together;
-    std::vector<const VolumeInfo*> boxes;
+    TurnFit together;
     for (const Planner* plan : visiblePlans(volumes.scene, p)) {
         const Layer& layer = plan->layer();
-        const std::vector<ViewFit> fits =
-            turningFits(view, layer.voxels(), layer.statistics, layer.shownTable(), plan->view.part,
-                        scene.imageSize, *plan->ram, threads, layer.labelBricks.get(), meshes);
-        boxes.push_back(&plan->info());
-        if (together.empty())
-            together = fits;
-        else
-            for (std::size_t n = 0; n < fits.size(); ++n)
-                if (!fits[n].empty())
-                    together[n].add(fits[n]);
+        together.add({turningFits(view, layer.voxels(), layer.statistics, layer.shownTable(), plan->view.part,
+                                  scene.imageSize, *plan->ram, threads, layer.labelBricks.get(), meshes),
+                      {plan->info()}});
     }
-    Camera camera = turningCamera(view, std::move(together), boxes, scene.imageSize);
+    return together;
+}
+
+Camera turningCamera(const Scene& scene, TurnFit fit) {
+    const FittedView& view = std::get<FittedView>(scene.camera);
+    std::vector<const VolumeInfo*> boxes;
+    for (const VolumeInfo& box : fit.boxes)
+        boxes.push_back(&box);
+    Camera camera = turningCamera(view, std::move(fit.fits), boxes, scene.imageSize);
     if (view.mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view.mmPerPixel, scene.imageSize);
     return camera;
+}
+
+Camera turningCamera(const Scene& scene, Stores stores, MemoryBudget& ram, int threads) {
+    return turningCamera(scene, turnFit(scene, stores, ram, threads));
 }
 
 Scene resolved(const Scene& scene, Stores stores, MemoryBudget& ram, int threads, std::size_t bytesPerPixel) {

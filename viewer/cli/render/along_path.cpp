@@ -180,9 +180,11 @@ Path phasesPath(const RenderTask& task) {
 void renderFilm(const RenderTask& given) {
     RenderTask task = given;
     FilmJob job;
+    std::optional<ValueSummary> values; // of all phases
     if (task.phases) {
         SharedByPhases shared = sharedByPhases(task);
         task.scene = std::move(shared.scene);
+        values = std::move(shared.values);
         for (std::size_t n = 0; n < shared.hashes.size(); ++n)
             job.phases.push_back({task.phases->labels[n], shared.hashes[n], task.phases->stores[n]});
         job.open = task.open;
@@ -194,10 +196,10 @@ void renderFilm(const RenderTask& given) {
         return presetFunction(preset, summarise(statistics, task.store.info(), scene.volumes.front().unit));
     };
     const bool turns = arguments.turn.has_value(), moves = !arguments.path.empty();
-    const Film film(turns   ? turnOf(task)
-                    : moves ? pathOf(task)
-                            : phasesPath(task),
-                    scene, presets,
+    Path path = turns ? turnOf(task) : moves ? pathOf(task) : phasesPath(task);
+    if (values)
+        path = withFunctions(std::move(path), *values);
+    const Film film(std::move(path), scene, presets,
                     turns   ? "--turn"
                     : moves ? arguments.path
                             : "--phase all");

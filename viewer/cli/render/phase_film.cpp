@@ -7,6 +7,7 @@
 #include "render/plan/framing.h"
 #include "render/plan/fusion.h"
 #include "render/plan/planner.h"
+#include "render/plan/turn_fit.h"
 #include "viewer/cli/input/phase_input.h"
 
 #include <algorithm>
@@ -31,8 +32,9 @@ Camera cameraOfPhases(const RenderTask& task, const Scene& scene) {
         const std::unique_ptr<StoreReader> store = task.open(path);
         const Planner p = planView(placed, *store, task.ram, task.options.threads);
         const Layer& layer = p.layer();
-        const ViewFit fit = shownFit(view, layer.voxels(), layer.statistics, layer.shownTable(), p.view.part,
-                                     scene.imageSize, *p.ram, task.options.threads, layer.labelBricks.get());
+        const ViewFit fit =
+            shownFit(view, layer.voxels(), layer.statistics, layer.shownTable(), p.view.part, scene.imageSize,
+                     *p.ram, task.options.threads, layer.labelBricks.get(), p.view.meshes);
         if (fit.empty())
             continue;
         if (all)
@@ -45,6 +47,17 @@ Camera cameraOfPhases(const RenderTask& task, const Scene& scene) {
     if (view.mmPerPixel > 0)
         camera.parallelScale = parallelScaleOf(view.mmPerPixel, scene.imageSize);
     return camera;
+}
+
+/// The camera of a turn that holds what any of the phases shows.
+Camera turnOfPhases(const RenderTask& task, const Scene& scene) {
+    TurnFit all;
+    for (const std::filesystem::path& path : task.phases->stores) {
+        const std::unique_ptr<StoreReader> store = task.open(path);
+        const StoreReader* const one = store.get();
+        all.add(turnFit(scene, Stores(&one, 1), task.ram, task.options.threads));
+    }
+    return turningCamera(scene, std::move(all));
 }
 
 } // namespace
@@ -86,8 +99,16 @@ Path stillPath(const Camera& camera, std::size_t frames, double framesPerSecond)
     return path;
 }
 
+Path withFunctions(Path path, const ValueSummary& values) {
+    for (Keyframe& key : path.keyframes)
+        if (key.transferFunction)
+            if (const auto* const name = std::get_if<std::string>(&*key.transferFunction))
+                key.transferFunction = presetFunction(*name, values);
+    return path;
+}
+
 SharedByPhases sharedByPhases(const RenderTask& task) {
-    SharedByPhases shared{task.scene, {}};
+    SharedByPhases shared{task.scene, {}, {}};
     Scene& scene = shared.scene;
     const Reduction reduction = reductionOf(scene);
     const bool isOpen = !std::holds_alternative<GreyWindow>(scene.window);
@@ -100,14 +121,17 @@ SharedByPhases sharedByPhases(const RenderTask& task) {
         values.push_back(summarise(statistics, store->info(), scene.volumes.front().unit));
         shared.hashes.push_back(store->contentHash());
     }
-    const ValueSummary all = together(values);
+    const ValueSummary all = shared.values = together(values);
     if (const auto* const name = std::get_if<std::string>(&scene.volumes.front().transferFunction))
         scene.volumes.front().transferFunction = presetFunction(*name, all);
     if (isOpen && reduction != Reduction::composite && reduction != Reduction::sum)
         scene.window = windowOf(scene.window, all);
-    if (std::holds_alternative<FittedView>(scene.camera) && task.arguments.path.empty() &&
-        !task.arguments.turn)
+    if (!std::holds_alternative<FittedView>(scene.camera) || !task.arguments.path.empty())
+        return shared;
+    if (!task.arguments.turn)
         scene.camera = cameraOfPhases(task, scene);
+    else if (scene.mode != Mode::slice) // which is refused
+        scene.camera = turnOfPhases(task, scene);
     return shared;
 }
 
