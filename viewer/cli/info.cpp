@@ -271,7 +271,7 @@ void infoSource(const InfoArguments& arguments, const CommonOptions& common) {
         std::printf("%s\n", report.dump(2, ' ', true, json::error_handler_t::replace).c_str());
         return;
     }
-    if (isFolder) {
+    if (isFolder || listing.rows.size() > 1) { // a file of several volumes
         printTable();
         std::printf("\n");
     }

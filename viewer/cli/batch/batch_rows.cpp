@@ -42,6 +42,11 @@ void placePaths(Scene& scene, const fs::path& folder) {
         sky->file.path = fs::absolute(folder / sky->file.path).lexically_normal();
 }
 
+/// "--series" and "--phase" choose the scene's first volume, as they do on the command line; else keyNamed().
+std::string keyOfColumn(const std::string& name) {
+    return name == "--series" || name == "--phase" ? "volumes[0]." + name.substr(2) : keyNamed(name);
+}
+
 } // namespace
 
 BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::string& pattern)
@@ -59,7 +64,7 @@ BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::strin
 
     const std::vector<std::string>& names = table.names();
     for (std::size_t n = 0; n < names.size(); ++n) {
-        columns_.push_back({keyNamed(names[n])});
+        columns_.push_back({keyOfColumn(names[n])});
         const bool isUsed =
             output_.uses(n) || names[n] == "id" ||
             std::ranges::any_of(texts_, [&](const Text& text) { return text.pattern.uses(n); });
