@@ -65,7 +65,8 @@ class PretendedViewing final : public Viewing {
         say("open " + path.filename().string() + " at " + std::to_string(size.x) + " x " +
             std::to_string(size.y) + ", series " + std::to_string(pick.series) + ", phase " +
             std::to_string(pick.phase) + (pick.resampleZ ? ", resampled" : "") +
-            (pick.allowMissing ? ", with gaps" : "") + (pick.asVolume ? ", as a volume" : ""));
+            (pick.allowMissing ? ", with gaps" : "") + (pick.asVolume ? ", as a volume" : "") +
+            (pick.inSameView ? ", in the same view" : ""));
     }
     std::shared_ptr<const VolumeOffers> offers() const override { return offered; }
     std::shared_ptr<const Thumbnail> thumbnail(std::size_t n) const override {

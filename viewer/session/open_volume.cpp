@@ -122,7 +122,10 @@ void OpenVolume::takeLook(const OpenVolume& other, const std::shared_ptr<Progres
     common.progress = progress;
     const glm::dmat4 toThis =
         glm::inverse(store->info().patientFromVoxel) * other.store->info().patientFromVoxel;
+    const SourceChoice source = scene.volumes.front().source;
     scene = other.scene;
+    scene.volumes.front().source = source;
+    phases = other.phases;
     for (Cuts* const cuts : {&scene.cuts, &scene.volumes.front().cuts})
         for (CropBox& box : cuts->boxes)
             if (box.space == CropBox::Space::voxels) {
@@ -211,6 +214,8 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     if (labels)
         seen->labels = std::make_shared<const LabelList>(labels->list());
     seen->eitherFile = eitherFile;
+    seen->phases = phases.labels;
+    seen->phase = phases.phase;
     for (std::size_t n = 0; n < renderer->sceneVolumes(); ++n) {
         TransferChoice& function = scene.volumes[n].transferFunction;
         function = renderer->functionOf(function, n);

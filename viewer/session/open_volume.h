@@ -6,6 +6,7 @@
 #include "core/base/budget.h"
 #include "core/base/progress.h"
 #include "render/interactive/interactive_renderer.h"
+#include "viewer/cli/input/phase_input.h"
 #include "viewer/session/background_work.h"
 #include "viewer/session/finer_import.h"
 #include "viewer/session/view_session.h"
@@ -32,8 +33,8 @@ struct OpenVolume {
                                             const glm::ivec2& pictureSize,
                                             const std::shared_ptr<Progress>& progress,
                                             const std::optional<int>& level = {});
-    /// The look of another level of the same volume in place of the scene's: all of the scene, labels
-    /// imported anew. Throws InputError naming labels that cannot be.
+    /// The look of another level or phase of the same volume in place of the scene's: all of the scene but
+    /// the choice of the source, labels imported anew. Throws InputError naming labels that cannot be.
     void takeLook(const OpenVolume& other, const std::shared_ptr<Progress>& progress);
 
     /// Makes a renderer of a scene, after destroying the one before. Resolves its camera. Where no
@@ -65,6 +66,7 @@ struct OpenVolume {
     std::string firstAlone; // why interactive pictures show the first volume alone; empty: they show all
     std::unique_ptr<VolumeLabels> labels; // null: the scene has none
     std::filesystem::path eitherFile;     // as VolumeSeen has it
+    PhaseList phases;                     // of the scene's first volume
     Charge pictures, meshes, environment;
     std::shared_ptr<MemoryBudget> savingRam; // of `pictures`: for one that is saved as it is shown
     std::shared_ptr<Engine> engine;

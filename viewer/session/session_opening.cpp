@@ -14,6 +14,25 @@
 #include <utility>
 
 namespace tessera {
+namespace {
+
+/// Of what is open.
+PhaseList phasesIn(const SceneVolume& volume) {
+    try {
+        return phasesOfOpen(volume.path, volume.source);
+    } catch (const Error&) { // it is open; others are not offered
+        return {};
+    }
+}
+
+InputOptions inputOfPhase(const OpenVolume& open, int phase) {
+    InputOptions input(open.scene.volumes.front().source);
+    input.series = open.phases.series;
+    input.phase = phase;
+    return input;
+}
+
+} // namespace
 
 void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
     const Cancellation asks(&openingCalledOff_);
@@ -26,26 +45,35 @@ void SessionThread::openVolume(const SessionWishes::ToOpen& what) {
         news.state.kind = ViewingState::Kind::opening;
     });
     std::string noLabels;
-    if (!what.pick.asVolume && open_ && open_->renderer && !isSceneFile(what.path) &&
+    if (!what.pick.asVolume && !what.pick.inSameView && open_ && open_->renderer && !isSceneFile(what.path) &&
         !looksLikeStore(what.path) && mayBeLabelsOf(open_->store->info(), what.path) &&
         openLabels(what, progress, true, noLabels))
         return;
+    const bool isPhase = what.pick.inSameView && open_ && open_->renderer;
     try {
-        const InputOptions input = optionsFor(what.pick, options_.input);
+        const InputOptions input =
+            isPhase ? inputOfPhase(*open_, what.pick.phase) : optionsFor(what.pick, options_.input);
         const std::optional<int> level = isSceneFile(what.path) || options_.firstBytes == 0
                                              ? std::nullopt
                                              : levelToBeginWith(what.path, input, options_.firstBytes);
-        show(OpenVolume::open(options_, what.path, input, what.pictureSize, progress, level));
+        std::unique_ptr<OpenVolume> next =
+            OpenVolume::open(options_, what.path, input, what.pictureSize, progress, level);
+        if (isPhase) {
+            next->takeLook(*open_, progress);
+            next->phases.phase = what.pick.phase;
+            next->fitted = open_->fitted;
+        } else {
+            next->phases = phasesIn(next->scene.volumes.front());
+        }
+        show(std::move(next));
         if (level)
-            startFiner(what);
+            startFiner(what, input);
     } catch (const Cancelled&) {
         board_.tell([](SessionNews& news) { news.opening.reset(); });
         throw;
     } catch (const std::exception& e) {
-        if (offerChoice(what, e.what()))
-            return;
         std::string why = e.what();
-        if (openLabels(what, progress, false, why))
+        if (!isPhase && (offerChoice(what, why) || openLabels(what, progress, false, why)))
             return;
         const bool stays = open_ && open_->renderer && // the previous volume remains open
                            board_.look([](const SessionNews& news) { return news.volume != nullptr; });
@@ -99,11 +127,12 @@ void SessionThread::show(std::unique_ptr<OpenVolume> next) {
 }
 
 /// A coarse level is open: imports the one that is meant, in the memory of stills.
-void SessionThread::startFiner(const SessionWishes::ToOpen& what) {
+void SessionThread::startFiner(const SessionWishes::ToOpen& what, const InputOptions& input) {
     finerOf_ = what;
+    finerInput_ = input;
     const std::string part = sayFilePart(*open_->store->info().filePart);
-    open_->finer = std::make_unique<FinerImport>(
-        what.path, optionsFor(what.pick, options_.input), open_->stillRam, [this, number = ++finerNumber_] {
+    open_->finer =
+        std::make_unique<FinerImport>(what.path, input, open_->stillRam, [this, number = ++finerNumber_] {
             board_.ask([&](SessionWishes& wishes, SessionNews&) { wishes.finerEnded = number; });
         });
     board_.tell([&](SessionNews& news) {
@@ -119,8 +148,7 @@ void SessionThread::changeOver() {
         try {
             auto progress = std::make_shared<Progress>();
             std::unique_ptr<OpenVolume> next =
-                OpenVolume::open(options_, finerOf_.path, optionsFor(finerOf_.pick, options_.input),
-                                 open_->scene.imageSize, progress);
+                OpenVolume::open(options_, finerOf_.path, finerInput_, open_->scene.imageSize, progress);
             next->takeLook(*open_, progress);
             show(std::move(next));
         } catch (const Error& e) {

@@ -48,7 +48,7 @@ class SessionThread {
     // session_opening.cpp: another volume, another renderer
     void openVolume(const SessionWishes::ToOpen& what);
     void show(std::unique_ptr<OpenVolume> next);
-    void startFiner(const SessionWishes::ToOpen& what);
+    void startFiner(const SessionWishes::ToOpen& what, const InputOptions& input);
     void changeOver();
     bool offerChoice(const SessionWishes::ToOpen& what, const std::string& why);
     bool openLabels(const SessionWishes::ToOpen& what, const std::shared_ptr<Progress>& progress,
@@ -87,6 +87,7 @@ class SessionThread {
     std::uint64_t lineNumber_ = 0;           // of the line being searched
     std::uint64_t finerNumber_ = 0;          // of the last finer import begun,
     SessionWishes::ToOpen finerOf_;          // for this
+    InputOptions finerInput_;                // opened by these
     InteractiveRenderer::Progress progress_; // the last
     std::string measured_;                   // of the still of asked_
     std::size_t damaged_ = 0;                // chunks that could not be read

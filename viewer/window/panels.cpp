@@ -49,6 +49,23 @@ void Panels::files(WindowState& desk) {
     }
 }
 
+/// A slider over the phases of the volume. That under it is opened when it is let go.
+void Panels::phases(WindowState& desk) {
+    const std::vector<std::string>& labels = desk.volume()->phases;
+    if (labels.size() < 2)
+        return;
+    const auto count = static_cast<int>(labels.size());
+    int shown = std::clamp(phase_ > 0 ? phase_ : desk.volume()->phase, 1, count);
+    std::string words = std::to_string(shown) + " of " + std::to_string(count) + ": ";
+    for (const char letter : labels[static_cast<std::size_t>(shown) - 1])
+        words += letter == '%' ? "%%" : std::string(1, letter);
+    ImGui::SetNextItemWidth(-60);
+    ImGui::SliderInt("phase", &shown, 1, count, words.c_str(), ImGuiSliderFlags_NoInput);
+    if (ImGui::IsItemDeactivatedAfterEdit())
+        desk.showPhase(shown);
+    phase_ = ImGui::IsItemActive() ? shown : 0;
+}
+
 void Panels::saving(WindowState& desk) {
     ImGui::SetNextItemWidth(-1);
     const std::string stem = desk.volume()->path.stem().string();
@@ -249,6 +266,7 @@ void Panels::draw(WindowState& desk, Tools& tools, CutHandles& cuts, Endoscopy& 
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
     files(desk);
     if (desk.volume()) {
+        phases(desk);
         const auto part = [&](const char* name, const auto& body, bool open = true) {
             if (!ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0))
                 return;
@@ -310,6 +328,7 @@ void drawHelp(WindowState& desk) {
                                        {"Space, arrows, Home", "along a line: fly, step, look ahead again"},
                                        {"Shift arrows, up, down", "along a line: steer off it"},
                                        {"L", "bricks coloured by their level"},
+                                       {", and .", "the phase before, the next one"},
                                        {"M, G, C", "measure a distance, an angle, a circle"},
                                        {"K, Shift K", "scissors: remove the inside, the outside"},
                                        {"B, N", "crop box; a plane that cuts, through the crosshair"},

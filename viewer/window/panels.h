@@ -30,6 +30,7 @@ class Panels {
 
   private:
     void files(WindowState& desk);
+    void phases(WindowState& desk);
     void saving(WindowState& desk);
     void view(WindowState& desk);
     void planes(WindowState& desk);
@@ -41,6 +42,7 @@ class Panels {
     LabelPanel labels_;
     MeshPanel meshes_;
     char path_[1024] = {}, name_[1024] = {};
+    int phase_ = 0; // under the slider, while it is dragged
     int times_ = 1; // size of saved pictures, as a factor on the shown size
     std::string look_;
     std::uint64_t lookOf_ = 0; // the request of look_

@@ -245,6 +245,8 @@ class Loop {
             tools_.take(Tool::circle);
         else if (key == GLFW_KEY_K)
             tools_.take(shift ? Tool::scissorsInside : Tool::scissorsOutside);
+        else if (key == GLFW_KEY_COMMA || key == GLFW_KEY_PERIOD)
+            desk_.stepPhase(key == GLFW_KEY_COMMA ? -1 : 1);
         else if (key == GLFW_KEY_B)
             cuts_.toggleBox(desk_);
         else if (key == GLFW_KEY_N)

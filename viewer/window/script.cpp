@@ -37,9 +37,9 @@ const std::map<std::string, std::size_t>& wordsOfSteps() {
         {"print", 1},        {"projection", 1}, {"quit", 0},      {"lose-context", 0}, {"keep-preset", 1},
         {"write-preset", 2}, {"line", 3},       {"tree", 3},      {"fly-to", 1},       {"fly", 1},
         {"record", 0},       {"load-path", 1},  {"save-path", 1}, {"cover", 0},        {"look-at-patch", 1},
-        {"fit", 0},          {"choose", 1},     {"click", 2},     {"double-click", 2}, {"drag", 4},
-        {"wheel", 3},        {"key", 1},        {"answer", 1},    {"scale-bar", 1},    {"legend", 1},
-        {"label", 1},        {"link", 2}};
+        {"fit", 0},          {"choose", 1},     {"phase", 1},     {"click", 2},        {"double-click", 2},
+        {"drag", 4},         {"wheel", 3},      {"key", 1},       {"answer", 1},       {"scale-bar", 1},
+        {"legend", 1},       {"label", 1},      {"link", 2}};
     return words;
 }
 
@@ -112,6 +112,25 @@ bool Script::waits(const Step& step, WindowState& desk, const Endoscopy& endosco
     if (what == "still" || what == "rest") // the still comes last
         return !settled || !desk.isAnswered() || !s.atRest || (beside && !beside->atRest());
     return WindowClock::now() - began_ < std::chrono::duration<double, std::milli>(number(step, 1));
+}
+
+/// Opens it, and waits until it is there.
+bool Script::takePhase(const Step& step, WindowState& desk) {
+    constexpr int kLooks = 3; // the state may be there before the volume
+    const double n = number(step, 1);
+    const std::size_t count = desk.volume() ? desk.volume()->phases.size() : 0;
+    if (!(n >= 1 && n <= static_cast<double>(count)))
+        refuse(step, "the number of one of several phases of the volume");
+    const auto phase = static_cast<int>(n);
+    if (desk.volume()->phase == phase)
+        return phaseLooks_ = 0, true;
+    if (desk.state().kind == ViewingState::Kind::opening)
+        return false;
+    if (phaseLooks_++ == 0)
+        desk.showPhase(phase);
+    else if (phaseLooks_ > kLooks)
+        refuse(step, "a phase that can be opened, but: " + desk.lastProblem());
+    return false;
 }
 
 /// How a label shows, by its value.
@@ -231,6 +250,8 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
                            step.words.size() > 2 ? static_cast<int>(number(step, 2)) : 0),
                true;
     }
+    if (name == "phase")
+        return takePhase(step, desk);
     if (name == "wait")
         return !waits(step, desk, endoscopy);
     if (name == "size") {

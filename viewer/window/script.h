@@ -3,6 +3,7 @@
 //
 //   open PATH                 wait volume | choice | picture | whole | still | rest | line | MILLISECONDS
 //   wait samples N            of a pixel, where light follows paths
+//   phase N                   another phase of the volume, from 1
 //   choose N [PHASE]          of the volumes that a folder offers, from 1, once they are there (wait choice)
 //   click X Y, double-click X Y, drag X Y X2 Y2    the left button, in units of the window
 //   wheel X Y NOTCHES         key LETTER          a capital with Shift
@@ -76,6 +77,7 @@ class Script {
     double number(const Step& step, std::size_t word) const;
     bool take(const Step& step, WindowState& desk, Endoscopy& endoscopy, const Window& window);
     void takeLabel(const Step& step, WindowState& desk);
+    bool takePhase(const Step& step, WindowState& desk);
     bool takeEndoscopy(const Step& step, WindowState& desk, Endoscopy& endoscopy, bool& taken);
     bool waits(const Step& step, WindowState& desk, const Endoscopy& endoscopy);
     void takeLink(const Step& step, WindowState& desk);
@@ -91,6 +93,7 @@ class Script {
     std::uint64_t pictures_ = 0;    // when the step began
     std::uint64_t question_ = 0;    // of a pick
     WindowClock::time_point began_; // of the step
+    int phaseLooks_ = 0;            // for the phase that a step opens
     bool stepBegan_ = false;
 };
 

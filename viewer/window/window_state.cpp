@@ -54,6 +54,7 @@ void WindowState::update() {
     const auto now = WindowClock::now();
     if (auto volume = viewing_.volume(); volume != volume_) {
         const bool same = volume_ && volume && volume->path == volume_->path; // labels came beside it
+        const bool isPhase = same && volume->phase != volume_->phase && volume->phases == volume_->phases;
         volume_ = std::move(volume);
         picture_.reset();
         picked_.reset();
@@ -62,7 +63,9 @@ void WindowState::update() {
         discs_.clear();
         discAsked_.reset();
         presetName_.clear();
-        if (volume_) {
+        if (isPhase) {
+            takePhase();
+        } else if (volume_) {
             scene_ = volume_->scene;
             fitted_ = volume_->fitted;
             fitAsked_ = 0;
@@ -115,6 +118,15 @@ void WindowState::update() {
         tell(notice);
     if (message_ && now > message_->until)
         message_.reset();
+}
+
+/// The volume is that of another phase: the scene names it.
+void WindowState::takePhase() {
+    const Scene& opened = volume_->scene;
+    for (std::size_t n = 0; n < std::min(scene_.volumes.size(), opened.volumes.size()); ++n)
+        scene_.volumes[n].source = opened.volumes[n].source;
+    scene_.volumes.front().labels.store = opened.volumes.front().labels.store;
+    send(false);
 }
 
 /// Takes the fitted camera from the picture that answers the request.
@@ -369,6 +381,27 @@ void WindowState::choose(std::size_t offer, int phase) {
     VolumePick pick = chosen.pick;
     pick.phase = phase;
     open(chosen.path, pick);
+}
+
+void WindowState::showPhase(int phase) {
+    if (!volume_ || phase < 1 || static_cast<std::size_t>(phase) > volume_->phases.size())
+        return;
+    phaseAsked_ = phase;
+    VolumePick pick;
+    pick.phase = phase;
+    pick.inSameView = true;
+    viewing_.open(volume_->path, wantedSize_.x > 0 ? wantedSize_ : scene_.imageSize, pick);
+    state_ = viewing_.state();
+    offers_.reset();
+}
+
+void WindowState::stepPhase(int by) {
+    if (!volume_ || volume_->phases.empty())
+        return;
+    const auto count = static_cast<int>(volume_->phases.size());
+    const int from =
+        state_.kind == ViewingState::Kind::opening && phaseAsked_ > 0 ? phaseAsked_ : volume_->phase;
+    showPhase((from - 1 + by % count + count) % count + 1);
 }
 
 /// @param write  gets the file's name and returns what to tell

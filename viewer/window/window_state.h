@@ -159,6 +159,11 @@ class WindowState {
     /// @param phase  from 1, if one must be chosen
     void choose(std::size_t offer, int phase = 0);
     void dismissOffers() { dismissed_ = offers_; }
+    /// Shows another phase of the volume, from 1, and leaves all else as it is. One that it does not have:
+    /// nothing.
+    void showPhase(int phase);
+    /// The next one or, with -1, the one before; behind the last the first.
+    void stepPhase(int by);
     /// Saves the picture as PNG with its manifest, or the scene as JSON, in the folder where the program was
     /// started. The name is that of the volume, with a number if it exists. Reports the outcome.
     /// @param name   another name or path; empty: none
@@ -222,6 +227,7 @@ class WindowState {
     void send(bool moving, bool fit = false);
     std::uint64_t ask(bool moving);
     void takeFitted();
+    void takePhase();
     void showSomething(const Scene& before);
     void takeDiscValues();
     void settleMesh();
@@ -266,6 +272,7 @@ class WindowState {
     std::uint64_t asked_ = 0,
                   pickedBefore_ = 0; // pickedBefore_: answers up to this number are of another picture
     bool askedMoving_ = false;
+    int phaseAsked_ = 0; // the last
     glm::ivec2 wantedSize_{0};
     WindowClock::time_point sizeChanged_;
 };
