@@ -8,6 +8,7 @@
 #include "render/contract/ray.h"
 #include "render/contract/sampler.h"
 #include "render/labels/drawn_labels.h"
+#include "render/plan/drawn_part.h"
 #include "viewer/session/volume_labels.h"
 
 #include <algorithm>
@@ -158,6 +159,27 @@ int quickLevel(const VolumeInfo& info) {
     return level;
 }
 
+/// Where a ray meets a slice without thickness, level 0.
+PickedPlace placeOnPlane(const Layer& volume, const DrawnPart& part, const SegmentedRay<double>& ray) {
+    constexpr double kRounding = 1e-6; // voxels
+    PickedPlace picked;
+    const RaySlab<double>& plane = part.slabs.front();
+    const double along = glm::dot(plane.normal, ray.step);
+    if (along == 0)
+        return picked;
+    const VolumeInfo& info = volume.info();
+    const glm::dvec3 voxel = ray.entry + (plane.low - glm::dot(plane.normal, ray.entry)) / along * ray.step,
+                     inside = glm::clamp(voxel, glm::dvec3(0), glm::dvec3(info.extentVoxels));
+    if (glm::distance(voxel, inside) > kRounding || !part.keeps(inside, kRounding))
+        return picked;
+    picked.hit = true;
+    picked.voxel = inside;
+    picked.mm = glm::dvec3(info.patientFromVoxel * glm::dvec4(inside, 1));
+    LatticeReader samples(*volume.cache, info, 0, nullptr);
+    picked.value = info.rescaleSlope * fieldValue(samples, inside, 1.0) + info.rescaleIntercept;
+    return picked;
+}
+
 } // namespace
 
 PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& camera,
@@ -184,6 +206,8 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
         mesh = dim(none, meshes, meshesAt, most);
         return mesh ? ofMesh(meshes[*mesh]) : picked;
     }
+    if (part.flat)
+        return placeOnPlane(volume, part, ray);
     // No place of a sum tells more than another.
     const Reduction reduction = volume.addsUp ? Reduction::average : volume.optics.reduction;
     const auto position = [&](double segments) { return ray.entry + segments * ray.step; };

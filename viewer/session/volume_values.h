@@ -26,12 +26,12 @@ struct MeshOnRay {
     std::string mesh; // its name
 };
 
-/// Searches the drawn part of the ray, within cuts. In modes of single values it is the point of that value,
-/// for an average the middle of the ray. Otherwise it is the point that contributes most: where opacity rises
-/// most over a voxel to either side, or the first isosurface of at least that opacity; of labels what their
-/// voxels show. The point is found at
-/// a level that is read quickly, then refined at level 0, whatever levels are drawn. If level 0 cannot be
-/// read, the coarse point remains, and is marked.
+/// Searches the drawn part of the ray, within cuts. On a slice without thickness it is the plane's point. In
+/// modes of single values it is the point of that value, for an average the middle of the ray. Otherwise it
+/// is the point that contributes most: where opacity rises most over a voxel to either side, or the first
+/// isosurface of at least that opacity; of labels what their voxels show. The point is found at a level that
+/// is read quickly, then refined at level 0, whatever levels are drawn. If level 0 cannot be read, the coarse
+/// point remains, and is marked.
 /// @param place  of the picture, pixels, x right, y down
 /// @param meshes  the surfaces that the ray meets, in order: one is picked where it contributes more than any
 ///     point of the volume

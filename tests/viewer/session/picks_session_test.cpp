@@ -4,6 +4,7 @@
 #include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
 #include "tests/support/looker.h"
+#include "viewer/session/view_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +103,38 @@ class Picks : public ::testing::Test {
     Looker looker_{false};
     Scene scene_;
 };
+
+// On a plane it is the plane's point, seen at that place, unless a cut takes it away.
+TEST_F(Picks, OnASliceAreThePlanesPoint) {
+    const glm::dvec3 middle(info_.patientFromVoxel * glm::dvec4(22, 18, 35, 1)), normal(0.2, 0.1, -1);
+    for (const bool cut : {false, true}) {
+        scene_.mode = Mode::slice;
+        scene_.slice.orientation = Orientation::oblique;
+        scene_.slice.point = middle;
+        scene_.slice.normal = glm::normalize(normal);
+        if (cut)
+            scene_.cuts.planes = {{middle, {1, 0.2, 0}}};
+        looker_.wholeOf(looker_.viewing->show(scene_, false));
+        int hits = 0, misses = 0;
+        for (int y = 6; y < kPicture.y; y += 12)
+            for (int x = 8; x < kPicture.x; x += 8) {
+                const glm::dvec2 place(x + 0.25, y + 0.5);
+                const PickedPlace picked = at(place);
+                ++(picked.hit ? hits : misses);
+                if (!picked.hit)
+                    continue;
+                EXPECT_NEAR(glm::dot(picked.mm - middle, scene_.slice.normal), 0, 1e-6);
+                glm::dvec2 pixel(0);
+                ASSERT_TRUE(
+                    pictureFromPatient(looker_.viewing->picture()->camera, kPicture, picked.mm, pixel));
+                EXPECT_LT(glm::distance(pixel, place), 1e-4) << pixel.x << " " << pixel.y;
+                EXPECT_NEAR(picked.value, trilinearOf(info_, formula, picked.voxel), 0.01);
+                EXPECT_TRUE(!cut || glm::dot(picked.mm - middle, {1, 0.2, 0}) >= -1e-4);
+            }
+        EXPECT_GT(hits, cut ? 5 : 12);
+        EXPECT_GT(misses, 0);
+    }
+}
 
 /// All voxels of level 0 are counted; roundings to float may move one to the next bin.
 TEST_F(Picks, TheHistogramCountsAllVoxels) {
