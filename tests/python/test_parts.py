@@ -49,6 +49,25 @@ class Lumen(unittest.TestCase):
         with self.assertRaisesRegex(tessera.InputError, "another volume"):
             tessera.coverage(tessera.open(tube() + 1, unit="HU"), self.line)
 
+    def test_every_setting_of_coverage_counts(self):
+        def of(**options):
+            return tessera.coverage(self.volume, self.line, every=4, **{"view_angle": 50, **options})
+
+        plain = of()
+        self.assertLess(of(size=(100, 800)).share, plain.share)
+        self.assertGreater(of(size=(800, 100)).share, plain.share)
+        self.assertLess(of(view_angle=20).share, plain.share)
+        self.assertLess(of(farthest=6).share, plain.share)
+        self.assertNotEqual(of(backwards=True), plain)
+        both = of(both_ways=True)
+        self.assertGreaterEqual(both.share, max(plain.share, of(backwards=True).share))
+        few, many = of(smallest=200), of(smallest=1)
+        self.assertLess(len(few.patches), len(many.patches))
+        self.assertTrue(all(patch["area_mm2"] >= 200 for patch in few.patches))
+        for patch in many.patches:
+            self.assertTrue(patch["from_mm"] <= patch["along_mm"] <= patch["to_mm"])
+        self.assertLessEqual(sum(patch["area_mm2"] for patch in many.patches), 1.001 * (plain.wall_mm2 - plain.seen_mm2))
+
     def test_wrong_requests_are_refused(self):
         inside = tuple(self.line.points[10])
         for arguments, options, words in [
