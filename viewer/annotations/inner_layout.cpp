@@ -16,7 +16,6 @@ namespace {
 constexpr double kLetters = 1.2; // size, as at the edges of parts
 constexpr double kTick = 0.8;    // length, letters
 constexpr double kRows = 11;     // of letters that a picture has at least, until they are
-constexpr double kLeastPixels = 6;
 
 /// The room of one picture.
 class InnerRoom {

@@ -11,7 +11,6 @@
 namespace tessera {
 namespace {
 
-constexpr double kLeastPixels = 6;                      // of letters that can be read
 constexpr double kMostOfHeight = 12, kMostOfWidth = 16; // parts of the box that letters may have
 
 } // namespace

@@ -12,6 +12,8 @@
 
 namespace tessera {
 
+constexpr double kLeastPixels = 6; // of letters that can be read
+
 /// Shapes and words that are placed together, from (0,0) on.
 struct LaidBlock {
     glm::dvec2 size{0};

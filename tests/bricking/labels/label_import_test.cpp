@@ -105,6 +105,10 @@ std::vector<Grid> otherGrids() {
          {60, 60, 66},
          scanThen(moved(-2, -3, -1) * turned(0.3, {1, 0.2, 0.4}) * scaled(0.41, 0.4, 0.39)),
          true},
+        {"finer by far, so that less than a slice is held at once",
+         {180, 150, 198},
+         scanThen(scaled(1. / 9, 1. / 10, 1. / 9)),
+         true},
         {"much finer along x", {700, 15, 22}, scanThen(scaled(1. / 35.5, 1, 1)), true},
         {"one slice", {20, 15, 1}, scanThen(moved(0, 0, 9.7)), false},
     };
