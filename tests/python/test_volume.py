@@ -425,6 +425,28 @@ class Paths(unittest.TestCase):
             with self.assertRaisesRegex(tessera.InputError, "nearest: --series"):
                 tessera.open(name, serie=2)
 
+    def test_phases_are_listed_and_opened(self):
+        times = np.stack([ramp((4, 5, 6)) + 300 * time for time in range(3)]).astype("<i2")
+        header = (
+            "NRRD0004\ntype: short\ndimension: 4\nspace: left-posterior-superior\nsizes: 6 5 4 3\nendian: little\n"
+            "space directions: (1,0,0) (0,1,0) (0,0,2) none\nkinds: domain domain domain time\nencoding: raw\n\n"
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            name = os.path.join(folder, "beat.nrrd")
+            with open(name, "wb") as file:
+                file.write(header.encode() + times.tobytes())
+            self.assertEqual(tessera.phases(name), ["time 1", "time 2", "time 3"])
+            for phase in (1, 2, 3):
+                np.testing.assert_array_equal(tessera.open(name, phase=phase).level(0), times[phase - 1])
+            with self.assertRaisesRegex(tessera.InputError, "--phase N"):
+                tessera.open(name)
+            with self.assertRaisesRegex(tessera.InputError, "between 1 and 3"):
+                tessera.open(name, phase=4)
+        sphere = tessera.phantom("sphere", (16, 16, 16))
+        self.assertEqual(tessera.phases(sphere.path), [])
+        with self.assertRaisesRegex(tessera.InputError, "nothing there"):
+            tessera.phases("/no/such/place")
+
     def test_names_need_not_be_unicode(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(os.fsencode(folder), b"\xff\xfe.zarr")

@@ -10,6 +10,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/program_folders.h"
 #include "datasets/phantom.h"
+#include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/options/command.h"
 #include "viewer/python/array_source.h"
@@ -90,6 +91,13 @@ InputOptions inputOf(std::vector<std::string> words) {
         pointers.push_back(word.data());
     line.parse(static_cast<int>(pointers.size()), pointers.data());
     return input;
+}
+
+/// Labels of the phases of what the words choose; empty: it has one.
+std::vector<std::string> phasesOfPath(const std::string& path, const std::vector<std::string>& words) {
+    std::vector<std::string> labels;
+    Call((py::none())).run([&] { labels = phasesOf(path, inputOf(words)).labels; });
+    return labels;
 }
 
 std::unique_ptr<Volume> openPath(const std::string& path, const std::vector<std::string>& words,
@@ -329,6 +337,7 @@ void addVolumes(py::module_& module) {
              py::arg("progress"));
     module.def("open_path", &openPath, py::arg("path"), py::arg("words"), py::arg("ram"),
                py::arg("progress"));
+    module.def("phases", &phasesOfPath, py::arg("path"), py::arg("words"));
     module.def("open_array", &openArray, py::arg("array"), py::arg("affine"), py::arg("oriented"),
                py::arg("unit"), py::arg("slope"), py::arg("intercept"), py::arg("ram"), py::arg("progress"));
     module.def("open_phantom", &openPhantom, py::arg("name"), py::arg("size"), py::arg("ram"),

@@ -16,7 +16,7 @@ from ._tessera import Cancelled, Error, InputError, OverBudget, __version__, rem
 from ._lumen import Centreline, Coverage, Line, centreline, coverage
 from ._picture import Picture, film, png, render, render_file
 from ._scene import Scene, looks, presets, scene_keys, views
-from ._volume import Body, Label, LabelMap, Surface, Table, Volume, open, phantom
+from ._volume import Body, Label, LabelMap, Surface, Table, Volume, open, phantom, phases
 
 _atexit.register(_remove)
 
@@ -43,6 +43,7 @@ __all__ = [
     "looks",
     "open",
     "phantom",
+    "phases",
     "png",
     "presets",
     "render",

@@ -486,6 +486,14 @@ def open(  # noqa: A001
     )
 
 
+def phases(source: Union[str, "os.PathLike[str]"], **options: Any) -> List[str]:
+    """Labels of the phases (times) of source files, in the order of `phase`, which counts from 1; empty: there is one.
+
+    `options` choose among several volumes, as for `open`: series, largest. Headers alone are read.
+    """
+    return _tessera.phases(os.fsencode(source), [os.fsencode(word) for word in words_of(options)])
+
+
 def phantom(
     name: str = "torso",
     size: Sequence[int] = (128, 96, 150),
