@@ -127,6 +127,7 @@ void WindowState::takePhase() {
         scene_.volumes[n].source = opened.volumes[n].source;
     scene_.volumes.front().labels.store = opened.volumes.front().labels.store;
     send(false);
+    viewing_.showSlices(slices_); // the planes of the phase before are gone
 }
 
 /// Takes the fitted camera from the picture that answers the request.
