@@ -231,6 +231,14 @@ class Pictures(unittest.TestCase):
         budgets = picture.manifest["budgets"]
         self.assertEqual(budgets["ram"]["limitBytes"], 200 << 20)
         self.assertEqual(budgets["gpuMemory"]["limitBytes"], 64 << 20)
+        for small in [{"ram": "1MiB"}, {"gpu_memory": "1KiB"}]:
+            with self.subTest(small), self.assertRaises(tessera.OverBudget) as caught:
+                self.render(**small)
+            self.assertIsInstance(caught.exception, tessera.InputError)
+            self.assertIsInstance(caught.exception, MemoryError)
+        with self.assertRaises(tessera.InputError) as caught:
+            self.render(ram="much")
+        self.assertNotIsInstance(caught.exception, tessera.OverBudget)
 
     def test_films_are_folders_of_frames(self):
         with tempfile.TemporaryDirectory() as folder:
