@@ -96,6 +96,26 @@ class Parts(unittest.TestCase):
             file.write(array.tobytes())
         return path
 
+    def test_labels_may_be_an_array(self):
+        oblique = np.array([[0, 0.6, -0.8], [0, 0.8, 0.6], [1, 0, 0]])  # columns: directions of x, y and z
+        values = np.arange(12 * 10 * 14, dtype=np.int16).reshape(12, 10, 14)
+        volume = tessera.open(values, spacing=(1, 2, 3), origin=(5, -7, 11), direction=oblique)
+        for labels in (
+            np.asarray(volume) % 5,
+            np.asfortranarray(np.asarray(volume) % 300).astype(np.int64),
+            (np.asarray(volume) > 700)[::-1],
+        ):
+            read = volume.labels(labels)
+            for value in (1, 4, 299):
+                if value in labels:
+                    self.assertTrue(np.array_equal(read.mask(value), labels == value))
+        shown = tessera.render(volume, labels=np.asarray(volume) > 700, size=(40, 30), engine="mirror", samples=1)
+        self.assertEqual(shown.manifest["labels"], {"labels": 1, "drawn": 1})
+        self.assertFalse(np.array_equal(shown, tessera.render(volume, size=(40, 30), engine="mirror", samples=1)))
+        for wrong in (labels[1:], labels * 0.5, labels.astype(int) - 1, labels.astype(int) * 70000):
+            with self.assertRaisesRegex(tessera.InputError, "^labels: expected .{1,200}$"):
+                tessera.render(volume, labels=wrong)
+
     def test_labels_are_arrays_on_the_volumes_lattice(self):
         values = np.zeros((20, 22, 24), np.uint8)
         values[2:9, 3:12, 4:10], values[12:18, 3:12, 4:10] = 3, 200

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, 
 import numpy as np
 
 from . import _tessera
+from ._labels import labels_file
 from ._scene import Scene
 from ._tessera import InputError
 from ._volume import Volume, as_json, open as open_volume
@@ -198,6 +199,14 @@ def _named(source: Any, scene: Any) -> Tuple[str, Optional[Scene], List[Any]]:
     return "scene", copy, kept
 
 
+def _volume_of(kept: List[Any], scene: Optional[Scene]) -> Volume:
+    """The volume of a picture's source."""
+    source = kept[-1]
+    if isinstance(source, (Scene, Mapping)) and scene is not None:
+        source = scene["volumes[0].path"]
+    return source if isinstance(source, Volume) else open_volume(source)
+
+
 def render(
     source: Any,
     *,
@@ -215,6 +224,7 @@ def render(
     mode="mip", window=(40, 400), slice="axial", isosurface=["300:ivory"], mesh=[...], light="studio", engine="native",
     max_error=1, samples=4, verify="full", layers="all", ram="512MiB", gpu_memory=..., crop=(x0, x1, y0, y1, z0, z1),
     set={"shading.ambient": 0.3}, and so on. A name with a point is a key of the scene: **{"shading.ambient": 0.3}.
+    labels: a file, a folder, or an array of the volume's shape.
     A list repeats an option, a tuple is one value, True is a flag. Options win over the scene.
 
     progress: called with a stage and a share from 0 to 1 on this thread; it may raise, or return False, to stop. True
@@ -222,10 +232,11 @@ def render(
     Ctrl-C stops within a second. Raises InputError naming the option, the key or the file; Error for what fails
     outside.
     """
-    words = _split(options)
-    name, whole, _kept = _named(source, scene)
+    name, whole, kept = _named(source, scene)
     drawn = whole._scene_of if whole is not None else None
-    return Picture(_tessera.render(os.fsencode(name), drawn, words, told(progress)))
+    with labels_file(options.pop("labels", None), lambda: _volume_of(kept, whole)) as labels:
+        words = _split({**options, "labels": labels})
+        return Picture(_tessera.render(os.fsencode(name), drawn, words, told(progress)))
 
 
 def render_file(
@@ -244,10 +255,12 @@ def render_file(
     """
     from ._lumen import path_file
 
-    with path_file(options.pop("path", None)) as file:
-        words = _split({**options, "path": file}, is_file=True)
-        name, whole, _kept = _named(source, scene)
-        drawn = whole._scene_of if whole is not None else None
+    name, whole, kept = _named(source, scene)
+    drawn = whole._scene_of if whole is not None else None
+    with path_file(options.pop("path", None)) as file, labels_file(
+        options.pop("labels", None), lambda: _volume_of(kept, whole)
+    ) as labels:
+        words = _split({**options, "path": file, "labels": labels}, is_file=True)
         return _tessera.render_file(os.fsencode(name), drawn, os.fsencode(absolute(output)), words, told(progress))
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence,
 import numpy as np
 
 from . import _tessera
+from ._labels import labels_file
 from ._tessera import InputError
 from ._words import Path, Progress, absolute, number, ram_text, told, whole_number, words_of
 
@@ -266,22 +267,24 @@ class Volume:
 
     def labels(
         self,
-        path: Path,
+        path: Any,
         *,
         same_frame: bool = False,
         level: int = 0,
         ram: Union[str, int, None] = None,
         progress: Progress = None,
     ) -> LabelMap:
-        """A segmentation of this volume on its lattice: a file or folder that --labels takes, imported to the cache.
+        """A segmentation of this volume on its lattice: a file or folder that --labels takes, or an array of bool or
+        whole numbers of the volume's shape, imported to the cache.
 
         level: of detail; coarser ones by majority. same_frame: though the frames of reference differ.
         """
-        return LabelMap(
-            _tessera.labels(
-                self._opened, os.fsencode(absolute(path)), same_frame, level, ram_text(ram), told(progress)
+        with labels_file(path, lambda: self) as file:
+            return LabelMap(
+                _tessera.labels(
+                    self._opened, os.fsencode(file or ""), same_frame, level, ram_text(ram), told(progress)
+                )
             )
-        )
 
     def surface(self, value: float, *, level: int = 0, progress: Progress = None) -> Surface:
         """The surface of a value as triangles, as `tessera mesh` finds it. Its arrays are the caller's memory; a coarser
