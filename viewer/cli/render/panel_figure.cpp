@@ -47,10 +47,18 @@ RenderArguments argumentsOf(const Panel& panel, const RenderArguments& all) {
     return arguments;
 }
 
-/// As its picture would have it.
-Camera cameraOf(const RenderTask& task) {
-    return std::get<Camera>(
-        resolved(task.scene, task.stores, task.ram, task.options.threads, kPictureBytesPerPixel).camera);
+/// With the camera and the functions that its picture would have.
+Scene shownScene(const RenderTask& task) {
+    return resolved(task.scene, task.stores, task.ram, task.options.threads, kPictureBytesPerPixel);
+}
+
+/// The function that "auto" means in a picture; none: another one is asked for.
+std::optional<TransferFunction> automaticFunction(const Scene& asked, const Scene& shown) {
+    const auto* const name = std::get_if<std::string>(&asked.volumes.front().transferFunction);
+    const auto* const function = std::get_if<TransferFunction>(&shown.volumes.front().transferFunction);
+    if (!name || *name != "auto" || !function || reductionOf(asked) != Reduction::composite)
+        return std::nullopt;
+    return *function;
 }
 
 /// Draws a panel into the figure. Returns whether it shows anything.
@@ -99,15 +107,23 @@ glm::ivec2 fitPanels(PanelFigure& figure, const CommonOptions& common, const Wit
     CommonOptions quiet = common; // what is told when a panel is drawn is not told when it is fitted
     quiet.quiet = true;
     std::vector<Camera> cameras;
+    std::vector<TransferFunction> functions; // where "auto" is asked for
     glm::ivec2 size{0};
     for (FittedPanel& panel : figure.panels)
         withTask(panel.arguments, quiet, [&](const RenderTask& task) {
             if (size != glm::ivec2(0) && size != task.scene.imageSize)
                 throw badFile(kPanelOption, "panels of one size (--size)", "others");
             size = task.scene.imageSize;
-            cameras.push_back(cameraOf(task));
+            const Scene shown = shownScene(task);
+            cameras.push_back(std::get<Camera>(shown.camera));
+            if (auto function = automaticFunction(task.scene, shown))
+                functions.push_back(*std::move(function));
             panel.annotations = task.scene.annotations;
         });
+    if (std::ranges::any_of(functions, [&](const auto& one) { return one != functions.front(); }))
+        common.note("panels have other functions, each by its volume's values (preset auto): a preset of "
+                    "values, or a "
+                    "function in the scene, is the same in all");
     if (figure.layout.oneScale)
         shareScale(cameras);
     for (std::size_t n = 0; n < cameras.size(); ++n)
