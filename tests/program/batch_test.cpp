@@ -106,6 +106,20 @@ TEST_F(Batch, ARowIsAPictureOfRender) {
     EXPECT_EQ(run("redraw out/b.png --data s.zarr").exitCode, 0) << "from the manifest";
 }
 
+// Columns of words, and those that are left out.
+TEST_F(Batch, AColumnMayBeAPresetOrASlice) {
+    write("t.csv", "id,#comment,preset,slice\na,\"old, of 2019\",skin-1,\nb,,,coronal:3\n");
+    ASSERT_EQ(batch().exitCode, 0);
+    const std::string render = "render scene.json --no-check -q -o ";
+    ASSERT_EQ(run(render + "a.png --preset skin-1").exitCode, 0);
+    ASSERT_EQ(run(render + "b.png --slice coronal:3").exitCode, 0);
+    for (const char* name : {"a.png", "b.png"})
+        EXPECT_TRUE(same(picture(name), picture(std::string("out/") + name))) << name;
+    write("t.csv", "id,volumes[0].transferFunction\na,bonee\n");
+    EXPECT_THAT(batch("--dry-run").problems, HasSubstr("bonee"));
+    EXPECT_EQ(batch("--dry-run").exitCode, 1);
+}
+
 // Only what changed is drawn again: the scene, the data, or the picture itself.
 TEST_F(Batch, DrawsAgainWhatChanged) {
     ASSERT_EQ(run("phantom sphere --size 24x24x24 -o t.zarr -q").exitCode, 0);

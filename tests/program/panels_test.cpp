@@ -57,6 +57,35 @@ TEST_F(Panels, EachIsThePictureOfItsCamera) {
     EXPECT_EQ(told["panels"][3]["mode"], "maximum");
 }
 
+// What pictures of one volume show and those of several do not.
+TEST_F(Panels, ShowAllThatAPictureOfOneVolumeDoes) {
+    for (const char* what : {"--isosurface 200 --mode isosurface", "--crop-voxels 5,30,5,30,5,40",
+                             "--integrator linear", "--light cinematic --samples 2"})
+        EXPECT_EQ(
+            figure(std::string("--panel anterior,left --set quality.samples=2 ") + what)["panels"].size(), 2u)
+            << what;
+}
+
+// A word of --set is the option of its name, in a panel too.
+TEST_F(Panels, WordsAreTheirOptions) {
+    const json told = figure("--slice axial --panel slice=axial:-20 --panel slice=coronal:5 --panel "
+                             "'preset=bone-1;mode=composite' --panel 'light=studio;mode=composite'");
+    const auto sceneOf = [&](const std::string& options) {
+        const Outcome done =
+            run("render s.zarr --size 48x40 --json -q --engine native --no-check --samples 1 -o one.exr " +
+                options);
+        EXPECT_EQ(done.exitCode, 0) << done.problems;
+        return json::parse(done.out)["scene"];
+    };
+    EXPECT_EQ(told["panels"][0]["scene"]["slice"], sceneOf("--preset auto --slice axial:-20")["slice"]);
+    EXPECT_EQ(told["panels"][1]["scene"]["slice"], sceneOf("--preset auto --slice coronal:5")["slice"]);
+    EXPECT_EQ(told["panels"][2]["scene"]["volumes"][0]["transferFunction"],
+              sceneOf("--preset bone-1")["volumes"][0]["transferFunction"]);
+    EXPECT_EQ(told["panels"][3]["scene"]["lighting"], sceneOf("--preset auto --light studio")["lighting"]);
+    const std::string refused = run("render s.zarr -o a.png --set preset=Bone").problems;
+    EXPECT_NE(refused.find("--set preset: expected one of"), std::string::npos) << refused;
+}
+
 // The largest of the scales that the panels would have, in either projection.
 TEST_F(Panels, OneScaleIsTheLargestOfAll) {
     for (const char* projection : {"parallel", "perspective"}) {

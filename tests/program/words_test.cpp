@@ -94,6 +94,52 @@ TEST_F(Words, ABlankPictureSaysWhereTheVolumeIs) {
                           "from -128 to 128 and z from -128 to 128 mm; try: "));
     const std::string cut = run(render("-q --crop 190,199,190,199,190,199")).problems;
     EXPECT_THAT(cut, HasSubstr("the cuts leave nothing of the volume, which lies in x from -128 to 128"));
+    const std::string inAir = run(render("-q --crop-voxels 0,1,0,1,0,1")).problems;
+    EXPECT_THAT(inAir, HasSubstr("outside of the cuts"));
+}
+
+// A slice that is seen from its edge shows nothing: a side that an option names is refused, the scene's does
+// not count.
+TEST_F(Words, ASliceIsNotSeenFromItsEdge) {
+    expectRefused(render("--slice axial:0 --view left"), {"--view", "a side that faces the slice", "left"});
+    expectRefused(render("--slice sagittal:0 --view 0,90"), {"--view", "0,90"});
+    EXPECT_EQ(run(render("--slice axial:0 --view superior")).exitCode, 0);
+    write(
+        "scene.json",
+        R"({"tesseraScene":1,"image":{"size":[24,24]},"volumes":[{"path":"s.zarr","transferFunction":"auto"}],
+        "camera":{"view":"anterior"}})");
+    const std::string how = " --engine mirror --no-check -q --size 24x24 -o ";
+    EXPECT_EQ(run("render scene.json --slice axial:3" + how + "a.exr").exitCode, 0);
+    EXPECT_EQ(run("render s.zarr --preset auto --slice axial:3" + how + "b.exr").exitCode, 0);
+    EXPECT_EQ(readImage(folder_ / "a.exr").pixels, readImage(folder_ / "b.exr").pixels);
+    EXPECT_EQ(run("render scene.json --slice coronal:3" + how + "a.exr").exitCode, 0);
+    write(
+        "edge.json",
+        R"({"tesseraScene":1,"image":{"size":[24,24]},"volumes":[{"path":"s.zarr","transferFunction":"auto"}],
+        "camera":{"view":"anterior"},"mode":"slice","slice":{"plane":"axial"}})");
+    EXPECT_THAT(run("render edge.json" + how + "a.exr").problems,
+                HasSubstr("the slice is seen from its edge"));
+}
+
+// Slices that stand like axial and coronal ones are seen as radiology sees these, or it is told.
+TEST_F(Words, AMirroredSliceIsTold) {
+    for (const auto& [normal, told] : {std::pair("0,0,1", "from the head"),
+                                       {"0.2,0.3,0.9", "from the head"},
+                                       {"0,1,0", "from the back"},
+                                       {"0,0,-1", ""},
+                                       {"0,-1,0.2", ""},
+                                       {"1,0,0", ""},
+                                       {"-1,0,0", ""}}) {
+        const std::string problems = run(render(std::string("--slice=oblique:0,0,0,") + normal)).problems;
+        EXPECT_EQ(problems.find("the slice is seen from the") != std::string::npos, *told != 0) << normal;
+        EXPECT_THAT(problems, HasSubstr(told));
+    }
+}
+
+TEST_F(Words, OptionsOfLabelsNeedLabels) {
+    for (const char* option : {"--show liver", "--label-fill 0.4", "--label-look tint"})
+        expectRefused(render(option), {"expected labels beside the volume (--labels), found none"});
+    expectRefused(render("--mode slice --window 40"), {"--window", "CENTRE,WIDTH or one of auto, brain"});
 }
 
 } // namespace

@@ -4,7 +4,10 @@
 #include "core/base/program_folders.h"
 #include "tests/support/bricking_store_tools.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <optional>
@@ -77,6 +80,52 @@ TEST(FigureParts, HaveWhatTheirSceneAsksFor) {
                 EXPECT_EQ(part.legend[n].name, stores.size() > 1 ? "volume " + std::to_string(n + 1) : "");
                 EXPECT_FALSE(part.legend[n].colours.empty());
             }
+        }
+}
+
+// A slice is as thick as a voxel at least, and a circle has the values in it.
+TEST(FigureParts, OfSlicesHaveTheirPlaneAndCirclesTheirValues) {
+    const ScratchFolder folder;
+    MemoryBudget ram("RAM", "--ram", test::kPlenty);
+    VolumeInfo info = test::obliqueInfo();
+    info.unit = "HU";
+    test::HashSource source(info);
+    test::import(folder / "v.zarr", source);
+    const StoreReader reader(folder / "v.zarr", ram);
+    const glm::dvec3 middle(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
+    Scene scene = sceneOf(1, 1);
+    scene.measurements.push_back(
+        {MeasurementKind::circle,
+         {middle + glm::dvec3(3, 0, 0), middle + glm::dvec3(0, 3, 0), middle - glm::dvec3(3, 0, 0)}});
+    scene.measurements.push_back(
+        {MeasurementKind::circle,
+         {glm::dvec3(9e4, 0, 0), glm::dvec3(9e4 + 1, 1, 0), glm::dvec3(9e4 + 2, 0, 0)}});
+    RenderResult result;
+    result.image = Image({30, 20});
+    const FigureMaker maker(scene, std::vector<const StoreReader*>{&reader}, ram, 1);
+    FigurePart part = maker.part(scene, result);
+    EXPECT_FALSE(part.plane);
+    ASSERT_EQ(part.values.size(), 3U);
+    EXPECT_EQ(part.values[0], "") << "of a length";
+    EXPECT_THAT(part.values[1], ::testing::MatchesRegex("mean .* HU, deviation .*"));
+    EXPECT_EQ(part.values[2], "") << "outside of the volume";
+    scene.mode = Mode::slice;
+    for (const double thickness : {0.0, 40.0})
+        for (const glm::dvec3& normal : {glm::dvec3(0, 0, 1), glm::dvec3(1, -2, 3)}) {
+            scene.slice = {.orientation = Orientation::oblique,
+                           .point = {1, 2, 3},
+                           .normal = normal,
+                           .thicknessMm = thickness};
+            part = maker.part(scene, result);
+            ASSERT_TRUE(part.plane);
+            EXPECT_LT(glm::length(part.plane->normal - glm::normalize(normal)), 1e-12);
+            double low = 0, high = 0; // of a voxel's corners along the normal
+            for (int corner = 0; corner < 8; ++corner) {
+                const glm::dvec3 edge(corner & 1, corner >> 1 & 1, corner >> 2);
+                const double at = glm::dot(glm::dmat3(info.patientFromVoxel) * edge, glm::normalize(normal));
+                low = std::min(low, at), high = std::max(high, at);
+            }
+            EXPECT_NEAR(part.plane->halfMm, thickness > 0 ? 20 : (high - low) / 2, 1e-9);
         }
 }
 
