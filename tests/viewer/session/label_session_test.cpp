@@ -244,7 +244,7 @@ TEST(LabelSession, SavedScenesOpenAgain) {
     const Scene opened = again.opened(elsewhere / "saved.json");
     EXPECT_EQ(sceneJson(opened), sceneJson(on.scene));
     EXPECT_TRUE(haveSameBits(again.stillOf(0)->image, still->image));
-    EXPECT_THAT(still->manifest, ::testing::HasSubstr("labels.seg.nrrd"));
+    EXPECT_THAT(still->manifest, ::testing::HasSubstr("labels-0.nrrd")) << "without its name";
     const auto states = labelStates(*again.viewing->volume()->labels, opened.volumes[0].labels);
     EXPECT_EQ(states[2].colour, glm::dvec3(1, 0, 0));
     EXPECT_FALSE(states[0].shows);
