@@ -4,6 +4,7 @@
 #include "bricking/mask/masked_source.h"
 #include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/statistics.h"
+#include "bricking/store/pyramid.h"
 #include "tests/support/bricking_store_tools.h"
 
 #include <cstring>
@@ -257,6 +258,54 @@ TEST_P(MaskedLevels, SamplesStayWithinTheRangesOfTheirCells) {
                 ASSERT_LE(v, hi);
             }
         }
+}
+
+// Above the exact level, what is hidden in part is the mean of the level below, over the seams of its chunks
+// too.
+TEST(MaskedLongVolume, CoarseSamplesAreMeansOfTheLevelBelow) {
+    const ScratchFolder folder;
+    const VolumeInfo info = plainInfo({2100, 21, 9}, ValueType::i16);
+    std::mt19937 random(7);
+    HashSource source(info, [&](int, int, int) { return static_cast<int>(random() % 2000); });
+    import(folder / "s.zarr", source);
+    const StoreReader store(folder / "s.zarr", plenty());
+    std::vector<std::uint8_t> shares(cellCount(levelExtent(info.extentVoxels, 2)));
+    for (std::uint8_t& share : shares)
+        share = random() % 3 == 0 ? static_cast<std::uint8_t>(random()) : std::uint8_t{0};
+    const auto mask = std::make_shared<const Mask>(info.extentVoxels, 2, std::move(shares), plenty());
+    const MaskedSource masked(store, mask, kAir, plenty(), 2);
+    const auto samplesOf = [&](const ChunkSource& of, int level) {
+        const glm::ivec3 extent = levelExtent(info.extentVoxels, level),
+                         chunks = chunkGrid(info.extentVoxels, level);
+        std::vector<std::int16_t> samples(cellCount(extent));
+        std::vector<std::byte> bytes(of.chunkBytes());
+        for (std::size_t n = 0; n < cellCount(chunks); ++n) {
+            const glm::ivec3 at = gridPosition(n, chunks), first = at * kChunkExtent;
+            of.readChunk({level, at.x, at.y, at.z}, bytes);
+            const glm::ivec3 count = glm::min(extent - first, glm::ivec3(kChunkExtent));
+            for (std::size_t i = 0; i < cellCount(count); ++i)
+                std::memcpy(&samples[linearIndex(first + gridPosition(i, count), extent)],
+                            &bytes[2 * linearIndex(gridPosition(i, count), glm::ivec3(kChunkExtent))], 2);
+        }
+        return samples;
+    };
+    for (int level = Mask::kExactLevel + 1; level < kLevelCount; ++level) {
+        const glm::ivec3 extent = levelExtent(info.extentVoxels, level),
+                         below = levelExtent(info.extentVoxels, level - 1);
+        const std::vector<std::int16_t> finer = samplesOf(masked, level - 1), plain = samplesOf(store, level),
+                                        found = samplesOf(masked, level);
+        std::vector<std::int16_t> means(found.size());
+        reduceByTwo(ValueType::i16, below, std::as_bytes(std::span(finer)),
+                    std::as_writable_bytes(std::span(means)), 1);
+        std::vector<float> hidden(found.size());
+        mask->read(level, glm::ivec3(0), extent, hidden);
+        std::size_t some = 0;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            EXPECT_EQ(found[i], hidden[i] > 0 ? means[i] : plain[i]) << level << ", " << i;
+            some += hidden[i] > 0 ? 1 : 0;
+        }
+        EXPECT_GT(some, found.size() / 4);
+    }
 }
 
 TEST_P(MaskedLevels, WhatIsHiddenWhollyIsAirAndTwiceIsOnce) {
