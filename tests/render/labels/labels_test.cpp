@@ -424,8 +424,11 @@ TEST(LabelLevels, CoarseSamplesAreMeans) {
         for (int level = 1; level + 1 < kLevelCount; ++level) {
             labels.fill(b, level, coarse);
             const int along = 1 << level;
-            for (int n = 0; n < (kBrickExtent >> level); ++n) {
-                const glm::ivec3 at(n, (3 * n) % (kBrickExtent >> level), (5 * n) % (kBrickExtent >> level));
+            // All of those that cells tell of; of finer levels some.
+            const int edge = kBrickExtent >> level, count = level < 3 ? edge : edge * edge * edge;
+            for (int n = 0; n < count; ++n) {
+                const glm::ivec3 at = level < 3 ? glm::ivec3(n, 3 * n % edge, 5 * n % edge)
+                                                : gridPosition(static_cast<std::size_t>(n), glm::ivec3(edge));
                 const glm::ivec3 low = at * along, high = glm::min(low + along, inside);
                 if (glm::any(glm::greaterThanEqual(low, high)))
                     continue;
