@@ -4,6 +4,7 @@
 
 #include "core/base/embedded.h"
 #include "core/base/error.h"
+#include "core/base/magnitude.h"
 #include "core/base/names.h"
 #include "core/scene/scene_presets.h"
 
@@ -69,8 +70,8 @@ ObjectValues objectValues(const ValueSummary& values) {
     // An object of a single value would fold the ramp into a step; keep some width for the surface to show
     // in.
     const double least = 0.02 * range;
-    of.middle = std::max(of.middle, of.start + least);
-    of.top = std::max(of.top, of.middle + least);
+    of.middle = std::min(std::max(of.middle, of.start + least), kLargestValue);
+    of.top = std::min(std::max(of.top, of.middle + least), kLargestValue);
     return of;
 }
 

@@ -1,5 +1,6 @@
 // tests/program/words_test.cpp: users' words for colours, lengths and commands are understood. A picture
 // without a requested part says why: whole sentences, with the volume's own numbers.
+#include "core/image/image_file.h"
 #include "tests/support/program_fixture.h"
 
 #include <nlohmann/json.hpp>

@@ -10,6 +10,7 @@
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <map>
 
 namespace tessera {
@@ -289,6 +290,20 @@ TEST(Preset, AutoLeavesTheBackgroundOutAndShowsTheRest) {
     values.histogram.assign(64, 0);
     values.histogram[0] = 10;
     EXPECT_EQ(presetFunction("auto", values).extinction(0), 0);
+}
+
+// The largest values that a voxel can hold leave no room above them.
+TEST(Presets, AutoSuitsTheLargestValues) {
+    constexpr double kMost = std::numeric_limits<float>::max();
+    for (const double lowest : {-kMost, 0.0, 0.9 * kMost})
+        for (const std::size_t peak : {std::size_t{0}, std::size_t{63}}) {
+            ValueSummary values;
+            values.lowest = lowest, values.highest = kMost;
+            values.histogram.assign(64, 0);
+            values.histogram[0] = 1000, values.histogram[peak] += 10;
+            const TransferFunction function = presetFunction("auto", values);
+            EXPECT_GT(function.extinction(kMost), 0) << lowest << " " << peak;
+        }
 }
 
 } // namespace
