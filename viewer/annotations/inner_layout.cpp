@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <glm/vec2.hpp>
 #include <set>
 #include <string>
@@ -133,8 +134,13 @@ void layInnerPictures(PartLayout& in) {
         room.lay(picture.bottom, kLetters, 0.5, 1, -kDown);
         room.lay(picture.words, 1, picture.lettersOnTop ? 0.5 : 0, 0, kDown);
     }
+    constexpr std::size_t kMostTold = 6;
+    std::size_t told = 0;
     for (const std::string& words : leftOut)
-        in.leaveOut("the words " + words);
+        if (told++ < kMostTold)
+            in.leaveOut("the words " + words);
+    if (leftOut.size() > kMostTold)
+        in.leaveOut("other words of its pictures, " + std::to_string(leftOut.size() - kMostTold));
 }
 
 } // namespace tessera

@@ -118,7 +118,8 @@ TEST(FigureLayout, WordsOfInnerPicturesStayInThem) {
                     }
             } else if (each.x < 20) {
                 EXPECT_TRUE(layout.words.empty());
-                EXPECT_EQ(layout.leftOut.size(), 7U) << "each word once";
+                EXPECT_EQ(layout.leftOut.size(), 7U) << "each word once, up to six";
+                EXPECT_EQ(layout.leftOut.back(), "other words of its pictures, 1");
             }
         }
     FigurePart bare;

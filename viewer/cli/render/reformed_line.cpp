@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <glm/mat3x3.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -119,8 +120,6 @@ ReformedPixels pixelsOf(const RenderArguments& arguments, const Path& path, cons
 struct ReformedPictures {
     std::vector<Reformation> pictures;
     ReformedWords words;
-    nlohmann::json about;
-    Charge charge;
 };
 
 std::string percent(std::size_t part, std::size_t all) {
@@ -147,17 +146,19 @@ Figure figureOf(const RenderTask& task, const Scene& scene, const RenderResult& 
     return figure;
 }
 
-/// The pictures of the arguments, laid out, and what the manifest says of them. Their rows are charged.
+/// Pictures along the line.
+int picturesAlong(const RenderArguments& arguments) {
+    return arguments.curved ? 1 : arguments.straighten ? std::max(1, arguments.angles) : 0;
+}
+
+/// The pictures of the arguments, laid out.
+/// @param about  what the manifest says of them
 ReformedPictures picturesOf(const RenderTask& task, const FlightCurve& line, const Camera& camera,
-                            const ReformedPixels& pixels) {
+                            const ReformedPixels& pixels, nlohmann::json& about) {
     const RenderArguments& arguments = task.arguments;
-    const int count = arguments.curved ? 1 : arguments.straighten ? std::max(1, arguments.angles) : 0;
+    const int count = picturesAlong(arguments);
     const double angle = arguments.angle.value_or(0);
     ReformedPictures made;
-    made.charge = task.ram.charge(reformedBytes(line, pixels) * static_cast<std::size_t>(count) +
-                                      sectionBytes(pixels) * static_cast<std::size_t>(arguments.sections),
-                                  "the rows of a reformation");
-    nlohmann::json& about = made.about;
     nlohmann::json angles = nlohmann::json::array();
     about = {{"form", "sections"}};
     if (arguments.straighten) {
@@ -208,8 +209,12 @@ void renderReformedLine(const RenderTask& task) {
     const FlightCurve line(path.lines, flight);
     const ReformedPixels pixels = pixelsOf(arguments, path, task.store.info());
     const Camera camera = cameraOf(task.scene, line);
-    ReformedPictures drawn = picturesOf(task, line, camera, pixels);
-    nlohmann::json& about = drawn.about;
+    const Charge ofRows =
+        task.ram.charge(reformedBytes(line, pixels) * static_cast<std::size_t>(picturesAlong(arguments)) +
+                            sectionBytes(pixels) * static_cast<std::size_t>(arguments.sections),
+                        "the rows of a reformation");
+    nlohmann::json about;
+    const ReformedPictures drawn = picturesOf(task, line, camera, pixels, about);
 
     RenderOptions options = task.options;
     options.progress = task.common.progress.get();
@@ -256,6 +261,8 @@ void renderReformedLine(const RenderTask& task) {
         printReport(report);
     }
     finishStandardOutput();
+    if (const std::string words = leftOutText(report); !words.empty())
+        task.common.note(words);
     if (share.folded > 0)
         task.common.note(percent(share.folded, share.pixels) +
                          " of the pixels are hatched: they lie beyond the line's centre of curvature, where "

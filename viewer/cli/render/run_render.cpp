@@ -161,8 +161,9 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     if (const Annotations& shown = scene.annotations;
         arguments.reforms() && (shown.directions == Directions::cube || shown.directions == Directions::all ||
                                 shown.measurements || !shown.arrows.empty()))
-        throw badFile(arguments.pathPicture(), "a picture without places of the patient and a camera",
-                      "annotations that need them: the cube of directions, measurements or arrows");
+        throw badFile(arguments.pathPicture(),
+                      "directions as letters, and no measurements and arrows, for it has no camera",
+                      "the cube of directions, measurements or arrows");
     if (singleRays)
         common.note("--tiles: one ray per pixel; --samples takes more");
     const glm::ivec2 together = pixelsTogether(arguments, scene);
