@@ -4,6 +4,7 @@
 #include "tests/support/desk.h"
 
 #include <fstream>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <thread>
 
@@ -229,6 +230,57 @@ TEST(WindowState, PlanesHaveAShareOfTheWidth) {
         EXPECT_EQ(d.desk.planesShare(), given);
         EXPECT_EQ(d.desk.enlargedPlane, -1);
     }
+}
+
+TEST(WindowState, AnotherPhaseLeavesTheView) {
+    Desk d;
+    d.viewing.said.clear();
+    d.desk.stepPhase(1);
+    d.desk.showPhase(1);
+    EXPECT_TRUE(d.viewing.said.empty()) << "there are none";
+    const auto phaseIs = [&](int phase) {
+        auto seen = std::make_shared<VolumeSeen>(*test::pretendedVolume({400, 300}));
+        seen->phases = {"0 %", "50 %", "75 %"};
+        seen->phase = phase;
+        seen->scene.volumes.front().source.phase = phase;
+        d.viewing.seen = seen;
+        d.viewing.now.kind = ViewingState::Kind::open;
+        d.desk.update();
+    };
+    phaseIs(1);
+    Scene scene = d.desk.scene();
+    auto camera = std::get<Camera>(scene.camera);
+    camera.position += glm::dvec3(3, 4, 5);
+    scene.camera = camera;
+    scene.cuts.boxes.push_back({{0, 0, 0}, {9, 9, 9}, CropBox::Space::patient, Keep::inside});
+    scene.shading.ambient = 0.7;
+    d.desk.setScene(scene, false);
+    SliceWish planes = d.desk.slices();
+    planes.placeMm = {1, 2, 3};
+    d.desk.setSlices(planes);
+    d.viewing.said.clear();
+    d.desk.stepPhase(1);
+    EXPECT_EQ(d.viewing.said.back(), "open chest.zarr at 400 x 300, series 0, phase 2, in the same view");
+    d.viewing.now.kind = ViewingState::Kind::opening;
+    d.desk.update();
+    d.desk.stepPhase(1); // from the one that is on its way
+    EXPECT_THAT(d.viewing.said.back(), ::testing::HasSubstr("phase 3"));
+    d.desk.stepPhase(1); // behind the last the first
+    EXPECT_THAT(d.viewing.said.back(), ::testing::HasSubstr("phase 1"));
+    d.desk.stepPhase(-1);
+    EXPECT_THAT(d.viewing.said.back(), ::testing::HasSubstr("phase 3"));
+    const std::size_t asked = d.viewing.said.size();
+    d.desk.showPhase(4);
+    d.desk.showPhase(0);
+    EXPECT_EQ(d.viewing.said.size(), asked) << "no such phase";
+    phaseIs(3);
+    scene.volumes.front().source.phase = 3;
+    EXPECT_EQ(sceneJson(d.desk.scene()), sceneJson(scene));
+    EXPECT_EQ(sceneJson(d.viewing.asked), sceneJson(scene));
+    EXPECT_EQ(d.desk.slices().placeMm, planes.placeMm);
+    EXPECT_THAT(d.viewing.said.back(), ::testing::HasSubstr("planes through 1.00 2.00 3.00"));
+    d.desk.undo();
+    EXPECT_EQ(d.desk.scene().volumes.front().source.phase, 3) << "edits before it are not undone";
 }
 
 TEST(WindowState, OffersAreChosenOrDismissed) {

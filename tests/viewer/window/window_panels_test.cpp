@@ -4,6 +4,7 @@
 #include "core/scene/scene_presets.h"
 #include "tests/support/window_record.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -230,6 +231,41 @@ TEST(WindowDrawn, Openers) {
     w.step("none that has a problem", [&] { w.clickOn("series 3, MR"); });
     w.step("a phase", [&] { w.clickOn("2: 50 %"); });
     compareWithRecord(w, "openers");
+}
+
+// A phase is opened when the slider is let go.
+TEST(WindowDrawn, PhasesHaveASlider) {
+    PanelWindow w;
+    w.frame();
+    EXPECT_FALSE(w.shows("phase"));
+    auto seen = std::make_shared<VolumeSeen>(*w.viewing.seen);
+    seen->phases = {"0 %", "50 %", "75 %"};
+    seen->phase = 2;
+    w.viewing.seen = seen;
+    w.frame(), w.frame();
+    ASSERT_TRUE(w.shows("2 of 3: 50 %"));
+    w.viewing.said.clear();
+    const auto opened = [&] {
+        return std::ranges::count_if(w.viewing.said, [](const std::string& said) {
+            return said.find("in the same view") != std::string::npos;
+        });
+    };
+    const glm::dvec2 at = w.placeOf("2 of 3: 50 %");
+    w.moveTo(at);
+    w.button(0, true);
+    for (int n = 1; n <= 6; ++n)
+        w.moveTo(at + glm::dvec2(25.0 * n, 0));
+    w.frame();
+    EXPECT_TRUE(w.shows("3 of 3: 75 %"));
+    EXPECT_EQ(opened(), 0);
+    w.button(0, false);
+    w.frame();
+    ASSERT_EQ(opened(), 1);
+    EXPECT_NE(std::ranges::find_if(w.viewing.said,
+                                   [](const std::string& said) {
+                                       return said.find("phase 3, in the same view") != std::string::npos;
+                                   }),
+              w.viewing.said.end());
 }
 
 } // namespace
