@@ -19,8 +19,6 @@
 namespace tessera::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Waves of values around the origin in voxels of 1 x 1 x 1.5 mm, and labels that are a formula of places.
 struct LabelledField {
     static constexpr glm::ivec3 kExtent{90, 96, 60};
@@ -131,13 +129,14 @@ TEST(ReformedLabels, OfATubeAreABar) {
     field.scene.window = GreyWindow{5000, 10}; // black
     Labels& labels = field.scene.volumes[0].labels;
     labels.fill = 1, labels.outline = 0, labels.each = {{"*", {}, {}, glm::dvec3(1, 0, 0)}};
-    const FlightCurve line = curveOf(1.5 * kPi * kCircle, [](double mm) {
+    const FlightCurve line = curveOf(1.5 * std::numbers::pi * kCircle, [](double mm) {
         return glm::dvec3(kCircle * std::cos(mm / kCircle), kCircle * std::sin(mm / kCircle), 0);
     });
     std::vector<Reformation> pictures = {straightened(line, 20, {20, 0.4, 1}),
                                          straightened(line, 80, {20, 0.4, 2}),
                                          crossSection(line, 50, 0, {20, 0.4, 1})};
-    const double bar = 2 * kTube * line.lengthMm() / (0.4 * 0.4), disc = kPi * kTube * kTube / (0.4 * 0.4);
+    const double bar = 2 * kTube * line.lengthMm() / (0.4 * 0.4),
+                 disc = std::numbers::pi * kTube * kTube / (0.4 * 0.4);
     for (const Reformation& picture : pictures) {
         double red = 0;
         for (const glm::vec4& pixel : field.draw({picture}).image.pixels)

@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/program_folders.h"
 #include "core/scene/scene.h"
-#include "viewer/cli/render/panel_figure.h"
+#include "viewer/annotations/panel_sheet.h"
 #include "viewer/session/view_geometry.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ TEST(PanelGrids, HoldTheirPanelsRowByRowWithAGapBetween) {
     for (int n = 0; n < 300; ++n) {
         const int panels = 1 + below(30), columns = below(8), gap = below(9);
         const glm::ivec2 size(1 + below(90), 1 + below(90));
-        PanelGrid grid = gridOf(panels, columns, gap, size);
+        PanelGrid grid = gridOf(panels, columns, gap, size, "--panel");
         if (columns > 0) {
             EXPECT_EQ(grid.columns, std::min(columns, panels));
         } else {
@@ -60,7 +60,7 @@ TEST(PanelGrids, HoldTheirPanelsRowByRowWithAGapBetween) {
 TEST(PanelGrids, AreNoLargerThanPictures) {
     const auto refused = [](PanelGrid grid) {
         try {
-            checkSize(grid);
+            checkSize(grid, "--panel");
         } catch (const InputError& e) {
             EXPECT_THAT(e.what(), HasSubstr("--panel"));
             EXPECT_THAT(e.what(), HasSubstr(std::to_string(Scene::kMaxImageExtent)));
@@ -156,8 +156,8 @@ TEST(PanelManifests, TellTheFigure) {
     std::mt19937 random(3);
     const auto below = [&](int most) { return static_cast<int>(random() % static_cast<unsigned>(most)); };
     for (int n = 0; n < 100; ++n) {
-        PanelFigure figure;
-        figure.grid = gridOf(1 + below(9), 1 + below(4), below(9), {8 + below(90), 8 + below(90)});
+        PanelLayout figure;
+        figure.grid = gridOf(1 + below(9), 1 + below(4), below(9), {8 + below(90), 8 + below(90)}, "--panel");
         figure.grid.above = below(30), figure.grid.below = below(30);
         figure.words.title = n % 2 ? "A title" : "";
         figure.words.caption = n % 3 ? "A caption" : "";
@@ -165,8 +165,8 @@ TEST(PanelManifests, TellTheFigure) {
         figure.words.dpi = 72 + below(200);
         figure.oneScale = n % 2 == 0;
         figure.letters = n % 3 == 0;
-        const nlohmann::json said = figureJson(figure);
-        const PanelFigure again = figureOfJson(said, figure.grid.panels, "a.png");
+        const nlohmann::json said = layoutJson(figure);
+        const PanelLayout again = layoutOfJson(said, figure.grid.panels, "a.png");
         EXPECT_EQ(again.grid.panels, figure.grid.panels);
         EXPECT_EQ(again.grid.columns, figure.grid.columns);
         EXPECT_EQ(again.grid.gap, figure.grid.gap);
@@ -190,10 +190,10 @@ TEST(PanelManifests, TellTheFigure) {
                 bad.erase(key);
                 if (*value)
                     bad[key] = nlohmann::json::parse(value);
-                EXPECT_THROW((void)figureOfJson(bad, figure.grid.panels, "a.png"), InputError)
+                EXPECT_THROW((void)layoutOfJson(bad, figure.grid.panels, "a.png"), InputError)
                     << key << " " << value;
             }
-        EXPECT_THROW((void)figureOfJson(said, static_cast<int>(kMostPanels) + 1, "a.png"), InputError);
+        EXPECT_THROW((void)layoutOfJson(said, static_cast<int>(kMostPanels) + 1, "a.png"), InputError);
     }
 }
 
