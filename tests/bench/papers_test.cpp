@@ -74,7 +74,7 @@ TEST(PaperSystems, StandOnAPageThatIsLinked) {
         const std::string measured = system.measured, section = measured.substr(measured.find('#') + 1);
         EXPECT_NE(page.substr(at, page.find('\n', at) - at).find(section), std::string::npos) << row;
     }
-    for (const char* from : {"README.md", "docs/user-guide.md"})
+    for (const char* from : {"README.md", "docs/guide/errors.md"})
         EXPECT_NE(pageText(test::sourceFolder() / from).find("measurements/papers.md"), std::string::npos)
             << from;
 }

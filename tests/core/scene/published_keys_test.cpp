@@ -30,14 +30,14 @@ TEST(PublishedKeys, OfPaths) {
     expectPublished("docs/path.schema.json", schemaText(pathSchema()));
 }
 
-TEST(PublishedKeys, OfScenesInTheUserGuide) {
+TEST(PublishedKeys, OfScenesInTheGuide) {
     const std::string begin = "<!-- keys of scenes: generated -->\n", end = "<!-- end of keys -->\n";
-    std::string guide = readTextFile((test::sourceFolder() / "docs/user-guide.md").string());
+    std::string guide = readTextFile((test::sourceFolder() / "docs/guide/keys.md").string());
     const std::size_t from = guide.find(begin), to = guide.find(end);
     ASSERT_NE(from, std::string::npos);
     ASSERT_NE(to, std::string::npos);
     guide.replace(from + begin.size(), to - from - begin.size(), keyTable(keysOf(sceneSchema())));
-    expectPublished("docs/user-guide.md", guide);
+    expectPublished("docs/guide/keys.md", guide);
 }
 
 TEST(PublishedKeys, ATextHasALineForWhatFitsOne) {

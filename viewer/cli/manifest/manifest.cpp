@@ -26,7 +26,7 @@ nlohmann::json errorJson(const EstimatedError& e) {
     return {{"rms", e.rms}, {"largest", e.largest}, {"luvMean", e.luvMean}, {"luvPercentile99", e.luvP99}};
 }
 
-/// One number per cause; docs/user-guide.md explains them. The samples of pixels, and their standard error.
+/// One number per cause; docs/guide/errors.md explains them. The samples of pixels, and their standard error.
 nlohmann::json pixelsJson(const RenderResult& result, const Scene& scene) {
     const PixelReport& r = result.pixels;
     const bool decide = r.asked == PixelSampling::kAutomatic;
