@@ -30,7 +30,7 @@ namespace tessera {
 struct VolumePick {
     int series = 0, phase = 0; // 0: none chosen
     bool resampleZ = false, allowMissing = false;
-    bool asVolume = false; // not as labels of the open volume, which the file may be as well
+    bool asVolume = false;   // not as labels of the open volume, which the file may be as well
     bool inSameView = false; // the phase alone is another: of the open volume, whose scene stays
     bool operator==(const VolumePick&) const = default;
 };
@@ -133,7 +133,7 @@ struct VolumeSeen {
     Scene scene; // as opened, with resolved camera and function
     /// If the scene's camera was by side: the view to which it was fitted.
     std::optional<FittedView> fitted;
-    std::filesystem::path path; // path as given
+    std::filesystem::path path;           // path as given
     std::vector<std::string> phases = {}; // labels of its source's phases; empty: it has one
     int phase = 0;                        // that is open, from 1
     /// The labels of scene.volumes[0].labels, with their names under that scene; null: it has none.

@@ -7,11 +7,11 @@
 #include "core/base/program_folders.h"
 #include "tests/support/formula_source.h"
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/session/disc_values.h"
 #include "viewer/session/file_kind.h"
 #include "viewer/session/frame_pace.h"
 #include "viewer/session/scene_change.h"
 #include "viewer/session/volume_offers.h"
-#include "viewer/session/disc_values.h"
 #include "viewer/session/volume_values.h"
 
 #include <cmath>
