@@ -82,9 +82,10 @@ const Fields<SceneVolume>& volumeFields() {
                 .unlessDefault();
         };
         source("series", &SourceChoice::series,
-               "Source files: number of the DICOM series, channel, time or grid, as listed.");
+               "Source files: number of the DICOM series, channel or grid, as listed.");
         source("phase", &SourceChoice::phase,
-               "Source files: number of the phase, where a series has several images at each position.");
+               "Source files: number of the phase or time, where a series or a file has several images at "
+               "each position.");
         choice("largest", &SourceChoice::largest,
                "Source files: the largest CT of a folder with several volumes.");
         choice("resampleZ", &SourceChoice::resampleZ,

@@ -137,7 +137,7 @@ RenderResult drawVolumesAlone(const Scene& given, Stores stores, MemoryBudget& r
         if (!mine.labels)
             continue;
         if (!result.labels)
-            result.labels.emplace();
+            result.labels = RenderResult::Labels{};
         result.labels->all += mine.labels->all;
         result.labels->shown += mine.labels->shown;
         result.labels->level = std::max(result.labels->level, mine.labels->level);

@@ -60,7 +60,7 @@ TEST_F(Panels, EachIsThePictureOfItsCamera) {
 // What pictures of one volume show and those of several do not.
 TEST_F(Panels, ShowAllThatAPictureOfOneVolumeDoes) {
     for (const char* what : {"--isosurface 200 --mode isosurface", "--crop-voxels 5,30,5,30,5,40",
-                             "--integrator linear", "--light cinematic --samples 2"})
+                             "--integrator linear", "--light cinematic"})
         EXPECT_EQ(
             figure(std::string("--panel anterior,left --set quality.samples=2 ") + what)["panels"].size(), 2u)
             << what;
@@ -69,7 +69,7 @@ TEST_F(Panels, ShowAllThatAPictureOfOneVolumeDoes) {
 // A word of --set is the option of its name, in a panel too.
 TEST_F(Panels, WordsAreTheirOptions) {
     const json told = figure("--slice axial --panel slice=axial:-20 --panel slice=coronal:5 --panel "
-                             "'preset=bone-1;mode=composite' --panel 'light=studio;mode=composite'");
+                             "preset=bone-1;mode=composite --panel light=studio;mode=composite");
     const auto sceneOf = [&](const std::string& options) {
         const Outcome done =
             run("render s.zarr --size 48x40 --json -q --engine native --no-check --samples 1 -o one.exr " +

@@ -83,7 +83,11 @@ class DrawnReader {
             word_.colour = at.col;
             word_.left = x, word_.top = y;
         }
-        word_.words += static_cast<char>(glyph.Codepoint);
+        const unsigned code = glyph.Codepoint; // of Latin-1, as UTF-8
+        if (code < 0x80)
+            word_.words += static_cast<char>(code);
+        else
+            (word_.words += static_cast<char>(0xC0 | code >> 6)) += static_cast<char>(0x80 | (code & 0x3F));
         pen_ = x + glyph.AdvanceX, line_ = y;
         word_.right = pen_, word_.bottom = y + ImGui::GetFontSize();
     }

@@ -52,9 +52,9 @@ TEST(Measurements, CirclesThroughThreePlaces) {
 
 TEST(Measurements, AreToldInMillimetres) {
     EXPECT_EQ(describe({MeasurementKind::distance, {{0, 0, 0}, {0, 12.34, 0}}}), "12.3 mm");
-    EXPECT_EQ(describe({MeasurementKind::angle, {{1, 0, 0}, {0, 0, 0}, {0, 3, 0}}}), "90.0 deg");
+    EXPECT_EQ(describe({MeasurementKind::angle, {{1, 0, 0}, {0, 0, 0}, {0, 3, 0}}}), "90.0°");
     EXPECT_EQ(describe({MeasurementKind::circle, {{10, 0, 0}, {0, 10, 0}, {-10, 0, 0}}}),
-              "radius 10.0 mm, area 314 mm2");
+              "radius 10.0 mm, area 314 mm²");
     EXPECT_EQ(describe({MeasurementKind::distance, {}}), "not whole");
 }
 

@@ -113,7 +113,7 @@ BatchRow BatchRows::row(std::size_t number) const {
     static const std::vector<std::string> presets = presetNames();
     for (const SceneVolume& volume : row.scene.volumes)
         if (const auto* const name = std::get_if<std::string>(&volume.transferFunction);
-            name && !std::ranges::count(presets, *name))
+            name && !name->empty() && !std::ranges::count(presets, *name))
             throw badFile(row.place + " (transferFunction)", "one of " + joinNames(presets),
                           "\"" + name->substr(0, 60) + "\"");
     if (row.scene.volumes.empty() || row.scene.volumes.front().path.empty())

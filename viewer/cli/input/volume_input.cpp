@@ -315,11 +315,11 @@ void parsePhase(const std::string& text, InputOptions& input) {
 void addSelectionOptions(Command& command, InputOptions& input, PhaseWords words) {
     command
         .option("--series", input.series,
-                "source files: number of the DICOM series, channel, time or grid, as listed")
+                "source files: number of the DICOM series, channel or grid, as listed")
         .check(wholeNumberFrom(1));
     command.flag("--largest", input.largest, "source files: the largest CT of a folder with several volumes");
-    constexpr const char* kPhase =
-        "source files: number of the phase, if a series has several images at each position";
+    constexpr const char* kPhase = "source files: number of the phase or time, if a series or a file has "
+                                   "several images at each position";
     if (words == PhaseWords::all)
         command.option(
             "--phase", [&input](const std::string& text) { parsePhase(text, input); },

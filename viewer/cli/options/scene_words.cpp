@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/scene_presets.h"
-#include "viewer/cli/options/options.h"
+#include "viewer/cli/options/command.h"
 #include "viewer/presets/preset_library.h"
 
 #include <algorithm>
