@@ -22,6 +22,7 @@
 #include <set>
 #include <sys/stat.h>
 #include <thread>
+#include <tuple>
 #include <unistd.h>
 #include <utility>
 
@@ -316,12 +317,13 @@ std::vector<CacheEntry> listCache(const fs::path& folder) {
             listed.bytes += bytesBelow(unfinished);
         struct stat facts {};
         if (::stat(entry.lock.c_str(), &facts) == 0 || ::stat(entry.store.c_str(), &facts) == 0)
-            listed.lastUse = facts.st_mtim.tv_sec;
+            listed.lastUse = facts.st_mtim.tv_sec, listed.lastUseNanoseconds = facts.st_mtim.tv_nsec;
         listed.inUse = tryLock(entry.lock, LockKind::exclusive).busy;
         entries.push_back(std::move(listed));
     }
     std::sort(entries.begin(), entries.end(), [](const CacheEntry& a, const CacheEntry& b) {
-        return a.lastUse != b.lastUse ? a.lastUse > b.lastUse : a.store < b.store;
+        return std::tie(b.lastUse, b.lastUseNanoseconds, a.store) <
+               std::tie(a.lastUse, a.lastUseNanoseconds, b.store);
     });
     return entries;
 }

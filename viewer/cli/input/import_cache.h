@@ -59,6 +59,7 @@ struct CacheEntry {
     bool isUnfinished = false; // parts of an import that was killed
     std::uint64_t bytes = 0;
     std::time_t lastUse = 0;
+    long lastUseNanoseconds = 0; // beyond it
     bool inUse = false;
 };
 /// All entries, most recently used first.
