@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace tessera {
 
@@ -22,7 +23,8 @@ bool isSceneWord(const std::string& name) {
     return std::find(sceneWords().begin(), sceneWords().end(), word) != sceneWords().end();
 }
 
-bool setByWord(Scene& scene, const std::string& name, const std::string& text, const std::string& where) {
+bool setByWord(Scene& scene, const std::string& name, const std::string& text, const std::string& where,
+               std::vector<std::string>* leftOut) {
     if (!isSceneWord(name) || text.starts_with('{'))
         return false;
     const std::string word = name.starts_with("--") ? name.substr(2) : name;
@@ -36,8 +38,11 @@ bool setByWord(Scene& scene, const std::string& name, const std::string& text, c
             indexOfName(text, lookNames(), where);
             applyLook(text, scene);
         } else if (isOwnOrFile(text)) {
-            applyPreset(findPreset(text).preset, scene);
-        } else {
+            FoundPreset found = findPreset(text);
+            applyPreset(found.preset, scene);
+            if (leftOut)
+                *leftOut = std::move(found.leftOut);
+        } else { // a name stays a name, so that its function suits the volume's values
             applyBuiltInPreset(text, text, scene);
         }
     } catch (const InputError& e) {

@@ -16,7 +16,9 @@ const std::vector<std::string>& sceneWords();
 bool isSceneWord(const std::string& name);
 /// Sets what the word means. False: the name is none, or the text is the key's own value (an object).
 /// Throws InputError naming `where`.
-bool setByWord(Scene& scene, const std::string& name, const std::string& text, const std::string& where);
+/// @param leftOut  gets what a preset's file says and no scene can have
+bool setByWord(Scene& scene, const std::string& name, const std::string& text, const std::string& where,
+               std::vector<std::string>* leftOut = nullptr);
 
 constexpr char kSliceForm[] = "axial, coronal or sagittal, with :MM where it lies, or "
                               "oblique:X,Y,Z,NX,NY,NZ (a point and a normal, mm)";

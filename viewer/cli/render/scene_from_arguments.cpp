@@ -8,21 +8,20 @@
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
 #include "core/scene/preset.h"
-#include "core/scene/scene_presets.h"
 #include "render/plan/frame_plan.h" // summarise
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/options/scene_words.h"
 #include "viewer/cli/render/picture_notes.h"
-#include "viewer/presets/preset_library.h"
 #include "viewer/session/file_kind.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <exception>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -136,28 +135,20 @@ void applyScale(const RenderArguments& arguments, Scene& scene) {
         std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(arguments.mmPerPixel, scene.imageSize);
 }
 
-/// Applies a preset from a file or the library: its function and its settings of light, mode and cuts.
+/// Applies a preset: its function and its settings of light, mode and cuts.
 /// @param option  that names it
-void applyFoundPreset(const std::string& text, const std::string& option, Scene& scene,
+void applyNamedPreset(const std::string& text, const std::string& option, Scene& scene,
                       const CommonOptions& common) {
-    try {
-        const FoundPreset found = findPreset(text);
-        applyPreset(found.preset, scene);
-        for (const std::string& what : found.leftOut)
-            common.note(text + ": left out: " + what);
-    } catch (const InputError& e) {
-        const std::string why = e.what(), head = "preset: ";
-        throw InputError(option + ": " + (why.starts_with(head) ? why.substr(head.size()) : why));
-    }
+    std::vector<std::string> leftOut;
+    setByWord(scene, "preset", text, option, &leftOut);
+    for (const std::string& what : leftOut)
+        common.note(text + ": left out: " + what);
 }
 
 /// The function of a preset of labels: a name stays a name, so that it suits the volume's values.
 TransferChoice functionOf(const std::string& preset, const CommonOptions& common) {
     Scene alone = sceneOf("volume");
-    if (isOwnOrFile(preset))
-        applyFoundPreset(preset, "--label-preset", alone, common);
-    else
-        applyBuiltInPreset(preset, preset, alone);
+    applyNamedPreset(preset, "--label-preset", alone, common);
     return alone.volumes.front().transferFunction;
 }
 
@@ -184,10 +175,8 @@ SceneVolume furtherVolume(const std::string& path, const std::string& preset, co
     Scene alone = sceneOf(path);
     if (isSceneFile(path))
         throw badFile("--add", "a volume", "a scene");
-    if (!preset.empty() && isOwnOrFile(preset))
-        applyFoundPreset(preset, "--add-preset", alone, common);
-    else if (!preset.empty())
-        applyBuiltInPreset(preset, preset, alone);
+    if (!preset.empty())
+        applyNamedPreset(preset, "--add-preset", alone, common);
     SceneVolume& volume = alone.volumes.front();
     if (!preset.empty()) {
         volume.valueColour = alone.valueColour;
@@ -218,16 +207,10 @@ Verify verifyOf(const RenderArguments& arguments) {
 }
 
 void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
-    if (!arguments.preset.empty()) {
-        if (isOwnOrFile(arguments.preset))
-            applyFoundPreset(arguments.preset, "--preset", scene, common);
-        else // a name stays a name, so that its function suits the volume's values
-            applyBuiltInPreset(arguments.preset, arguments.preset, scene);
-    }
-    if (!arguments.light.empty()) { // wins over the preset's
-        indexOfName(arguments.light, lookNames(), "--light");
-        applyLook(arguments.light, scene);
-    }
+    if (!arguments.preset.empty())
+        applyNamedPreset(arguments.preset, "--preset", scene, common);
+    if (!arguments.light.empty()) // wins over the preset's
+        setByWord(scene, "light", arguments.light, "--light");
     if (arguments.addPresets.size() > arguments.add.size())
         throw badFile("--add-preset", "at most one for each --add",
                       std::to_string(arguments.addPresets.size()));
