@@ -20,6 +20,7 @@ inline double secondsOf(std::string_view unit) {
                                           Unit{"ms", 1e-3},
                                           Unit{"msec", 1e-3},
                                           Unit{"millisecond", 1e-3},
+                                          Unit{"milliseconds", 1e-3},
                                           Unit{"us", 1e-6},
                                           Unit{"\xc2\xb5s", 1e-6},
                                           Unit{"\xce\xbcs", 1e-6},
@@ -28,8 +29,10 @@ inline double secondsOf(std::string_view unit) {
                                           Unit{"nanosecond", 1e-9},
                                           Unit{"min", 60},
                                           Unit{"minute", 60},
+                                          Unit{"minutes", 60},
                                           Unit{"h", 3600},
                                           Unit{"hour", 3600},
+                                          Unit{"hours", 3600},
                                           Unit{"d", 86400},
                                           Unit{"day", 86400}};
     for (const Unit& row : kUnits)

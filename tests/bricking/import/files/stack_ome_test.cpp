@@ -2,13 +2,18 @@
 // axes, channels and points of time, sets of files in folders, and descriptions that lie.
 #include "bricking/import/catalogue.h"
 #include "bricking/import/files/stack/ome_planes.h"
+#include "bricking/import/source/time_units.h"
 #include "tests/support/stack_writers.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <gmock/gmock.h>
 #include <numeric>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace tessera::test {
 namespace {
@@ -412,6 +417,29 @@ TEST(ImportOme, TagsAndAttributesOfXml) {
     const auto other = xmlTagsOf("<a x=\"&lt;&gt;&quot;&apos;&amp;amp;&#xB5;&#956;&no;&\"/>");
     ASSERT_EQ(other.size(), 1u);
     EXPECT_EQ(xmlAttribute(other[0], "x"), "<>\"'&amp;\xc2\xb5\xce\xbc&");
+}
+
+// Every name of a unit is so many of the next smaller one.
+TEST(TimeUnits, AreSoManyOfTheNextSmaller) {
+    const std::vector<std::pair<std::vector<std::string>, double>> chain = {
+        {{"ns", "nanosecond"}, 1e-9},
+        {{"us", "\xc2\xb5s", "\xce\xbcs", "microsecond"}, 1000},
+        {{"ms", "msec", "millisecond", "milliseconds"}, 1000},
+        {{"s", "sec", "second", "seconds"}, 1000},
+        {{"min", "minute", "minutes"}, 60},
+        {{"h", "hour", "hours"}, 60},
+        {{"d", "day"}, 24}};
+    double seconds = 1;
+    for (const auto& [names, many] : chain) {
+        seconds *= many;
+        for (const std::string& name : names)
+            EXPECT_NEAR(secondsOf(name) / seconds, 1, 1e-12) << name;
+    }
+    for (const char* none : {"", "mm", "S", "frames"})
+        EXPECT_EQ(secondsOf(none), 0) << none;
+    EXPECT_EQ(stepSecondsOf(2.5, "min"), 150);
+    for (const double step : {0.0, -1.0, 1e13, std::nan("")})
+        EXPECT_EQ(stepSecondsOf(step, "s"), 0) << step;
 }
 
 } // namespace
