@@ -13,28 +13,13 @@ inline double secondsOf(std::string_view unit) {
         std::string_view name;
         double seconds;
     };
-    static constexpr std::array kUnits = {Unit{"s", 1},
-                                          Unit{"sec", 1},
-                                          Unit{"second", 1},
-                                          Unit{"seconds", 1},
-                                          Unit{"ms", 1e-3},
-                                          Unit{"msec", 1e-3},
-                                          Unit{"millisecond", 1e-3},
-                                          Unit{"milliseconds", 1e-3},
-                                          Unit{"us", 1e-6},
-                                          Unit{"\xc2\xb5s", 1e-6},
-                                          Unit{"\xce\xbcs", 1e-6},
-                                          Unit{"microsecond", 1e-6},
-                                          Unit{"ns", 1e-9},
-                                          Unit{"nanosecond", 1e-9},
-                                          Unit{"min", 60},
-                                          Unit{"minute", 60},
-                                          Unit{"minutes", 60},
-                                          Unit{"h", 3600},
-                                          Unit{"hour", 3600},
-                                          Unit{"hours", 3600},
-                                          Unit{"d", 86400},
-                                          Unit{"day", 86400}};
+    static constexpr std::array kUnits = {
+        Unit{"s", 1},        Unit{"sec", 1},           Unit{"second", 1},         Unit{"seconds", 1},
+        Unit{"ms", 1e-3},    Unit{"msec", 1e-3},       Unit{"millisecond", 1e-3}, Unit{"milliseconds", 1e-3},
+        Unit{"us", 1e-6},    Unit{"\xc2\xb5s", 1e-6},  Unit{"\xce\xbcs", 1e-6},   Unit{"microsecond", 1e-6},
+        Unit{"ns", 1e-9},    Unit{"nanosecond", 1e-9}, Unit{"min", 60},           Unit{"minute", 60},
+        Unit{"minutes", 60}, Unit{"h", 3600},          Unit{"hour", 3600},        Unit{"hours", 3600},
+        Unit{"d", 86400},    Unit{"day", 86400}};
     for (const Unit& row : kUnits)
         if (unit == row.name)
             return row.seconds;
