@@ -7,6 +7,7 @@
 #include "core/base/output_file.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/input/volume_input.h"
+#include "viewer/paths/path_file.h"
 
 #include <cstdio>
 #include <memory>
@@ -24,7 +25,7 @@ struct CoverageArguments {
 
 /// The path as the options have it, made in this volume.
 Path pathOf(const CoverageArguments& a, const StoreReader& store) {
-    Path path = loadPath(a.path);
+    Path path = loadPathFile(a.path);
     if (path.lines.empty() || !path.lumen)
         throw badFile(a.path, "a path with a line and its lumen, as tessera centreline writes it",
                       path.lines.empty() ? "no line" : "no \"lumen\"");

@@ -38,9 +38,11 @@ void addRenderOptions(Command& command, const std::shared_ptr<RenderArguments>& 
                 "for frames, or "
                 "a film: .mp4, .mov, .mkv")
         .required();
-    command.option("--path", a->path,
-                   "draw a film, with cameras and other changes from a path (.json); existing frames stay, "
-                   "and several processes may share a folder");
+    command.option(
+        "--path", a->path,
+        "draw a film, with cameras and other changes from a path (.json), or along points: a curve of 3D "
+        "Slicer (.mrk.json) or a table (.csv: x,y,z); existing frames stay, and several processes "
+        "may share a folder");
     command.flag("--unfold", a->unfold,
                  "with --path: one picture of the wall around the line, cut open: angles from left to right, "
                  "the line from top to bottom");

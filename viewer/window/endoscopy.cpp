@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/scene/preset.h"
+#include "viewer/paths/path_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +60,7 @@ void Endoscopy::takeAnother(WindowState& desk, const Path& path) {
 }
 
 void Endoscopy::load(WindowState& desk, const std::filesystem::path& file) {
-    Path path = loadPath(file);
+    Path path = loadPathFile(file);
     if (path.lines.empty())
         throw badFile(file.string(), "a path with a centre-line", "keyframes alone");
     if (path.volume && path.volume->extentVoxels != desk.volume()->info.extentVoxels)

@@ -3,8 +3,8 @@
 #include "core/base/budget.h"
 #include "core/base/error.h"
 #include "core/base/program_folders.h"
-#include "viewer/cli/batch/csv_table.h"
 #include "viewer/cli/batch/text_pattern.h"
+#include "viewer/tables/csv_table.h"
 
 #include <filesystem>
 #include <fstream>

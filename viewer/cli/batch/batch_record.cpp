@@ -4,7 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/base/shown_text.h"
-#include "viewer/cli/batch/csv_table.h" // csvLine
+#include "viewer/tables/csv_table.h" // csvLine
 
 #include <cerrno>
 #include <cstring>

@@ -4,8 +4,8 @@
 
 #include "core/base/progress.h"
 #include "core/scene/scene.h"
-#include "viewer/cli/batch/csv_table.h"
 #include "viewer/cli/batch/text_pattern.h"
+#include "viewer/tables/csv_table.h"
 
 #include <cstddef>
 #include <filesystem>

@@ -11,13 +11,13 @@
 #include "viewer/cli/batch/batch_record.h"
 #include "viewer/cli/batch/batch_rows.h"
 #include "viewer/cli/batch/batch_summary.h"
-#include "viewer/cli/batch/csv_table.h"
 #include "viewer/cli/batch/done_before.h"
 #include "viewer/cli/batch/row_pool.h"
 #include "viewer/cli/batch/row_shares.h"
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/input/remote_input.h"
 #include "viewer/cli/render/run_render.h"
+#include "viewer/tables/csv_table.h"
 
 #include <algorithm>
 #include <chrono>

@@ -18,6 +18,7 @@
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/cli/render/reformed_line.h"
 #include "viewer/films/draw_film.h"
+#include "viewer/paths/path_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -116,7 +117,7 @@ void checkFilmOptions(const RenderArguments& a) {
 }
 
 Path readPathOf(const RenderArguments& arguments) {
-    return arguments.givenPath ? *arguments.givenPath : loadPath(arguments.path);
+    return arguments.givenPath ? *arguments.givenPath : loadPathFile(arguments.path);
 }
 
 void tellPath(nlohmann::json& manifest, const Path& path) {
@@ -274,6 +275,8 @@ std::vector<UnfoldedRow> rowsOf(const Path& path, const std::string& where, bool
     if (!sized) {
         double radius = 0;
         const std::vector<RoutePoint> route = routeOf(path.lines, flight.route);
+        if (std::none_of(route.begin(), route.end(), [](const RoutePoint& p) { return p.radiusMm > 0; }))
+            throw badFile(where, "a line with radii, which give the picture its height, or --size", "none");
         for (const RoutePoint& point : route)
             radius += std::max(point.radiusMm, 0.5) / static_cast<double>(route.size());
         const double pixelMm = 2 * std::acos(-1.0) * radius / scene.imageSize.x;

@@ -1,5 +1,5 @@
-// viewer/cli/batch/csv_table.cpp: see csv_table.h. libcsv parses; this checks and keeps.
-#include "viewer/cli/batch/csv_table.h"
+// viewer/tables/csv_table.cpp: see csv_table.h. libcsv parses; this checks and keeps.
+#include "viewer/tables/csv_table.h"
 
 #include "core/base/error.h"
 #include "core/base/files.h"

@@ -1,4 +1,4 @@
-// viewer/cli/batch/csv_table.h: a table in a CSV file (RFC 4180): a row of names, and rows of as many cells.
+// viewer/tables/csv_table.h: a table in a CSV file (RFC 4180): a row of names, and rows of as many cells.
 #pragma once
 
 #include "core/base/budget.h"
