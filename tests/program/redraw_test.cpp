@@ -201,6 +201,34 @@ TEST_F(Redraw, WithChangesOneThing) {
     expectRefused("redraw a.png --with volumes[0].path=other.zarr", {"--with", "--data"});
 }
 
+// A slice's camera is of its plane: another plane has its own.
+TEST_F(Redraw, WithAnotherSliceIsThatSlice) {
+    draw("axial.png", "--slice axial:10");
+    for (const std::string slice :
+         {"axial:-20", "coronal:10", "sagittal:5", "oblique:0,0,0,0,0.7,0.7", "oblique:1,2,3,1,2,2"}) {
+        draw("asked.png", "--slice " + slice);
+        ASSERT_EQ(run("redraw axial.png -q -o b.png --with slice=" + slice).exitCode, 0) << slice;
+        EXPECT_TRUE(samePixels("b.png", "asked.png")) << slice;
+    }
+    // A camera that looks along the normal stays, with its scale.
+    ASSERT_EQ(run("redraw axial.png -q -o near.png --with camera.parallelScale=40").exitCode, 0);
+    ASSERT_EQ(run("redraw near.png -q -o b.png --with slice=axial:-20").exitCode, 0);
+    EXPECT_EQ(manifestOf("b.png")["scene"]["camera"]["parallelScale"], 40);
+    EXPECT_FALSE(samePixels("b.png", "near.png"));
+}
+
+// Texts are words, or JSON.
+TEST_F(Redraw, WithTextsAsSetTakesThem) {
+    draw("a.png", "--title old --caption 'of it'");
+    draw("two.png", "--set 'annotations.title=\"Two words\"' --set annotations.caption=");
+    for (const std::string title : {"'annotations.title=\"Two words\"'", "'annotations.title=Two words'"})
+        for (const std::string caption : {"annotations.caption=", "'annotations.caption=\"\"'"}) {
+            ASSERT_EQ(run("redraw a.png -q -o b.png --with " + title + " --with " + caption).exitCode, 0);
+            EXPECT_TRUE(samePixels("b.png", "two.png")) << title << caption;
+            EXPECT_EQ(manifestOf("b.png")["scene"]["annotations"]["title"], "Two words");
+        }
+}
+
 TEST_F(Redraw, RefusesWhatHasNoManifest) {
     writeImage(folder_ / "bare.png", Image(glm::ivec2(4, 4)), "");
     expectRefused("redraw bare.png", {"bare.png", "without its manifest"});

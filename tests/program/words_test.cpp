@@ -118,8 +118,26 @@ TEST_F(Words, ASliceIsNotSeenFromItsEdge) {
         "edge.json",
         R"({"tesseraScene":1,"image":{"size":[24,24]},"volumes":[{"path":"s.zarr","transferFunction":"auto"}],
         "camera":{"view":"anterior"},"mode":"slice","slice":{"plane":"axial"}})");
-    EXPECT_THAT(run("render edge.json" + how + "a.exr").problems,
-                HasSubstr("the slice is seen from its edge"));
+    EXPECT_EQ(run("render s.zarr --preset auto --slice axial" + how + "b.exr").exitCode, 0);
+    const Outcome edge = run("render edge.json -o a.exr --engine mirror --no-check");
+    EXPECT_THAT(edge.problems, HasSubstr("the scene's side, anterior, sees the edge of the slice"));
+    EXPECT_EQ(readImage(folder_ / "a.exr").pixels, readImage(folder_ / "b.exr").pixels);
+    // Whatever says both.
+    const std::string both = "render s.zarr --preset auto" + how + "c.exr ";
+    for (const std::string sets :
+         {"--set slice=axial:3 --view left", "--slice axial:3 --set camera.view=left",
+          "--set slice=axial:3 --set camera.view=left"})
+        expectRefused(both + sets, {"a side that faces the slice", "left"});
+    expectRefused(
+        "render s.zarr --preset auto -q --no-check -o p.png --panel 'slice=axial:3;camera.view=left'",
+        {"--set camera.view", "left"});
+    // A camera of another plane.
+    write("free.json", R"({"tesseraScene":1,"image":{"size":[24,24]},
+        "volumes":[{"path":"s.zarr","transferFunction":"auto"}],
+        "camera":{"position":[0,-900,900],"focalPoint":[0,0,0],"viewUp":[0,0,1]}})");
+    EXPECT_EQ(run("render free.json --set slice=axial:3" + how + "a.exr").exitCode, 0);
+    EXPECT_EQ(run("render s.zarr --preset auto --slice axial:3" + how + "b.exr").exitCode, 0);
+    EXPECT_EQ(readImage(folder_ / "a.exr").pixels, readImage(folder_ / "b.exr").pixels);
 }
 
 // Slices that stand like axial and coronal ones are seen as radiology sees these, or it is told.

@@ -86,7 +86,7 @@ Option addSetOption(Command& command, std::vector<std::string>& sets, const std:
 void applySets(const std::vector<std::string>& sets, Scene& scene) {
     for (const std::string& said : sets) {
         const std::size_t equals = said.find('=');
-        if (equals == std::string::npos || equals == 0 || equals + 1 == said.size())
+        if (equals == std::string::npos || equals == 0)
             throw badFile("--set", "KEY=VALUE, a key of scenes and its value in JSON, or a word",
                           "\"" + said.substr(0, 60) + "\"");
         const std::string key = said.substr(0, equals), text = said.substr(equals + 1);
@@ -136,7 +136,8 @@ json typedValue(const std::string& key, const std::string& text, const std::stri
         return text == "true";
     if (isOf(*row, "number") || isOf(*row, "integer"))
         return numberOrWord(text);
-    if (isOf(*row, "string") || !row->option.name.empty())
+    const bool isQuoted = text.size() > 1 && text.front() == '"' && json::accept(text);
+    if (!isQuoted && (isOf(*row, "string") || !row->option.name.empty()))
         return text;
     return json::accept(text) ? parseStrictJson(text, where) : numberOrWord(text);
 }

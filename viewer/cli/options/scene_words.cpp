@@ -4,12 +4,14 @@
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/scene_presets.h"
+#include "core/scene/slice_view.h"
 #include "viewer/cli/options/command.h"
 #include "viewer/presets/preset_library.h"
 
 #include <algorithm>
 #include <optional>
 #include <utility>
+#include <variant>
 
 namespace tessera {
 
@@ -31,6 +33,9 @@ bool setByWord(Scene& scene, const std::string& name, const std::string& text, c
     if (word == "slice") {
         scene.slice = parseSlice(text, where);
         scene.mode = Mode::slice;
+        constexpr double kAlongNormal = 1 - 1e-6;
+        if (std::holds_alternative<Camera>(scene.camera) && facingOf(scene) < kAlongNormal)
+            scene.camera = FittedView{}; // that of another plane
         return true;
     }
     try {

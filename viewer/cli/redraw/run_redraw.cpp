@@ -12,6 +12,7 @@
 #include "viewer/cli/render/panel_figure.h"
 #include "viewer/cli/render/picture_files.h"
 #include "viewer/cli/render/run_render.h"
+#include "viewer/paths/path_file.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -35,7 +36,7 @@ constexpr const char* kWithOption = "--with";
 void change(const std::vector<std::string>& changes, Scene& scene) {
     for (const std::string& said : changes) {
         const std::size_t equals = said.find('=');
-        if (equals == std::string::npos || equals == 0 || equals + 1 == said.size())
+        if (equals == std::string::npos || equals == 0)
             throw badFile(kWithOption, "KEY=VALUE, a key of scenes and its value",
                           "\"" + said.substr(0, 60) + "\"");
         const std::string name = said.substr(0, equals), key = keyNamed(name);
@@ -78,7 +79,7 @@ void setPath(const RedrawArguments& arguments, FigureRecord& record) {
         throw badFile("--path", "an unfolded wall or a reformation, which lie along a line",
                       "another picture");
     if (!arguments.path.empty())
-        record.path = loadPath(arguments.path);
+        record.path = loadPathFile(arguments.path);
     if (alongLine && record.manifest.contains("reformation"))
         for (const char* key : {"mode", "image.size"})
             if (isChanged(arguments, key))

@@ -61,6 +61,21 @@ std::optional<TransferFunction> automaticFunction(const Scene& asked, const Scen
     return *function;
 }
 
+/// A manifest of what the figure left out beside what its panels did, which was told.
+nlohmann::json ofNoPanel(const nlohmann::json& report) {
+    nlohmann::json left = nlohmann::json::array();
+    for (const nlohmann::json& what :
+         report.value("annotations", nlohmann::json::object()).value("leftOut", nlohmann::json::array()))
+        if (std::ranges::none_of(report.at("panels"), [&](const nlohmann::json& panel) {
+                const auto told = panel.find("annotations");
+                return told != panel.end() &&
+                       std::ranges::count(told->value("leftOut", nlohmann::json::array()), what) > 0;
+            }))
+            left.push_back(what);
+    return left.empty() ? nlohmann::json::object()
+                        : nlohmann::json::object({{"annotations", {{"leftOut", left}}}});
+}
+
 /// Draws a panel into the figure. Returns whether it shows anything.
 bool drawPanel(const RenderTask& whole, const FittedPanel& fitted, PanelSheet& sheet) {
     RenderTask task = whole;
@@ -136,15 +151,18 @@ void drawPanels(const PanelFigure& figure, const RenderArguments& arguments, con
     const PanelGrid& grid = figure.layout.grid;
     PanelSheet sheet(figure.layout);
     bool shows = false;
-    for (const FittedPanel& panel : figure.panels) {
+    for (std::size_t n = 0; n < figure.panels.size(); ++n) {
+        const FittedPanel& panel = figure.panels[n];
         RenderArguments one = panel.arguments;
         one.json = false;
-        withTask(one, common, [&](const RenderTask& task) { shows |= drawPanel(task, panel, sheet); });
+        CommonOptions ofPanel = common;
+        ofPanel.prefix += "panel " + std::to_string(n + 1) + ": ";
+        withTask(one, ofPanel, [&](const RenderTask& task) { shows |= drawPanel(task, panel, sheet); });
     }
     common.progress->stage("writing the figure");
     nlohmann::json report = sheet.write(arguments.out, ram);
     common.progress->end();
-    if (const std::string left = leftOutText(report); !left.empty())
+    if (const std::string left = leftOutText(ofNoPanel(report)); !left.empty())
         common.note(left);
     if (arguments.json) {
         report["output"] = arguments.out;

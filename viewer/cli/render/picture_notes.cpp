@@ -3,6 +3,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/preset.h"
+#include "core/scene/slice_view.h"
 #include "render/picture/render_scene.h"
 #include "render/plan/drawn_part.h"
 #include "viewer/cli/options/options.h" // formatNumber
@@ -58,22 +59,6 @@ void requireSliceInVolume(const Scene& scene, const VolumeInfo& info, const std:
                   "a plane that meets the volume, in " +
                       rangeAlong(kAxes[static_cast<std::size_t>(slice.orientation)], info) + " mm",
                   name + ":" + formatNumber(slice.positionMm.value_or(0), 6));
-}
-
-bool isSeenFromEdge(const Scene& scene) {
-    constexpr double kEdge = 0.01; // cosine to the normal
-    if (scene.mode != Mode::slice)
-        return false;
-    glm::dvec3 towards(0);
-    if (const auto* const view = std::get_if<FittedView>(&scene.camera)) {
-        if (!view->named)
-            return false;
-        towards = axesOf(*view).towards;
-    } else {
-        const auto& camera = std::get<Camera>(scene.camera);
-        towards = glm::normalize(camera.position - camera.focalPoint);
-    }
-    return std::abs(glm::dot(towards, poseOf(scene.slice, glm::dvec3(0)).normal)) < kEdge;
 }
 
 namespace {

@@ -18,9 +18,6 @@ std::string placeOf(const VolumeInfo& info);
 /// Throws InputError naming `where`, with the volume's box, for a slice entirely outside the volume.
 void requireSliceInVolume(const Scene& scene, const VolumeInfo& info, const std::string& where);
 
-/// True of a slice that its camera sees from the edge, so that it shows nothing.
-bool isSeenFromEdge(const Scene& scene);
-
 /// "wrote OUT: 512 x 512, levels 0 to 4, DEVICE, 1.2 s" as a note.
 /// @param kind  ", unfolded" after the size; "" of a picture
 void noteWritten(const RenderTask& task, const Scene& scene, const RenderResult& result,

@@ -8,6 +8,7 @@
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
 #include "core/scene/preset.h"
+#include "core/scene/slice_view.h"
 #include "render/plan/frame_plan.h" // summarise
 #include "viewer/cli/input/named_scene.h"
 #include "viewer/cli/options/scene_words.h"
@@ -21,6 +22,7 @@
 #include <sstream>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tessera {
@@ -206,6 +208,25 @@ Verify verifyOf(const RenderArguments& arguments) {
     return static_cast<Verify>(at - names.begin());
 }
 
+namespace {
+
+/// A slice is seen from a side that faces it. An option's side must; the scene's own does not count, and this
+/// is told.
+void faceSlice(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
+    const auto* const view = std::get_if<FittedView>(&scene.camera);
+    if (!view || !isSeenFromEdge(scene))
+        return;
+    const std::string side = view->angles ? "at angles" : std::string(nameOf(view->view));
+    if (!arguments.view.empty() || arguments.keys.says("camera.view"))
+        throw badFile(arguments.view.empty() ? "--set camera.view" : "--view", "a side that faces the slice",
+                      side + ", which sees its edge");
+    common.note("the scene's side, " + side +
+                ", sees the edge of the slice, which is shown along its normal");
+    scene.camera = FittedView{};
+}
+
+} // namespace
+
 void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common) {
     if (!arguments.preset.empty())
         applyNamedPreset(arguments.preset, "--preset", scene, common);
@@ -278,6 +299,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     if (arguments.keys.takesAnyFrame()) // of the meshes, too
         takeAnyFrame(scene);
     arguments.keys.applySets(scene);
+    faceSlice(arguments, scene, common);
     arguments.keys.checkFrames(scene);
     PixelSampling& pixels = scene.quality.pixels;
     if (!pixels.named) {
