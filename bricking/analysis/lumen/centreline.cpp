@@ -167,6 +167,9 @@ class Finder {
             if (seed.mayBridge)
                 continue;
             const SeedNeighbourhood here = near(seed);
+            const bool within = rule_.below ? here.lumen < rule_.threshold : here.lumen > rule_.threshold;
+            if (first && here.rule.below != rule_.below && within)
+                continue; // beside the wall, or in a fold: what is around it says nothing of the threshold
             if (first && here.rule.below != rule_.below)
                 throw badFile(seed.name, "a point in the lumen of " + first->name + ", " + ruleText(),
                               numberText(here.lumen) + " at " + placeText(seed.mm));

@@ -10,6 +10,9 @@ namespace {
 constexpr double kClearNoises =
     4; // least distance from the lumen's value to the threshold, in deviations of the remaining noise
 
+/// HU: above fat's, and below those of blood with contrast.
+constexpr double kMostFat = -150, kLeastContrast = 100;
+
 std::string valueText(double value, const std::string& unit) {
     char text[48];
     std::snprintf(text, sizeof text, "%.4g", value);
@@ -45,6 +48,9 @@ std::string lumenText(const Centrelines& found, const std::string& unit) {
                 ", and a tighter threshold separates the seeds";
     else if (!evidence.clear(threshold))
         text += "; unsure: it hardly differs from the noise in it";
+    if (unit == "HU" && evidence.lumen > kMostFat && evidence.lumen < kLeastContrast)
+        text +=
+            "; values in it are those of soft tissue, not of air or contrast: the line may be of no organ";
     return text;
 }
 

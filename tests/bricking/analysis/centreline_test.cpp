@@ -402,6 +402,23 @@ TEST(Centreline, IsCalledOffWhileItReads) {
 }
 
 /// What people are told of a lumen, word by word.
+// Residue or a fold about a seed is brighter than the air around it, and still of the lumen.
+TEST(Centreline, ASeedInWhatIsBrighterThanTheLumenIsOfIt) {
+    const auto line = helix(0.7);
+    const auto air = tube(line, 5, 1);
+    const glm::dvec3 end = line[line.size() - 9];
+    const auto chunks = [&](double value) {
+        return FieldChunks(boxInfo({90, 90, 50}, glm::dvec3(0.9), {-40, -40, -9}), [=](const glm::dvec3& at) {
+            return glm::length(at - end) < 2.2 ? value : air(at);
+        });
+    };
+    const Centrelines found = find(chunks(-620), between(line[9], end));
+    EXPECT_LT(glm::length(found.lines[0].points.back() - end), 1);
+    EXPECT_NEAR(found.lumen.threshold, find(chunks(-1000), between(line[9], end)).lumen.threshold, 1);
+    EXPECT_THAT(refusal(chunks(-300), between(line[9], end)),
+                HasSubstr("--to: expected a point in the lumen of --from, below -48"));
+}
+
 TEST(Centreline, ALumenIsToldInOneLine) {
     Centrelines found;
     found.lumen.threshold = -480.25;
@@ -437,6 +454,13 @@ TEST(Centreline, ALumenIsToldInOneLine) {
         EXPECT_EQ(found.evidence.clear(200), left <= 25) << left;
         EXPECT_EQ(text(), std::string("lumen: above 200 HU, half way from 300 in it to 0 around it") +
                               (left > 25 ? "; unsure: it hardly differs from the noise in it" : ""));
+    }
+    Centrelines muscle;
+    muscle.evidence.wall = 800;
+    for (const auto& [value, isTold] : {std::pair{52.0, true}, {-100, true}, {-700, false}, {240, false}}) {
+        muscle.evidence.lumen = value;
+        EXPECT_EQ(lumenText(muscle, "HU").find("soft tissue") != std::string::npos, isTold) << value;
+        EXPECT_EQ(lumenText(muscle, "").find("soft tissue"), std::string::npos);
     }
 }
 
