@@ -8,6 +8,7 @@
 #include "viewer/cli/input/mesh_input.h"
 #include "viewer/session/shown_picture.h"
 
+#include <algorithm>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 #include <string>
@@ -58,10 +59,13 @@ void SessionThread::showRound(const SessionWishes::Round& round) {
 }
 
 void SessionThread::startSaving(SessionWishes::Save& save) {
-    if (!open_ || save.scene.volumes.front().path != open_->scene.volumes.front().path)
-        return; // for the previous volume
+    if (!open_ || save.scene.volumes.front().path != open_->scene.volumes.front().path) {
+        tellSaved(save.number); // for the previous volume
+        return;
+    }
     if (!open_->stills || open_->line) {
         board_.tell([&](SessionNews& news) {
+            news.saved = save.number;
             news.state.problem = open_->line
                                      ? "cannot save a picture of that size during the search for a line"
                                      : "cannot save a picture of that size: --ram is too small for a "
@@ -73,13 +77,19 @@ void SessionThread::startSaving(SessionWishes::Save& save) {
         stillBegun_ = false; // it is begun again afterwards
     open_->still.reset();
     dropSaving();
-    saving_ = Saving{save.path, save.marks, std::move(save.panel)};
+    saving_ = Saving{save.path, save.marks, std::move(save.panel), save.number};
     drawStill(save.scene);
     board_.tell([](SessionNews& news) { news.state.atRest = false; });
 }
 
+void SessionThread::tellSaved(std::uint64_t number) {
+    board_.tell([&](SessionNews& news) { news.saved = std::max(news.saved, number); });
+}
+
 /// Gives up what is being saved: what holds its memory may go.
 void SessionThread::dropSaving() {
+    if (saving_)
+        tellSaved(saving_->number);
     saving_.reset();
     waiting_ = {};
 }
@@ -108,6 +118,7 @@ void SessionThread::finishSaving() {
         }
     resting_ = false;
     board_.tell([&](SessionNews& news) {
+        news.saved = std::max(news.saved, to.number);
         if (!problem.empty())
             news.state.problem = problem;
         else if (wrote)

@@ -47,6 +47,7 @@ struct SessionWishes {
         std::filesystem::path path;
         PictureMarks marks;
         PanelOfStills panel;
+        std::uint64_t number = 0;
     };
     bool stop = false;
     std::optional<Save> save;
@@ -89,7 +90,8 @@ struct SessionNews {
     std::shared_ptr<Progress> lineProgress;  // while one is searched
     std::unique_ptr<SliceThread> slices;     // of what is open
     std::shared_ptr<MemoryBudget> savingRam; // for a picture that is saved as it is shown
-    std::uint64_t wishes = 0, questions = 0, lines = 0;
+    std::uint64_t wishes = 0, questions = 0, lines = 0, saves = 0;
+    std::uint64_t saved = 0; // the last of saves that has ended, with a file or without
 };
 
 /// Functions passed in run under the lock: they only copy.

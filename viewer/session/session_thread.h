@@ -62,6 +62,8 @@ class SessionThread {
     void finishStill();
     void startSaving(SessionWishes::Save& save);
     void dropSaving();
+    /// The request to save has ended.
+    void tellSaved(std::uint64_t number);
     void finishSaving();
     void startLine(const SessionWishes::Line& line);
     void finishLine();
@@ -81,6 +83,7 @@ class SessionThread {
         std::filesystem::path path;
         PictureMarks marks;
         PanelOfStills panel;
+        std::uint64_t number = 0;
     };
     std::optional<Saving> saving_;           // target of the still being drawn; none: the window
     PanelOfStills waiting_;                  // that was drawn; other panels of its figure are awaited

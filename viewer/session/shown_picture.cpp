@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/base/threads.h"
 #include "core/image/colour.h"
+#include "core/scene/scene.h"
 #if TESSERA_WITH_IMAGE_FILES
 #include "render/contract/ray_state.h" // rayCount
 #include "render/plan/frame_plan.h"    // kPictureBytesPerPixel
@@ -177,6 +178,23 @@ FigurePart partOf(const SavedPanel& panel) {
     return part;
 }
 
+/// Makes the manifest's scene have what is drawn into the picture, so that it is drawn again: a window adds
+/// to the annotations of the scene that it drew.
+void tellDrawn(nlohmann::json& manifest, const FigurePart& part) {
+    if (!manifest.contains("scene"))
+        return; // a picture that is not drawn again
+    Scene scene;
+    scene.volumes.resize(1);
+    scene.annotations = part.annotations;
+    scene.measurements = part.measurements;
+    const nlohmann::json drawn = nlohmann::json::parse(sceneJson(scene));
+    for (const char* const key : {"annotations", "measurements"}) {
+        manifest["scene"].erase(key);
+        if (drawn.contains(key))
+            manifest["scene"][key] = drawn[key];
+    }
+}
+
 /// A picture on its background, and what is encoded of it.
 Charge chargeFor(const glm::ivec2& size, MemoryBudget& ram) {
     return ram.charge((kPictureBytesPerPixel - sizeof(glm::vec4)) * rayCount(size), "the saved picture");
@@ -188,6 +206,7 @@ void savePicture(const std::filesystem::path& path, const SavedPanel& panel, Mem
     Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
     const Figure figure{image.size, panel.marks.annotations.dpi, {partOf(panel)}};
     nlohmann::json manifest = manifestOf(picture);
+    tellDrawn(manifest, figure.parts.front());
     tellAnnotations(manifest, figure);
     writeFigure(path, std::move(image), figure, manifestText(manifest), {}, ram);
 }
@@ -222,7 +241,9 @@ void savePictures(const std::filesystem::path& path, const std::vector<SavedPane
     PanelSheet sheet(layout);
     for (std::size_t n = 0; n < panels.size(); ++n) {
         const ShownPicture& picture = *panels[n].picture;
-        sheet.put(picture.image, std::move(parts[n]), picture.background, manifestOf(picture));
+        nlohmann::json manifest = manifestOf(picture);
+        tellDrawn(manifest, parts[n]);
+        sheet.put(picture.image, std::move(parts[n]), picture.background, std::move(manifest));
     }
     sheet.write(path, ram);
 }

@@ -62,6 +62,7 @@ class ViewSession final : public Viewing {
     ViewingState state() const override {
         return board_.look([](const SessionNews& news) {
             ViewingState state = news.state;
+            state.atRest = state.atRest && news.saved == news.saves;
             if (news.slices && state.problem.empty())
                 state.problem = news.slices->takeProblem();
             if (state.kind == ViewingState::Kind::opening) {
@@ -155,8 +156,9 @@ class ViewSession final : public Viewing {
     void saveStill(const Scene& scene, const fs::path& path, const PictureMarks& marks,
                    PanelOfStills panel) override {
         std::optional<SessionWishes::Save> before; // its figure is given up after the lock
-        board_.ask([&](SessionWishes& wishes, SessionNews&) {
-            before = std::exchange(wishes.save, SessionWishes::Save{scene, path, marks, std::move(panel)});
+        board_.ask([&](SessionWishes& wishes, SessionNews& news) {
+            before = std::exchange(wishes.save,
+                                   SessionWishes::Save{scene, path, marks, std::move(panel), ++news.saves});
         });
     }
     std::string takeNotice() override {

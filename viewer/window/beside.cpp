@@ -175,15 +175,24 @@ SliceWish Beside::planes(const WindowState& desk) const {
 
 /// What belongs to the first scan's picture made this one's.
 FigurePart Beside::ofThis(FigurePart part, const WindowState& desk) const {
-    part.camera = std::get<Camera>(scene_.camera);
+    if (const Camera* const seen = camera())
+        part.camera = *seen;
+    else // before its first picture
+        move(part.camera, shift(desk));
     part.orientationKnown = volume_ && volume_->info.orientationKnown;
     part.legend = part.annotations.legend && volume_ ? colourLegend(scene_, volume_->volumes)
                                                      : std::vector<LegendBar>();
     part.annotations.labelLegend = part.annotations.measurements = false;
     part.labels.clear();
     part.measurements.clear();
-    for (Arrow& arrow : part.annotations.arrows)
-        arrow.place += shift(desk);
+    if (volume_) // its scene's own words
+        for (std::string Annotations::*const words : {&Annotations::title, &Annotations::caption})
+            if (const std::string& own = volume_->scene.annotations.*words; !own.empty())
+                part.annotations.*words = own;
+    if (volume_ && desk.volume() &&
+        placesOf(desk.volume()->info, volume_->info, links_) == BesideLinks::Places::middles)
+        // they point at nothing of this scan
+        part.annotations.arrows.clear();
     return part;
 }
 
@@ -196,6 +205,12 @@ FigurePart Beside::overlay(const WindowState& desk) const {
 
 PictureMarks Beside::marks(const WindowState& desk) const {
     return ofThis(desk.marks(), desk);
+}
+
+void Beside::saveStill(const Scene& scene, const std::filesystem::path& file, const PictureMarks& marks,
+                       PanelOfStills panel) {
+    state_.atRest = false; // the last state does not know of it
+    viewing_->saveStill(scene, file, marks, std::move(panel));
 }
 
 bool Beside::atRest() const {

@@ -11,6 +11,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <variant>
 
 namespace tessera {
 
@@ -51,8 +53,11 @@ class Beside {
     /// Null before it is open.
     const VolumeSeen* volume() const { return volume_.get(); }
     const ViewingState& state() const { return state_; }
-    /// The scene that was asked for last.
-    const Scene& scene() const { return scene_; }
+    /// The camera of the scene that was asked for last; null before the first.
+    const Camera* camera() const { return std::get_if<Camera>(&scene_.camera); }
+    /// As Viewing::saveStill().
+    void saveStill(const Scene& scene, const std::filesystem::path& file, const PictureMarks& marks,
+                   PanelOfStills panel);
     /// That which goes with the desk's as it is now. Both volumes are open.
     Scene sceneNow(const WindowState& desk) const;
     /// The picked point of the current request.

@@ -162,8 +162,9 @@ void drawBeside(const Beside& beside, const WindowState& desk, const Area& area,
                      {from.x + kMargin + (shade ? 1.0f : 0.0f), from.y + kTop + (shade ? 1.0f : 0.0f)},
                      shade ? IM_COL32(0, 0, 0, 200) : kText, words.c_str(), nullptr,
                      end.x - from.x - kMargin - kOfCube);
-    if (const VolumeSeen* const volume = beside.volume(); volume && desk.volume()) {
-        const Camera& camera = std::get<Camera>(beside.scene().camera);
+    const VolumeSeen* const volume = beside.volume();
+    if (const Camera* const seen = beside.camera(); seen && volume && desk.volume()) {
+        const Camera& camera = *seen;
         drawPart(draw, area, beside.overlay(desk), kRowOfWords);
         if (const auto& picked = beside.picked();
             picked && picked->hit && hand.isOver() && hand.beside() == &beside)

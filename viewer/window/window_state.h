@@ -206,7 +206,9 @@ class WindowState {
     bool showPanels = true, showSlices = true, showHelp = false, showLevels = false, flying = false;
     bool savesScaleBar = false, savesLegend = false; // in pictures that are saved
     std::optional<bool> showLegend;                  // none: where colours need it
-    bool showsLegend() const { return volume_ && showLegend.value_or(needsLegend(scene_)); }
+    bool showsLegend() const {
+        return volume_ && showLegend.value_or(scene_.annotations.legend || needsLegend(scene_));
+    }
     /// Of the scene as it is.
     std::vector<LegendBar> legend() const;
     PictureMarks marks() const;

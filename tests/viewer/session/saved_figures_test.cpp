@@ -96,6 +96,24 @@ TEST(SavedFigures, StillsOfTwoSessionsBecomeOneFigure) {
     }
 }
 
+// Whoever waits until nothing more comes has the file.
+TEST(SavedFigures, ASessionIsNotAtRestBeforeItsStillIsWritten) {
+    Two two;
+    two.scene.imageSize = 2 * kPicture;
+    for (const char* const name : {"a.png", "b.png", "c.png"}) {
+        ASSERT_TRUE(two.first.comesTo([&] { return two.first.viewing->state().atRest; }));
+        two.first.viewing->saveStill(two.scene, two.folder / name, {});
+        EXPECT_FALSE(two.first.viewing->state().atRest);
+        ASSERT_TRUE(two.first.comesTo([&] { return two.first.viewing->state().atRest; }));
+        EXPECT_TRUE(fs::exists(two.folder / name)) << name;
+    }
+    Scene another = two.scene; // of a volume that is not open: no file comes
+    another.volumes.front().path = "/another.zarr";
+    two.first.viewing->saveStill(another, two.folder / "d.png", {});
+    ASSERT_TRUE(two.first.comesTo([&] { return two.first.viewing->state().atRest; }));
+    EXPECT_FALSE(fs::exists(two.folder / "d.png"));
+}
+
 // A figure that lacks a panel is not written, and the memory of the one that waits comes back.
 TEST(SavedFigures, AFigureIsGivenUpWithOneOfItsPanels) {
     Two two;

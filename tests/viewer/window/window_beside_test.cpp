@@ -265,13 +265,37 @@ TEST(WindowBeside, SavedPicturesAreOfBoth) {
     const PictureMarks& marks = d.viewing.panels[0].marks;
     EXPECT_EQ(marks.annotations.title, "before and after");
     EXPECT_FALSE(marks.annotations.measurements) << "they are of the first scan";
-    ASSERT_EQ(marks.annotations.arrows.size(), 1u);
-    EXPECT_EQ(marks.annotations.arrows[0].place, glm::dvec3(1, 2, 3) + kBy);
+    EXPECT_TRUE(marks.annotations.arrows.empty()) << "they point at nothing of this one";
+    beside.setLinks({.places = BesideLinks::Places::coordinates});
+    ASSERT_EQ(beside.marks(d.desk).annotations.arrows.size(), 1u);
+    EXPECT_EQ(beside.marks(d.desk).annotations.arrows[0].place, glm::dvec3(1, 2, 3));
+    beside.setLinks({});
     EXPECT_EQ(d.viewing.panels[0].picture, viewing.drawn);
     d.desk.writeStill(file, 3);
     EXPECT_EQ(d.viewing.said.back(), "still both.png of 1200 x 900 with a scale bar, a panel");
     EXPECT_EQ(viewing.said.back(), "still both.png of 1200 x 900 with a scale bar, a panel");
     EXPECT_EQ(std::get<Camera>(viewing.still.camera).position, d.desk.camera().position + kBy);
+}
+
+// Both volumes may be open before the other one was asked for a picture: while the desk's camera is fitted.
+TEST(WindowBeside, ThereMayBeNoPictureYet) {
+    Desk d;
+    d.draw();
+    Beside beside(std::make_unique<PretendedViewing>(), "/scans/later.zarr");
+    EXPECT_EQ(beside.camera(), nullptr);
+    const FigurePart part = beside.overlay(d.desk);
+    EXPECT_EQ(part.camera.position, d.desk.overlay().camera.position) << "neither is moved yet";
+}
+
+// A still that was just asked for is still to come, whatever the last state said.
+TEST(WindowBeside, AStillIsAwaited) {
+    Desk d;
+    d.draw();
+    d.viewing.now.atRest = true;
+    d.draw();
+    ASSERT_TRUE(d.desk.state().atRest);
+    d.desk.writeStill("/tmp/one.png", 2);
+    EXPECT_FALSE(d.desk.state().atRest);
 }
 
 // What goes wrong there is told at the desk, with the scan's name.
