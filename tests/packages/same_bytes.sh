@@ -9,6 +9,7 @@ cd "$root"
 git diff --quiet HEAD || { echo "same_bytes.sh: expected a folder as committed, found changes"; exit 2; }
 objects=("$@")
 ((${#objects[@]})) || objects=(core/CMakeFiles/tessera_base.dir/Unity/unity_0_cxx.cxx.o
+    bricking/CMakeFiles/tessera_levels.dir/levels/level_error.cpp.o bricking/CMakeFiles/tessera_source.dir/Unity/unity_0_cxx.cxx.o
     render/CMakeFiles/tessera_gl.dir/Unity/unity_0_cxx.cxx.o viewer/CMakeFiles/tessera_command_pages.dir/Unity/unity_0_cxx.cxx.o
     viewer/CMakeFiles/tessera_window.dir/Unity/unity_0_cxx.cxx.o viewer/CMakeFiles/tessera_pictures.dir/cli/modules/picture_module.cpp.o)
 work=$(mktemp -d)
