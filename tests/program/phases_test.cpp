@@ -156,6 +156,11 @@ TEST_F(Phases, AFilmHasAFrameForEachWithOneCameraAndFunction) {
     const Outcome still = run("render still.json -o still.png --engine native --no-check");
     ASSERT_EQ(still.exitCode, 0) << still.problems;
     EXPECT_EQ(pixelsOf("still.png"), before);
+    // So it is drawn again from the file that has all of them, too.
+    ASSERT_EQ(run("cache clear").exitCode, 0);
+    const Outcome redrawn = run("redraw frames/frame-000001.png --data t.nii -o redrawn.png");
+    ASSERT_EQ(redrawn.exitCode, 0) << redrawn.problems << redrawn.out;
+    EXPECT_EQ(pixelsOf("redrawn.png"), before);
     // While it turns, phases follow one another.
     const Outcome turn =
         run("render t.nii --phase all --turn 90 --frames 4 -o turn --engine native --size 12x10");

@@ -33,6 +33,27 @@ class Lumen(unittest.TestCase):
         self.assertTrue(5 < np.median(self.line.radii) < 8)
         self.assertAlmostEqual(self.line.length, np.linalg.norm(np.diff(self.line.points, axis=0), axis=1).sum(), delta=1)
 
+    def test_points_are_a_path(self):
+        points = np.column_stack([self.line.points, self.line.radii])
+        with tempfile.TemporaryDirectory() as folder:
+            drawn = {}
+            for name, path in (
+                ("line", self.line),
+                ("array", points[::6]),
+                ("list", points[::6].tolist()),
+                ("fortran", np.asfortranarray(points[::6])),
+                ("bare", points[::6, :3]),
+            ):
+                out = os.path.join(folder, name + ".png")
+                tessera.render_file(self.volume, out, path=path, straighten=True, across=30)
+                drawn[name] = out
+            with open(drawn["array"], "rb") as one, open(drawn["list"], "rb") as other, open(drawn["fortran"], "rb") as third:
+                self.assertTrue(one.read() == other.read() == third.read())
+            for wrong in (points[:1], points[:, :2], points[0], np.full((4, 3), np.nan), [(1, 2, 3), (1, 2)], 7):
+                with self.assertRaises(tessera.InputError) as refused:
+                    tessera.render_file(self.volume, drawn["line"], path=wrong, straighten=True)
+                self.assertIn("oint", str(refused.exception))
+
     def test_its_path_is_the_command_lines(self):
         self.assertEqual(self.line.path["volume"]["contentHash"], self.volume.content_hash)
         with tempfile.TemporaryDirectory() as folder:
@@ -115,6 +136,40 @@ class Parts(unittest.TestCase):
         for wrong in (labels[1:], labels * 0.5, labels.astype(int) - 1, labels.astype(int) * 70000):
             with self.assertRaisesRegex(tessera.InputError, "^labels: expected .{1,200}$"):
                 tessera.render(volume, labels=wrong)
+
+    def test_labels_have_the_place_of_their_array(self):
+        values = np.arange(7 * 8 * 9, dtype=np.int16).reshape(7, 8, 9)
+        wanted = values % 6 == 1  # in the array's order
+        for signs in ((1, 1, 1), (-1, -1, 1), (1, 1, -1), (-1, 1, -1)):
+            affine = np.diag([*(np.array(signs) * (2, 1, 3)), 1.0])
+            affine[:3, 3] = (4, -9, 2)
+            volume = tessera.open(values, affine=affine)
+            there = np.asarray(volume) % 6 == 1
+            for labels in ((wanted, affine), (there, volume.affine), (wanted[:5], affine), (there[:, ::-1], volume.affine)):
+                read = volume.labels(labels).mask(1)
+                if labels[0] is wanted or labels[0] is there:
+                    self.assertTrue(np.array_equal(read, there), signs)
+                else:
+                    self.assertFalse(np.array_equal(read, there), signs)
+            self.assertTrue(np.array_equal(volume.labels(volume.labels((wanted, affine))).mask(1), there))
+            if signs == (1, 1, 1):
+                self.assertTrue(np.array_equal(volume.labels(wanted).mask(1), there))
+            else:  # of either order
+                with self.assertRaisesRegex(tessera.InputError, r"^labels: expected \(array, affine\)"):
+                    volume.labels(wanted)
+        swapped = np.eye(4)[[2, 1, 0, 3]]  # x and z change places: shapes tell the order
+        volume = tessera.open(values, affine=swapped)
+        there = np.asarray(volume) % 6 == 1
+        self.assertNotEqual(there.shape, wanted.shape)
+        for labels in (wanted, there):
+            self.assertTrue(np.array_equal(volume.labels(labels).mask(1), there))
+        for masked, is_taken in ((np.ma.array(there), True), (np.ma.array(there, mask=there), False)):
+            if is_taken:
+                self.assertTrue(np.array_equal(volume.labels(masked).mask(1), there))
+            else:
+                with self.assertRaisesRegex(tessera.InputError, "masked"):
+                    volume.labels(masked)
+        self.assertEqual(tessera.open(np.ma.array(values)).shape, values.shape)
 
     def test_labels_are_arrays_on_the_volumes_lattice(self):
         values = np.zeros((20, 22, 24), np.uint8)

@@ -127,6 +127,9 @@ class Arrays(unittest.TestCase):
                 np.testing.assert_array_equal(volume.level(0), expected.level(0))
                 with self.assertRaisesRegex(tessera.InputError, "spacing"):
                     tessera.open(image, spacing=(1, 1, 1))
+                # as labels, too, whatever the order of the volume's voxels
+                read = expected.labels(image).values
+                np.testing.assert_array_equal(read, expected.level(0))
 
     def test_values_have_slope_and_intercept(self):
         array = ramp((6, 6, 6), np.uint16)

@@ -176,6 +176,18 @@ Path phasesPath(const RenderTask& task) {
                      a.framesPerSecond > 0 ? a.framesPerSecond : Path().framesPerSecond);
 }
 
+/// Those of a still of this frame: its phase is chosen.
+nlohmann::json frameOptions(const RenderTask& task, const nlohmann::json& frame) {
+    nlohmann::json options = optionsJson(task);
+    if (!frame.contains("phase"))
+        return options;
+    nlohmann::json& sources = options["sources"];
+    if (!sources.is_array())
+        sources = nlohmann::json::array({nlohmann::json::object()});
+    sources.at(0)["phase"] = frame["phase"];
+    return options;
+}
+
 } // namespace
 
 void renderFilm(const RenderTask& given) {
@@ -216,16 +228,18 @@ void renderFilm(const RenderTask& given) {
     // Read before the frames' own memory is taken.
     const FigureMaker maker(scene, task.stores, task.ram, task.options.threads);
     bool told = false; // of what had no room
-    if (scene.annotations.any())
-        job.annotate = [&](const Scene& ofFrame, const RenderResult& result, Image& picture,
-                           nlohmann::json& manifest) {
-            const Figure figure = maker.figure(ofFrame, result);
-            tellAnnotations(manifest, figure);
-            annotate(picture, figure);
-            if (const std::string words = leftOutText(manifest); !words.empty() && !std::exchange(told, true))
-                task.common.note("frame " + std::to_string(manifest["film"]["frame"].get<std::size_t>()) +
-                                 ": " + words);
-        };
+    job.annotate = [&](const Scene& ofFrame, const RenderResult& result, Image& picture,
+                       nlohmann::json& manifest) {
+        manifest["options"] = frameOptions(task, manifest["film"]);
+        if (!scene.annotations.any())
+            return;
+        const Figure figure = maker.figure(ofFrame, result);
+        tellAnnotations(manifest, figure);
+        annotate(picture, figure);
+        if (const std::string words = leftOutText(manifest); !words.empty() && !std::exchange(told, true))
+            task.common.note("frame " + std::to_string(manifest["film"]["frame"].get<std::size_t>()) + ": " +
+                             words);
+    };
     const FilmReport report =
         drawFilm(job, task.common,
                  [](const std::filesystem::path& path, const Image& image, const std::string& manifest) {

@@ -66,16 +66,36 @@ class Centreline:
 
 @contextlib.contextmanager
 def path_file(path: Any) -> Iterator[Optional[str]]:
-    """A path as a file: that of a Centreline or a dict is made, and removed."""
+    """A path as a file: that of a Centreline, of a dict or of points is made, and removed."""
     if path is None or isinstance(path, (str, os.PathLike)):
         yield None if path is None else os.fspath(path)
         return
     whole = path.path if isinstance(path, Centreline) else path
     with tempfile.TemporaryDirectory(prefix="tessera-path-") as folder:
-        name = os.path.join(folder, "path.json")
-        with open(name, "w", encoding="ascii") as file:
-            json.dump(whole, file)
+        if isinstance(whole, dict):
+            name = os.path.join(folder, "path.json")
+            with open(name, "w", encoding="ascii") as file:
+                json.dump(whole, file)
+        else:
+            name = os.path.join(folder, "points.csv")
+            _write_points(whole, name)
         yield name
+
+
+def _write_points(points: Any, name: str) -> None:
+    """Points in their order, a row each: x, y, z, and a radius where there is one."""
+    try:
+        rows = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] not in (3, 4) or not np.all(np.isfinite(rows)):
+        raise InputError(
+            "path: expected a Centreline, its dict or file, or points as rows of x, y, z (patient space, mm) and perhaps "
+            f"a radius, found {str(points)[:80]}"
+        )
+    with open(name, "w", encoding="ascii") as file:
+        file.write("x,y,z,radius\n" if rows.shape[1] == 4 else "x,y,z\n")
+        file.writelines(",".join(map(repr, row)) + "\n" for row in rows.tolist())
 
 
 def _point(value: Any, name: str) -> Tuple[float, float, float]:

@@ -224,7 +224,8 @@ def render(
     mode="mip", window=(40, 400), slice="axial", isosurface=["300:ivory"], mesh=[...], light="studio", engine="native",
     max_error=1, samples=4, verify="full", layers="all", ram="512MiB", gpu_memory=..., crop=(x0, x1, y0, y1, z0, z1),
     set={"shading.ambient": 0.3}, and so on. A name with a point is a key of the scene: **{"shading.ambient": 0.3}.
-    labels: a file, a folder, or an array of the volume's shape.
+    labels: a file, a folder, an image of SimpleITK or nibabel, a LabelMap, (array, affine), or an array of
+    the volume's shape.
     A list repeats an option, a tuple is one value, True is a flag. Options win over the scene.
 
     progress: called with a stage and a share from 0 to 1 on this thread; it may raise, or return False, to stop. True
@@ -250,8 +251,8 @@ def render_file(
     """Writes what `tessera render` writes: a picture, with panel= a figure of several, with path= or turn= a film, and
     with path= and unfold=, straighten=, curved= or sections= a picture of a line.
 
-    source, scene and options as for render(). path: a path file, a Centreline or its dict. Frames that are there stay.
-    Returns notes and warnings.
+    source, scene and options as for render(). path: a path file, a Centreline or its dict, or points as
+    rows of x, y, z (patient space, mm) and perhaps a radius. Frames that are there stay. Returns notes and warnings.
     """
     from ._lumen import path_file
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence,
 import numpy as np
 
 from . import _tessera
-from ._labels import labels_file
+from ._labels import affine_of, image_of, labels_file, unmasked
 from ._tessera import InputError
 from ._words import Path, Progress, absolute, number, ram_text, told, whole_number, words_of
 
@@ -123,6 +123,7 @@ class Volume:
         self._opened = opened
         self._facts: Dict[str, Any] = opened.facts()
         self._hash: Optional[str] = None
+        self._array: Optional[Tuple[Tuple[int, ...], Array]] = None  # shape and affine of what it was opened from
 
     @property
     def path(self) -> str:
@@ -381,10 +382,7 @@ def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[
     if affine is not None:
         if spacing is not None or origin is not None or direction is not None:
             raise InputError("affine: expected no spacing, origin and direction with it, found some")
-        whole = numbers(affine, (4, 4), "affine")
-        if list(whole[3]) != [0, 0, 0, 1]:
-            raise InputError(f"affine: expected a last row of 0, 0, 0, 1, found {whole[3].tolist()}")
-        return whole, True
+        return affine_of(affine), True
     whole = np.eye(4)
     axes = np.eye(3) if direction is None else numbers(direction, (3, 3), "direction")
     lengths = np.linalg.norm(axes, axis=0)
@@ -397,21 +395,6 @@ def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[
     if origin is not None:
         whole[:3, 3] = numbers(origin, (3,), "origin")
     return whole, direction is not None
-
-
-def _image_of(source: Any) -> Optional[Tuple[Any, Array]]:
-    """Numbers [z, y, x] and affine (LPS) of an image of SimpleITK or nibabel; None for anything else."""
-    if hasattr(source, "dataobj") and hasattr(source, "affine"):  # nibabel: [x, y, z], RAS
-        numbers = np.asanyarray(source.dataobj)
-        return numbers.T, np.diag([-1.0, -1.0, 1.0, 1.0]) @ np.asarray(source.affine, dtype=np.float64)
-    if all(hasattr(source, name) for name in ("GetSpacing", "GetOrigin", "GetDirection")) and "SimpleITK" in sys.modules:
-        if len(source.GetSpacing()) != 3:
-            raise InputError(f"image: expected three axes, found {len(source.GetSpacing())}")
-        whole = np.eye(4)
-        whole[:3, :3] = np.reshape(source.GetDirection(), (3, 3)) * source.GetSpacing()
-        whole[:3, 3] = source.GetOrigin()
-        return sys.modules["SimpleITK"].GetArrayViewFromImage(source), whole
-    return None
 
 
 def open(  # noqa: A001
@@ -461,21 +444,20 @@ def open(  # noqa: A001
         return Volume(_tessera.open_path(os.fsencode(source), raw, ram_text(ram), told(progress)))
     if options:
         raise InputError(f"{next(iter(options))}: expected for a path, found for an array")
-    image = _image_of(source)
+    image = image_of(source)
     if image is not None:
         for name, value in (("spacing", spacing), ("origin", origin), ("direction", direction), ("affine", affine)):
             if value is not None:
                 raise InputError(f"{name}: expected for an array, found for an image, which says it itself")
         source, affine = image
-    if isinstance(source, np.ma.MaskedArray):
-        raise InputError("array: expected one without a mask (numpy.ma.filled gives it), found a masked one")
+    source = unmasked(source, "array")
     if source is None or isinstance(source, (int, float, complex)):
         raise InputError(f"source: expected a path, an array or an image, found {type(source).__name__}")
     if not isinstance(unit, str) or not (unit.isascii() and unit.isprintable()):
         raise InputError(f"unit: expected text of printable ASCII characters, found {unit!r}")
     array = np.asarray(source)
     whole, oriented = _affine_of(spacing, origin, direction, affine)
-    return Volume(
+    opened = Volume(
         _tessera.open_array(
             array,
             whole.ravel().tolist(),
@@ -487,6 +469,8 @@ def open(  # noqa: A001
             told(progress),
         )
     )
+    opened._array = array.shape, whole
+    return opened
 
 
 def phases(source: Union[str, "os.PathLike[str]"], **options: Any) -> List[str]:
