@@ -158,8 +158,10 @@ std::uint64_t PlanRevisions::next() {
 }
 
 Layers& Layers::operator=(Layers&& other) noexcept {
-    for (std::size_t i = 0; i < std::min(all_.size(), other.all_.size()); ++i)
+    for (std::size_t i = 0; i < std::min(all_.size(), other.all_.size()); ++i) {
+        all_[i]->cache.reset(); // first: its threads read through what the next line replaces
         *all_[i] = std::move(*other.all_[i]);
+    }
     for (std::size_t i = all_.size(); i < other.all_.size(); ++i)
         all_.push_back(std::move(other.all_[i]));
     return *this;

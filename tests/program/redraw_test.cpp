@@ -4,6 +4,7 @@
 
 #include "core/image/image_file.h"
 
+#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -215,6 +216,35 @@ TEST_F(Redraw, WithAnotherSliceIsThatSlice) {
     ASSERT_EQ(run("redraw near.png -q -o b.png --with slice=axial:-20").exitCode, 0);
     EXPECT_EQ(manifestOf("b.png")["scene"]["camera"]["parallelScale"], 40);
     EXPECT_FALSE(samePixels("b.png", "near.png"));
+}
+
+// Another projection shows the same at the focal point, with or without a scale of its own.
+TEST_F(Redraw, WithAnotherProjectionHasTheSameSize) {
+    draw("a.png");
+    const auto cameraOf = [&](const std::string& picture) { return manifestOf(picture)["scene"]["camera"]; };
+    const json before = cameraOf("a.png");
+    double far = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        far += std::pow(before["position"][axis].get<double>() - before["focalPoint"][axis].get<double>(), 2);
+    const double half = std::sqrt(far) * std::tan(before["viewAngle"].get<double>() * std::acos(-1.0) / 360);
+    ASSERT_EQ(run("redraw a.png -q -o b.png --with camera.parallelProjection=true").exitCode, 0);
+    EXPECT_NEAR(cameraOf("b.png")["parallelScale"].get<double>(), half, 1e-9 * half);
+    ASSERT_EQ(run("redraw b.png -q -o c.png --with camera.parallelProjection=false").exitCode, 0);
+    for (int axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(cameraOf("c.png")["position"][axis].get<double>(), before["position"][axis].get<double>(),
+                    1e-6);
+    ASSERT_EQ(run("redraw a.png -q -o d.png --with camera.parallelProjection=true "
+                  "--with camera.parallelScale=50")
+                  .exitCode,
+              0);
+    EXPECT_EQ(cameraOf("d.png")["parallelScale"], 50);
+    ASSERT_EQ(run("redraw b.png -q -o e.png --with camera.parallelProjection=true").exitCode, 0);
+    EXPECT_TRUE(samePixels("b.png", "e.png"));
+    json scene = manifestOf("a.png")["scene"]; // the same by --projection
+    scene["volumes"][0]["path"] = "s.zarr";
+    write("free.json", scene.dump());
+    ASSERT_EQ(run("render free.json -q -o f.png --projection parallel").exitCode, 0);
+    EXPECT_TRUE(samePixels("b.png", "f.png"));
 }
 
 // Texts are words, or JSON.

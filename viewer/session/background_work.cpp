@@ -57,8 +57,13 @@ FinishedStill draw(const Scene& scene, std::uint64_t asked, Stores stores, Memor
     picture->camera = result.camera;
     picture->asked = asked;
     picture->drawingMs = 1e3 * (result.secondsPreparing + result.secondsLoading + result.secondsDrawing);
-    picture->manifest = makeManifest(scene, stores, result, ram, gpu)
-                            .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    nlohmann::json manifest = makeManifest(scene, stores, result, ram, gpu);
+    std::vector<SourceChoice> sources;
+    for (const SceneVolume& volume : scene.volumes)
+        sources.push_back(volume.source);
+    if (nlohmann::json chosen = sourcesJson(sources); !chosen.empty())
+        manifest["options"]["sources"] = std::move(chosen);
+    picture->manifest = manifest.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     picture->background = scene.background;
     if (scene.lighting.transport && reductionOf(scene) == Reduction::composite)
         picture->samples =

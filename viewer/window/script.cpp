@@ -12,6 +12,7 @@
 #include "viewer/window/label_panel.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -22,9 +23,24 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 namespace tessera {
 namespace {
+
+/// Keys with names, and their numbers as GLFW has them.
+constexpr std::array<std::pair<std::string_view, int>, 11> kNamedKeys = {{{",", 44},
+                                                                          {".", 46},
+                                                                          {"Space", 32},
+                                                                          {"Home", 268},
+                                                                          {"Esc", 256},
+                                                                          {"Tab", 258},
+                                                                          {"Enter", 257},
+                                                                          {"Left", 263},
+                                                                          {"Right", 262},
+                                                                          {"Up", 265},
+                                                                          {"Down", 264}}};
 
 /// Words that follow each step's name: at least.
 const std::map<std::string, std::size_t>& wordsOfSteps() {
@@ -274,8 +290,12 @@ bool Script::take(const Step& step, WindowState& desk, Endoscopy& endoscopy, con
         return desk.showSlices = word(1) == "on", true;
     if (name == "key") {
         const char letter = word(1).front();
+        for (const auto& [key, code] : kNamedKeys)
+            if (word(1) == key)
+                return window.press(code, false), true;
         if (word(1).size() != 1 || !std::isalnum(static_cast<unsigned char>(letter)))
-            refuse(step, "a letter or a digit");
+            refuse(step,
+                   "a letter, a digit, or \",\", \".\", Space, Home, Esc, Tab, Enter, Left, Right, Up, Down");
         return window.press(std::toupper(static_cast<unsigned char>(letter)),
                             std::isupper(static_cast<unsigned char>(letter)) != 0),
                true;

@@ -156,6 +156,24 @@ Scene withoutPaths(Scene scene, Stores stores) {
     return scene;
 }
 
+nlohmann::json sourcesJson(std::span<const SourceChoice> sources) {
+    nlohmann::json all = nlohmann::json::array();
+    bool chosen = false;
+    for (const SourceChoice& source : sources) {
+        Scene alone;
+        alone.volumes.push_back(
+            {.path = "source", .transferFunction = std::string("auto"), .source = source});
+        const nlohmann::json volume = nlohmann::json::parse(sceneJson(alone)).at("volumes").at(0);
+        nlohmann::json& one = all.emplace_back(nlohmann::json::object());
+        for (const char* key :
+             {"series", "phase", "largest", "resampleZ", "allowMissing", "spacing", "fileLevel", "fileBox"})
+            if (volume.contains(key))
+                one[key] = volume[key];
+        chosen = chosen || !one.empty();
+    }
+    return chosen ? all : nlohmann::json::array();
+}
+
 nlohmann::json filePartJson(const FilePart& part) {
     const auto& [level, finest, extent, box] = part;
     return {{"fileLevel", level},

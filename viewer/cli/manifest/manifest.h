@@ -27,6 +27,9 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
                             const MemoryBudget& ram, const MemoryBudget& gpu);
 /// The manifest's "filePart" of a volume, beside what names the volume.
 nlohmann::json filePartJson(const FilePart& part);
+/// The manifest's "sources": what was chosen of each volume's source files, as scenes have it; empty where
+/// nothing was.
+nlohmann::json sourcesJson(std::span<const SourceChoice> sources);
 /// All that pixels depend on besides budgets and cameras of a path, by readable names: for processes that
 /// draw parts of one work. No paths: they may name a patient.
 nlohmann::json recordOfPixels(const Scene& scene, Stores stores, const EngineMaker& engine);

@@ -5,6 +5,7 @@
 #include "core/base/names.h"
 #include "core/scene/scene_fields.h"
 #include "viewer/cli/options/scene_words.h"
+#include "viewer/session/view_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -183,7 +184,13 @@ void setKeyFromText(Scene& scene, const std::string& key, const std::string& tex
         scene = std::move(seen);
         return;
     }
+    const auto* const free = std::get_if<Camera>(&scene.camera);
+    const std::optional<Camera> before = free ? std::optional(*free) : std::nullopt;
     setSceneKey(scene, key, typedValue(key, text, where), where);
+    if (before && key == "camera.parallelProjection") { // of the same size at the focal point
+        auto& camera = std::get<Camera>(scene.camera);
+        camera = projectedBy(*before, camera.projection);
+    }
 }
 
 void KeyOptions::add(Command& command, const std::vector<std::string>& keys) {

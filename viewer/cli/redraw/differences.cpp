@@ -75,7 +75,7 @@ void addBytes(const std::string& option, const json& before, const json& now, st
     const auto text = [](const json& bytes) {
         return bytes.is_number_unsigned() ? formatBytes(bytes.get<std::size_t>()) : std::string(kNothing);
     };
-    if (before != now && !before.is_null())
+    if (before != now && !before.is_null() && text(before) != text(now))
         to.push_back({option, text(before), text(now)});
 }
 
@@ -169,7 +169,8 @@ ManifestDifferences compareManifests(const json& before, const json& now) {
         found.settings);
     add("--tiles", at(before, "/tiles/side"), at(now, "/tiles/side"), found.settings);
     add("--layers", at(before, "/layers"), at(now, "/layers"), found.settings);
-    add("colour legend of a window", before.contains("legend"), now.contains("legend"), found.settings);
+    if (at(before, "/scene/annotations/legend") == at(now, "/scene/annotations/legend"))
+        add("colour legend of a window", before.contains("legend"), now.contains("legend"), found.settings);
     add("--ranks", before.contains("ranks"), now.contains("ranks"), found.settings);
     return found;
 }

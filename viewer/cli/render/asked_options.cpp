@@ -4,6 +4,7 @@
 #include "core/base/threads.h"
 #include "render/pixels/kept_samples.h" // fingerprint
 #include "render/verify/verify_plan.h"  // verifyNames
+#include "viewer/cli/manifest/manifest.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -12,23 +13,7 @@
 #include <utility>
 
 namespace tessera {
-namespace {
-
 using nlohmann::json;
-
-/// What a scene file says of the choice of a source.
-json sourceJson(const SourceChoice& source) {
-    Scene alone;
-    alone.volumes.push_back({.path = "source", .transferFunction = std::string("auto"), .source = source});
-    json volume = json::parse(sceneJson(alone)).at("volumes").at(0), chosen = json::object();
-    for (const char* key :
-         {"series", "phase", "largest", "resampleZ", "allowMissing", "spacing", "fileLevel", "fileBox"})
-        if (volume.contains(key))
-            chosen[key] = std::move(volume[key]);
-    return chosen;
-}
-
-} // namespace
 
 std::string requestOf(const Scene& asked) {
     Scene scene = asked;
@@ -69,13 +54,7 @@ json optionsJson(const RenderArguments& arguments, const LayerChoice& layers, co
 
 json optionsJson(const RenderTask& task) {
     json options = optionsJson(task.arguments, task.layers, task.request);
-    json sources = json::array();
-    bool chosen = false;
-    for (const SourceChoice& source : task.sources) {
-        sources.push_back(sourceJson(source));
-        chosen = chosen || !sources.back().empty();
-    }
-    if (chosen)
+    if (json sources = sourcesJson(task.sources); !sources.empty())
         options["sources"] = std::move(sources);
     return options;
 }

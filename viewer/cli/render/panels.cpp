@@ -80,26 +80,25 @@ std::vector<Panel> panelsOf(const std::vector<std::string>& texts) {
 }
 
 void shareScale(std::vector<Camera>& cameras) {
-    if (cameras.empty())
-        return;
-    const Projection projection = cameras.front().projection;
     const auto sizeOf = [](const Camera& camera) { // half the height of what it shows at its focal point
         return camera.projection == Projection::parallel ? camera.parallelScale
                                                          : glm::length(camera.position - camera.focalPoint) *
                                                                std::tan(glm::radians(camera.viewAngle) / 2);
     };
-    double most = 0;
-    for (const Camera& camera : cameras)
-        if (camera.projection == projection)
-            most = std::max(most, sizeOf(camera));
-    for (Camera& camera : cameras) {
-        if (camera.projection != projection || !(sizeOf(camera) > 0))
-            continue;
-        if (projection == Projection::parallel)
-            camera.parallelScale = most;
-        else
-            camera.position =
-                camera.focalPoint + (camera.position - camera.focalPoint) * (most / sizeOf(camera));
+    for (const Projection projection : {Projection::parallel, Projection::perspective}) {
+        double most = 0;
+        for (const Camera& camera : cameras)
+            if (camera.projection == projection)
+                most = std::max(most, sizeOf(camera));
+        for (Camera& camera : cameras) {
+            if (camera.projection != projection || !(sizeOf(camera) > 0))
+                continue;
+            if (projection == Projection::parallel)
+                camera.parallelScale = most;
+            else
+                camera.position =
+                    camera.focalPoint + (camera.position - camera.focalPoint) * (most / sizeOf(camera));
+        }
     }
 }
 

@@ -23,8 +23,8 @@ struct Panel {
 /// several of them between semicolons. Throws InputError naming --panel.
 std::vector<Panel> panelsOf(const std::vector<std::string>& texts);
 
-/// One scale for all cameras: of parallel ones the largest mm a pixel, of perspective ones the largest
-/// distance of the eye. Cameras of the other projection than the first stay.
+/// One scale for all parallel cameras, the largest mm a pixel, and one for all perspective ones, the largest
+/// distance of the eye.
 void shareScale(std::vector<Camera>& cameras);
 
 } // namespace tessera

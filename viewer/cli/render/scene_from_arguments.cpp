@@ -14,6 +14,7 @@
 #include "viewer/cli/options/scene_words.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/session/file_kind.h"
+#include "viewer/session/view_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -283,7 +284,10 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
     }
     if (!arguments.projection.empty()) {
         const auto projection = parseName<Projection>(arguments.projection, "--projection");
-        std::visit([projection](auto& camera) { camera.projection = projection; }, scene.camera);
+        if (auto* const fitted = std::get_if<FittedView>(&scene.camera))
+            fitted->projection = projection;
+        else
+            scene.camera = projectedBy(std::get<Camera>(scene.camera), projection);
     }
     if (arguments.mmPerPixel > 0 && !arguments.reforms())
         applyScale(arguments, scene);
