@@ -128,9 +128,8 @@ TEST_F(Words, ASliceIsNotSeenFromItsEdge) {
          {"--set slice=axial:3 --view left", "--slice axial:3 --set camera.view=left",
           "--set slice=axial:3 --set camera.view=left"})
         expectRefused(both + sets, {"a side that faces the slice", "left"});
-    expectRefused(
-        "render s.zarr --preset auto -q --no-check -o p.png --panel 'slice=axial:3;camera.view=left'",
-        {"--set camera.view", "left"});
+    expectRefused("render s.zarr --preset auto -q --no-check -o p.png --panel slice=axial:3;camera.view=left",
+                  {"--set camera.view", "left"});
     // A camera of another plane.
     write("free.json", R"({"tesseraScene":1,"image":{"size":[24,24]},
         "volumes":[{"path":"s.zarr","transferFunction":"auto"}],

@@ -109,6 +109,22 @@ TEST_F(HiddenTable, IsAsIfItHadNeverBeenScanned) {
                  draw(scene(HideTable::automatic), *with, EngineKind::native).image.pixels);
 }
 
+// The plan of the picture takes the place of the first picture's, whose chunks are read on.
+TEST_F(HiddenTable, IsHiddenBehindAFirstPicture) {
+    const RenderResult alone = draw(scene(HideTable::automatic), *with, EngineKind::native);
+    RenderOptions options;
+    options.engine = EngineKind::native;
+    options.threads = 2;
+    for (int n = 0; n < 20; ++n) {
+        int firsts = 0;
+        options.onFirstPicture = [&](const Image&, double) { ++firsts; };
+        const RenderResult after =
+            renderScene(scene(HideTable::automatic), *with, budgets.ram, budgets.gpu, options);
+        EXPECT_EQ(firsts, 1);
+        EXPECT_TRUE(after.image.pixels == alone.image.pixels);
+    }
+}
+
 TEST_F(HiddenTable, IsInSlices) {
     Scene a = scene(HideTable::automatic), b = scene(HideTable::no);
     a.mode = b.mode = Mode::slice;

@@ -79,7 +79,7 @@ TEST(PointLine, OfAnyPointsIsAPathThroughThem) {
         const CentreLine& line = path.lines.front();
         ASSERT_NO_THROW(checkPath(path, "points")) << n;
         EXPECT_LE(line.spacingMm, 1 + 1e-9);
-        EXPECT_LT(farthest(points.mm, line), 0.3) << n; // a curve's arrow within a millimetre of it
+        EXPECT_LT(farthest(points.mm, line), 0.5) << n; // corners are cut by half a millimetre
         EXPECT_NEAR(glm::length(line.points.front() - points.mm.front()), 0, 1e-9);
         EXPECT_NEAR(glm::length(line.points.back() - (points.closed ? points.mm.front() : points.mm.back())),
                     0, 1e-9);
@@ -200,7 +200,7 @@ TEST_F(PathFile, DamagedFilesAreReadOrRefused) {
                R"({"position": [1, 2, 3], "positionStatus": "defined"}, {"position": [4, 5e1, -6.5]})"),
         "label,r,a,s,defined,radius\nF-1,1,2,3,1,4\nF-2,1.5,20,-3,1,8\n"};
     std::mt19937 random(11);
-    for (int n = 0; n < 2000; ++n) {
+    for (int n = 0; n < 1000; ++n) {
         std::string text = files[n % 2];
         const std::size_t at = random() % text.size();
         switch (random() % 4) {
