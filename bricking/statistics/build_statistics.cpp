@@ -1,6 +1,7 @@
 // bricking/statistics/build_statistics.cpp: see statistics.h: buildStatistics(), a pass over a store that
 // writes its statistics (statistics.cpp says where).
 #include "bricking/statistics/brick_rays.h"
+#include "bricking/statistics/fill_values.h"
 #include "bricking/statistics/gathered_ranges.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/statistics/statistics_layout.h"
@@ -111,6 +112,7 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
     whole.highest = static_cast<float>(highest);
     Json crcs = Json::object(), rayCrcs = Json::array();
     std::optional<GatheredRanges> ofCells, ofBricks;
+    std::optional<FillValues> fills; // none: the volume can have none
     {
         const Charge charge = ram.charge(kBrickRayParts * rayLayerBytes(info), "rays of bricks");
         std::array<std::vector<std::uint8_t>, kBrickRayParts> layer;
@@ -162,6 +164,8 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
             std::fill(whole.histogram.begin(), whole.histogram.end(), std::uint64_t{0});
             gatherHistogram(store, whole, pool, threads);
         }
+        if (mayHaveFills(whole, info))
+            fills = findFills(store, whole, pool, threads);
     }
     const auto write = [&](const std::string& name, const GatheredRanges& ranges, const glm::ivec3& grid) {
         for (const auto& [ending, side] :
@@ -180,6 +184,8 @@ void buildStatistics(const StoreReader& store, const fs::path& folder, MemoryBud
                                       {"histogram", whole.histogram},
                                       {"arrays", crcs},
                                       {"rays", rayCrcs}};
+    if (fills)
+        group["attributes"]["tessera"][kFillsKey] = fillsJson(*fills);
     seal(group);
     writeFile(folder / kStatisticsFile, storedText(group));
 }

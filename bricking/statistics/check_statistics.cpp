@@ -1,6 +1,7 @@
 // bricking/statistics/check_statistics.cpp: see check_statistics.h.
 #include "bricking/statistics/check_statistics.h"
 
+#include "bricking/statistics/fill_values.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/statistics/statistics_layout.h"
 #include "bricking/store/codec.h"
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <system_error>
 
 namespace tessera {
@@ -77,6 +79,8 @@ void checkHistogram(const StoreReader& store, const Json& group) {
         throw badFile(where, "a histogram of all voxels", std::to_string(voxels) + " counts");
     numberAt(group, "/attributes/tessera/lowest", where);
     numberAt(group, "/attributes/tessera/highest", where);
+    if (group["attributes"]["tessera"].contains(kFillsKey))
+        readFills(group, std::string("/attributes/tessera/") + kFillsKey, voxels, where);
 }
 
 } // namespace

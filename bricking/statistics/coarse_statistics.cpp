@@ -1,11 +1,13 @@
 // bricking/statistics/coarse_statistics.cpp: see coarse_statistics.h.
 #include "bricking/statistics/coarse_statistics.h"
 
+#include "bricking/statistics/fill_values.h"
 #include "bricking/statistics/statistics_layout.h"
 #include "bricking/statistics/statistics_pass.h"
 #include "bricking/statistics/statistics_reader.h"
 #include "bricking/store/buffer_pool.h"
 #include "bricking/store/remote_files.h"
+#include "core/base/address.h"
 #include "core/base/brick.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
@@ -46,6 +48,9 @@ std::optional<Statistics> loadCoarseStatistics(const StoreReader& store, MemoryB
         if (reader.version() == kOldestStatistics)
             return std::nullopt;
         reader.summary(statistics);
+        if (!reader.knowsFills() && !isAddress(store.path()) &&
+            mayHaveFills({statistics.lowest, statistics.highest, statistics.histogram}, store.info()))
+            return std::nullopt; // they are looked for in the voxels
         reader.pair("brick_min", statistics.wideMin, "brick_max", statistics.wideMax, statistics.bricks,
                     static_cast<int>(workers));
     } catch (const OutOfReach&) {

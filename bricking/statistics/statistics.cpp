@@ -7,6 +7,7 @@
 #include "bricking/statistics/statistics.h"
 
 #include "bricking/statistics/brick_rays.h"
+#include "bricking/statistics/fill_values.h"
 #include "bricking/statistics/statistics_layout.h"
 #include "bricking/statistics/statistics_pass.h"
 #include "bricking/statistics/statistics_reader.h"
@@ -16,6 +17,7 @@
 #include "bricking/store/shard.h"
 #include "bricking/store/store_files.h"
 #include "bricking/store/zarr_array.h"
+#include "core/base/address.h"
 #include "core/base/error.h"
 #include "core/base/threads.h"
 
@@ -78,14 +80,31 @@ Mask::Part partOf(const MaskedSource& masked, std::size_t at, const glm::ivec3& 
 
 /// Reads the store's statistics; throws InputError if anything is missing, different or damaged.
 /// @param threads  at most so many, each with scratchBytes()
-void readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
+/// @return false: they do not say whether there are fill values
+bool readStatistics(const StoreReader& store, Statistics& statistics, int threads) {
     const StatisticsReader reader(store, {"brick_max", "brick_min", "cell_max", "cell_min"});
     reader.summary(statistics);
     reader.pair("cell_min", statistics.cellMin, "cell_max", statistics.cellMax, statistics.cells, threads);
     foldBricks(statistics, threads);
     if (reader.version() == kOldestStatistics)
-        return boundWideRanges(statistics);
-    reader.pair("brick_min", statistics.wideMin, "brick_max", statistics.wideMax, statistics.bricks, threads);
+        boundWideRanges(statistics);
+    else
+        reader.pair("brick_min", statistics.wideMin, "brick_max", statistics.wideMax, statistics.bricks,
+                    threads);
+    return reader.knowsFills();
+}
+
+/// For statistics that do not say it. Of a store on a server nothing is looked for: it would be fetched
+/// whole.
+void lookForFills(const StoreReader& store, Statistics& statistics, MemoryBudget& ram, int threads) {
+    const WholeRange whole{statistics.lowest, statistics.highest, statistics.histogram};
+    if (!mayHaveFills(whole, store.info()) || isAddress(store.path()))
+        return;
+    BufferPool pool(ram, threadCount(threads), store.chunkBytes(), "looking for fill values");
+    try {
+        statistics.fills = findFills(store, whole, pool, threads);
+    } catch (const BadFile&) { // damaged voxels are told of where they are drawn
+    }
 }
 
 } // namespace
@@ -121,10 +140,16 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
         gatherMeans(store, statistics, pool);
     }
     try {
-        const std::size_t each = scratchBytes(store.info());
-        const std::size_t workers = std::clamp(ram.freeBytes() / each, std::size_t{1}, threadCount(threads));
-        const Charge scratch = ram.charge(workers * each, "reading statistics");
-        readStatistics(store, statistics, static_cast<int>(workers));
+        bool knowsFills = false;
+        {
+            const std::size_t each = scratchBytes(store.info());
+            const std::size_t workers =
+                std::clamp(ram.freeBytes() / each, std::size_t{1}, threadCount(threads));
+            const Charge scratch = ram.charge(workers * each, "reading statistics");
+            knowsFills = readStatistics(store, statistics, static_cast<int>(workers));
+        }
+        if (!knowsFills)
+            lookForFills(store, statistics, ram, threads);
         return statistics;
     } catch (const OutOfReach&) { // to compute them would fetch all that there is
         throw;
@@ -136,6 +161,7 @@ Statistics loadStatistics(const StoreReader& store, MemoryBudget& ram, int threa
     gatherCells(store, statistics, pool, threads);
     WholeRange whole{statistics.lowest, statistics.highest, std::move(statistics.histogram)};
     gatherHistogram(store, whole, pool, threads);
+    statistics.fills = findFills(store, whole, pool, threads);
     statistics.histogram = std::move(whole.histogram);
     foldBricks(statistics, threads);
     return statistics;

@@ -26,6 +26,18 @@ int histogramBin(double value, double lowest, double highest);
 /// as the medium of labels.
 enum ShownPart : std::uint8_t { kShowsFunction = 1, kShowsMedium = 2 };
 
+/// Fill values: extremes that stand alone, as those of voxels without a measurement do (fill_values.h).
+struct FillValues {
+    struct Value {
+        float value = 0;
+        std::uint64_t voxels = 0;
+    };
+    std::vector<Value> values; // empty: none
+    /// Of all other values, where there are some; the histogram has kHistogramBins.
+    float lowest = 0, highest = 0;
+    std::vector<std::uint64_t> histogram;
+};
+
 /// All values as stored (physical = slope * stored + intercept).
 struct Statistics {
     glm::ivec3 cells{0};                   // cellGrid(extent)
@@ -36,6 +48,7 @@ struct Statistics {
     std::vector<float> wideMin, wideMax;   // the same with two layers around
     float lowest = 0, highest = 0;         // over the whole volume, level 0
     std::vector<std::uint64_t> histogram;  // kHistogramBins, whole volume, level 0
+    FillValues fills;                      // of the whole volume, level 0
     /// Parts that can show, where labels decide: of a cell and those that touch it; of bricks with their
     /// layers, 1 and 2. Empty: the function everywhere.
     std::vector<std::uint8_t> cellShows, brickShows, wideShows;

@@ -16,6 +16,7 @@
 namespace tessera {
 
 constexpr const char* kStatisticsFile = "stats/zarr.json";
+constexpr const char* kFillsKey = "fill"; // of the group; only where a volume may have fill values
 constexpr const char* kRayGroupFile = "stats/rays/zarr.json";
 // 1: brick histograms; 2: no rays through the extremes; 3: fewer rays and samples; 4: no brick_min, brick_max
 constexpr std::int64_t kStatisticsVersion = 5, kOldestStatistics = 4;

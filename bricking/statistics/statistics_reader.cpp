@@ -1,6 +1,7 @@
 // bricking/statistics/statistics_reader.cpp: see statistics_reader.h.
 #include "bricking/statistics/statistics_reader.h"
 
+#include "bricking/statistics/fill_values.h"
 #include "bricking/statistics/statistics_layout.h"
 #include "bricking/store/codec.h"
 #include "core/base/brick.h"
@@ -66,6 +67,12 @@ void StatisticsReader::summary(Statistics& statistics) const {
     }
     if (voxels != store_.info().voxelCount())
         throw badFile(where_, "a histogram of all voxels", std::to_string(voxels) + " counts");
+    if (group_["attributes"]["tessera"].contains(kFillsKey))
+        statistics.fills = readFills(group_, kStatisticsRoot + kFillsKey, voxels, where_);
+}
+
+bool StatisticsReader::knowsFills() const {
+    return group_["attributes"]["tessera"].contains(kFillsKey);
 }
 
 void StatisticsReader::pair(const char* low, std::vector<float>& lows, const char* high,

@@ -32,8 +32,10 @@ class StatisticsReader {
     StatisticsReader(const StoreReader& store, std::initializer_list<const char*> told);
 
     std::int64_t version() const { return version_; }
-    /// Range and histogram.
+    /// Range, histogram and fill values.
     void summary(Statistics& statistics) const;
+    /// False of statistics by an earlier program, which did not look for fill values.
+    bool knowsFills() const;
     /// Two arrays over cells or bricks at once, layer by layer.
     /// @param threads  at most so many, each with ArraySpec::scratchBytes() of floatSpec(grid)
     void pair(const char* low, std::vector<float>& lows, const char* high, std::vector<float>& highs,
