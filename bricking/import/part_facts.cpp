@@ -98,7 +98,11 @@ PartFacts parseFacts(const Json& document, const PartsOfImport& all, const std::
     found.absentStored = read.number("/absentStored");
     found.clampedVoxels = read.count("/clampedVoxels");
     found.lossy = read.flag("/lossy");
-    found.tally.rounded = read.count("/rounded");
+    RoundingTally& rounded = found.tally.rounded;
+    rounded.whole = read.count("/rounded/whole");
+    rounded.real = read.count("/rounded/real");
+    rounded.most = read.number("/rounded/most");
+    rounded.mostPart = read.number("/rounded/mostPart");
     LabelTally& labels = found.tally.labels;
     for (std::size_t i = 0; i < read.size("/labels/values"); ++i)
         labels.values.push_back(read.number("/labels/values/" + std::to_string(i)));
@@ -154,7 +158,11 @@ void writePartFacts(const fs::path& folder, const PartsOfImport& all, int part, 
     json["absentStored"] = found.absentStored;
     json["clampedVoxels"] = found.clampedVoxels;
     json["lossy"] = found.lossy;
-    json["rounded"] = found.tally.rounded;
+    const RoundingTally& rounded = found.tally.rounded;
+    json["rounded"] = {{"whole", rounded.whole},
+                       {"real", rounded.real},
+                       {"most", rounded.most},
+                       {"mostPart", rounded.mostPart}};
     json["labels"] = jsonOf(found.tally.labels);
     json["notes"] = Json::array();
     for (const std::string& note : found.notes)

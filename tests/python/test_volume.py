@@ -71,6 +71,14 @@ class Arrays(unittest.TestCase):
         self.assertEqual(volume.level(0)[35, 1, 2], 0)
         self.assertIn("1 voxels without a number", " ".join(volume.notes))
 
+    def test_numbers_that_float32_cannot_hold_are_told_of(self):
+        for name in ("float64", "int64", "uint32"):
+            array = (ramp((40, 33, 34), np.int64) % 250).astype(name)
+            self.assertNotIn("float32", " ".join(tessera.open(array).notes))
+            array[35, 1, 2] = (1 << 24) + 1
+            notes = " ".join(tessera.open(array).notes)
+            self.assertIn("the largest change is 1, 1 in 2^24", notes)
+
     def test_orientation_moves_voxels_and_not_places(self):
         array = ramp((8, 9, 10))
         direction = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]], dtype=float)

@@ -48,6 +48,14 @@ template <class T> T load(const std::byte* from, bool bigEndian) {
     return std::bit_cast<T>(bytes);
 }
 
+/// Counts a value that its stored one does not equal.
+void countRounded(long double value, long double stored, std::uint64_t& count, RoundingTally& rounded) {
+    const auto change = static_cast<double>(std::abs(stored - value));
+    ++count;
+    rounded.most = std::max(rounded.most, change);
+    rounded.mostPart = std::max(rounded.mostPart, static_cast<double>(std::abs((stored - value) / value)));
+}
+
 template <class Out> Out toStored(auto value, double absentStored, VoxelCounts& counts) {
     if constexpr (std::is_floating_point_v<decltype(value)>) {
         if (!std::isfinite(value)) {
@@ -59,10 +67,13 @@ template <class Out> Out toStored(auto value, double absentStored, VoxelCounts& 
             ++counts.clamped;
             return static_cast<Out>(std::copysign(kLargest, static_cast<double>(value)));
         }
+        if constexpr (sizeof(value) > sizeof(Out))
+            if (const auto stored = static_cast<Out>(value); static_cast<double>(stored) != value)
+                countRounded(value, stored, counts.rounded.real, counts.rounded);
     }
     if constexpr (std::is_integral_v<decltype(value)> && std::is_floating_point_v<Out> && sizeof(value) >= 4)
-        if (static_cast<long double>(static_cast<Out>(value)) != static_cast<long double>(value))
-            ++counts.rounded;
+        if (const long double stored = static_cast<Out>(value), exact = value; stored != exact)
+            countRounded(exact, stored, counts.rounded.whole, counts.rounded);
     return static_cast<Out>(value);
 }
 
@@ -173,7 +184,8 @@ void SliceConverter::convert(std::span<const std::byte> in, std::span<std::byte>
     }
     info.nonFiniteVoxels += counts.nonFinite;
     info.clampedVoxels += counts.clamped;
-    tally_.rounded += counts.rounded;
+    counts.rounded.most *= std::abs(info.rescaleSlope);
+    tally_.rounded.add(counts.rounded);
     count(out, info);
 }
 

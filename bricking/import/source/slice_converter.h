@@ -36,8 +36,8 @@ bool losesPrecision(FileType type);
 /// Counts of changed values.
 struct VoxelCounts {
     std::uint64_t nonFinite = 0; // NaN and infinities, replaced
-    std::uint64_t rounded = 0;   // whole numbers that float32 cannot hold exactly
     std::uint64_t clamped = 0;   // finite doubles beyond float32, clamped to its largest value
+    RoundingTally rounded;       // values that float32 cannot hold exactly, unscaled
 };
 
 /// Converts in.size() / bytesPerFileValue(type) values into little-endian stored values.

@@ -1,6 +1,8 @@
 // bricking/import/source/voxel_tally.cpp: see voxel_tally.h.
 #include "bricking/import/source/voxel_tally.h"
 
+#include "core/base/shown_text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +11,7 @@
 namespace tessera {
 namespace {
 
+constexpr int kDigits = 2; // of a change
 constexpr std::size_t kMostLabels = 256;
 constexpr double kMostEdges = 0.35;          // of the voxels with a label; noise has edges nearly everywhere
 constexpr std::uint64_t kLeastVoxels = 4096; // fewer are inconclusive
@@ -67,18 +70,39 @@ std::string LabelTally::remark() const {
     return text;
 }
 
+void RoundingTally::add(const RoundingTally& part) {
+    whole += part.whole;
+    real += part.real;
+    most = std::max(most, part.most);
+    mostPart = std::max(mostPart, part.mostPart);
+}
+
+std::string RoundingTally::note() const {
+    constexpr double kRounding = 1.0 / (1 << 24); // the largest share, but of values near 0
+    if (!any())
+        return "";
+    std::string text = whole > 0
+                           ? std::to_string(whole) +
+                                 " whole numbers beyond 2^24 rounded to float32: labels may have become one"
+                           : "values are kept as float32, which changed " + std::to_string(real) + " of them";
+    text += std::string(whole > 0 ? "; " : ": ") + "the largest change is " + numberText(most, kDigits);
+    if (mostPart <= kRounding)
+        text += ", 1 in 2^" + std::to_string(static_cast<int>(std::floor(-std::log2(mostPart)))) +
+                " of the value";
+    return text;
+}
+
 void VoxelTally::add(const VoxelTally& part) {
     labels.add(part.labels);
-    rounded += part.rounded;
+    rounded.add(part.rounded);
 }
 
 std::vector<std::string> VoxelTally::notes() const {
     std::vector<std::string> lines;
     if (std::string remark = labels.remark(); !remark.empty())
         lines.push_back(std::move(remark));
-    if (rounded > 0)
-        lines.push_back(std::to_string(rounded) +
-                        " whole numbers beyond 2^24 rounded to float32: labels may have become one");
+    if (std::string loss = rounded.note(); !loss.empty())
+        lines.push_back(std::move(loss));
     return lines;
 }
 

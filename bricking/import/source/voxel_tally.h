@@ -35,9 +35,23 @@ struct LabelTally {
     void see(double value);
 };
 
+/// What values lost that float32 cannot hold exactly.
+struct RoundingTally {
+    std::uint64_t whole = 0, real = 0; // values that changed: whole numbers, and those of type float64
+    double most = 0;                   // the largest change, physical units
+    double mostPart = 0;               // the largest share of a value that its change was
+
+    bool any() const { return whole + real > 0; }
+    void add(const RoundingTally& part);
+    /// "values are kept as float32, which changed 12 of them: the largest change is 3e-05, 1 in 2^24 of the
+    /// value"; "" where nothing changed.
+    std::string note() const;
+    bool operator==(const RoundingTally&) const = default;
+};
+
 struct VoxelTally {
     LabelTally labels;
-    std::uint64_t rounded = 0; // whole numbers that float32 cannot hold exactly
+    RoundingTally rounded;
     void add(const VoxelTally& part);
     /// The remark on labels, and a loss that VolumeInfo does not count, a line each.
     std::vector<std::string> notes() const;

@@ -73,6 +73,16 @@ template <class In, class Out> void expectMetaCodings(const std::string& type) {
             }
 }
 
+TEST(ImportMetaImage, DoublesThatFloatCannotHoldAreToldOf) {
+    const ScratchFolder folder;
+    writeFile(folder / "a.mha",
+              metaHeader("MET_DOUBLE", "LOCAL", kElementSpacing + "BinaryData = True\n", "3 1 1") +
+                  voxelBytes<double>({5, 0.1, -7}));
+    const auto source = openSource(folder / "a.mha", {});
+    readAll<float>(*source);
+    EXPECT_THAT(source->takeTally().notes(), testing::Contains(HasSubstr("which changed 1 of them")));
+}
+
 TEST(ImportMetaImage, EveryTypeAndCodingReadsBackEqual) {
     expectMetaCodings<std::int8_t, std::int16_t>("MET_CHAR");
     expectMetaCodings<std::uint8_t, std::uint8_t>("MET_UCHAR");

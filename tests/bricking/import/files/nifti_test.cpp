@@ -411,6 +411,23 @@ TEST(ImportNifti, WholeNumbersThatFloatCannotHoldAreCounted) {
     EXPECT_THAT(source->takeTally().notes(), testing::ElementsAre(HasSubstr("2 whole numbers beyond 2^24")));
 }
 
+TEST(ImportNifti, DoublesThatFloatCannotHoldAreToldOfAndOthersAreNot) {
+    const ScratchFolder folder;
+    NiftiImage image;
+    image.extent = {3, 1, 1};
+    image.srow = kLps;
+    image.datatype = 64;
+    const auto notes = [&](const std::vector<double>& values) {
+        image.voxels = voxelBytes(values);
+        writeFile(folder / "a.nii", niftiBytes(image));
+        const auto source = openSource(folder / "a.nii", {});
+        readAll<float>(*source);
+        return source->takeTally().notes();
+    };
+    EXPECT_THAT(notes({5, 0.1, 1e9 + 0.5}), testing::ElementsAre(HasSubstr("which changed 2 of them")));
+    EXPECT_THAT(notes({5, -0.125, 1e9}), testing::IsEmpty());
+}
+
 TEST(ImportNifti, EveryTruncationIsRefusedWithTheFileNamed) {
     const ScratchFolder folder;
     NiftiImage image;

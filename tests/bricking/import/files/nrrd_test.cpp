@@ -81,6 +81,15 @@ TEST(ImportNrrd, LongNumbersBecomeFloatsAndAreCounted) {
     EXPECT_THAT(source->takeTally().notes(), testing::Contains(HasSubstr("1 whole numbers beyond 2^24")));
 }
 
+TEST(ImportNrrd, DoublesThatFloatCannotHoldAreToldOf) {
+    const ScratchFolder folder;
+    writeFile(folder / "a.nrrd", nrrdHeader("double", "raw", kNrrdPlace + "endian: big\n", "3 1 1") + "\n" +
+                                     voxelBytes<double>({5, 0.1, -7}, true));
+    const auto source = openSource(folder / "a.nrrd", {});
+    readAll<float>(*source);
+    EXPECT_THAT(source->takeTally().notes(), testing::Contains(HasSubstr("which changed 1 of them")));
+}
+
 /// Plain and packed data, axes that run the other way or change places, numbers that are converted, few
 /// values.
 TEST(ImportNrrd, RowsAreThoseOfSlices) {

@@ -96,6 +96,23 @@ TEST(ImportZarr, EveryTypeCompressionAndOrderReadsBackEqual) {
             }
 }
 
+TEST(ImportZarr, NumbersThatFloatCannotHoldAreToldOf) {
+    const ScratchFolder folder;
+    for (const char* type : {"uint32", "uint64", "float64"})
+        for (const std::uint32_t value : {1u << 24, (1u << 24) + 1}) {
+            std::vector<std::uint32_t> values(7 * 11 * 13, value);
+            values[9] = 5;
+            WrittenZarr zarr;
+            zarr.type = type;
+            zarr.shape = zarr.chunk = kShape;
+            const fs::path path = folder / (type + std::to_string(value));
+            writeZarrArray(path, zarr, values);
+            const auto source = openSource(path, oneMm());
+            readAll<float>(*source);
+            EXPECT_EQ(source->takeTally().rounded.any(), value % 2 == 1) << type;
+        }
+}
+
 TEST(ImportZarr, ItsPlaceIsThatOfTheTransformations) {
     const ScratchFolder folder;
     for (const int version : {2, 3}) {
