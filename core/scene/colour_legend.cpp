@@ -41,7 +41,7 @@ std::vector<LegendBar> colourLegend(const Scene& scene, std::span<const LegendVo
             continue;
         const Scene alone = scene.volumes.size() == 1 ? scene : sceneOfVolume(scene, n);
         const ValueLook look{composite ? ValueColour::transferFunction : alone.valueColour,
-                             windowOf(alone.window, volumes[n].values)};
+                             windowOf(alone.window, volumes[n].values, scene.mode)};
         LegendBar bar;
         bar.volume = n;
         bar.name = printable(volume.path.stem().string());

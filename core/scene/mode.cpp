@@ -26,6 +26,10 @@ const std::vector<std::pair<std::string, GreyWindow>>& namedWindows() {
     return windows;
 }
 
+/// Of maxima through a body in HU: soft tissue lies in every ray and is dark grey, vessels with contrast (200
+/// to 450 HU) are the middle greys, dense bone is white.
+constexpr GreyWindow kVesselsAndBone{350, 1100};
+
 /// The highest value that a window should show. If a thousandth of the voxels takes more than half of the
 /// range, it is the maximum of the other voxels.
 double mostOf(const ValueSummary& values) {
@@ -76,7 +80,7 @@ SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle) {
     return pose;
 }
 
-GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
+GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values, Mode mode) {
     if (const auto* window = std::get_if<GreyWindow>(&choice))
         return *window;
     const auto& name = std::get<std::string>(choice);
@@ -89,7 +93,7 @@ GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values) {
     if (name != "auto")
         return named(name);
     if (values.isHu || looksLikeHu(values))
-        return named("abdomen");
+        return mode == Mode::maximum ? kVesselsAndBone : named("abdomen");
     const double width = mostOf(values) - values.lowest;
     return width > 0 ? GreyWindow{values.lowest + 0.5 * width, width} : GreyWindow{values.lowest, 1};
 }

@@ -29,8 +29,7 @@ struct GreyWindow {
     double high() const { return centre + width / 2; }
     bool operator==(const GreyWindow&) const = default;
 };
-/// By name, or as numbers. "auto" is abdomen where values are in HU, else all values of the volume. The
-/// highest thousandth is left out if it spans more than half of their range (a bladder in a PET).
+/// By name, or as numbers. "auto" is chosen by windowOf().
 using WindowChoice = std::variant<std::string, GreyWindow>;
 
 /// The colour of a single value: a grey of the window, the transfer function's colour, or a grey from white
@@ -62,8 +61,11 @@ struct SlicePose {
 /// @param middle  of the volume, mm
 SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle);
 
-/// The window of a choice on such values. Throws InputError for an unknown name.
-GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values);
+/// The window of a choice on such values. "auto" of values in HU, or that look like HU, is abdomen, in mode
+/// maximum one that shows vessels and bone. Of other values it has all; the highest
+/// thousandth is left out if it spans more than half of their range (a bladder in a PET). Throws InputError
+/// for an unknown name.
+GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values, Mode mode);
 
 template <> const NameTable<Mode>& namesOf<Mode>();
 template <> const NameTable<Reduction>& namesOf<Reduction>(); // of a slab: one value

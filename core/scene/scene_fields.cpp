@@ -392,13 +392,14 @@ const Fields<Scene>& sceneFields() {
             .setBy("--mode", "what a ray shows: {names} (default: {default})");
         f.add("window", &Scene::window, windowKind(),
               "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
-              "centre - width/2, white at centre + width/2. auto: abdomen where values are in HU, else all "
-              "values but for a few of the highest. Of a radiograph mm of water, of mode emission the light "
+              "centre - width/2, white at centre + width/2. auto, where values are in HU: abdomen, in mode "
+              "maximum 350, 1100; else all values but a few of the highest. Of a radiograph "
+              "mm of water, of mode emission the light "
               "summed along a ray; auto: from 0 to the greatest of some rays.")
             .unlessDefault()
             .setBy("--window",
                    "grey of single values, CENTRE,WIDTH or {names} (default: {default}: abdomen for "
-                   "HU, else all values but few outliers)");
+                   "HU, in mode maximum 350,1100; else all values but few outliers)");
         f.add("valueColour", &Scene::valueColour, named<ValueColour>(),
               "Colour of a single value: the window's grey, the transfer function's colour, or a grey from "
               "white to black over the window.")

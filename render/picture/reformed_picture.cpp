@@ -224,7 +224,7 @@ RenderResult renderReformed(const Scene& scene, const std::vector<Reformation>& 
     {
         const Statistics statistics = loadStatistics(store, ram, options.threads);
         const ValueSummary values = summarise(statistics, info, scene.volumes.front().unit);
-        look.look = {scene.valueColour, windowOf(scene.window, values)};
+        look.look = {scene.valueColour, windowOf(scene.window, values, Mode::slice)};
         look.function = functionOfValues(scene.volumes.front(), values);
         result.window = look.look.window;
         result.lowest = values.lowest;

@@ -91,8 +91,8 @@ bool Planner::setLight(const Scene& scene) {
 }
 
 void Planner::setValues(const Scene& scene, Reduction reduction) {
-    layer().look = {scene.valueColour,
-                    windowOf(scene.window, summarise(layer().statistics, info(), scene.volumes.at(0).unit))};
+    const ValueSummary values = summarise(layer().statistics, info(), scene.volumes.at(0).unit);
+    layer().look = {scene.valueColour, windowOf(scene.window, values, scene.mode)};
     layer().table = valueTable(layer().look, layer().function, reduction);
     chargeTables(Integrator::midpoint);
     Shading unlit;

@@ -124,7 +124,7 @@ void Beside::update(WindowState& desk, const glm::ivec2& pictureSize) {
         volume_ = std::move(volume);
         of_ = nullptr; // it is asked for anew
         if (volume_)
-            window_ = windowOf(std::string("auto"), volume_->values);
+            window_ = windowOf(std::string("auto"), volume_->values, Mode::slice);
     }
     picked_ = viewing_->picked();
     if (picked_ && picked_->number <= pickedBefore_)

@@ -21,15 +21,16 @@ std::optional<std::string> nameBox(const char* label, const std::string& chosen,
     return taken;
 }
 
-std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary& values, bool& began) {
+std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary& values, Mode mode,
+                                    bool& began) {
     std::string chosen = "its own";
     for (const std::string& name : windowNames()) // the last match wins: it is more specific than "auto"
-        if (windowOf(name, values) == window)
+        if (windowOf(name, values, mode) == window)
             chosen = name;
     std::optional<GreyWindow> changed;
     if (const auto name = nameBox("window", chosen, windowNames())) {
         began = true;
-        changed = windowOf(*name, values);
+        changed = windowOf(*name, values, mode);
     }
     float numbers[2] = {static_cast<float>(window.centre), static_cast<float>(window.width)};
     const double range = std::max(window.width, (values.highest - values.lowest) / 100);

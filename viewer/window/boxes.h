@@ -20,7 +20,8 @@ std::optional<std::string> nameBox(const char* label, const std::string& chosen,
 
 /// A window of grey values: the box of names, centre and width. Returns the new one.
 /// @param began  set where an edit begins
-std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary& values, bool& began);
+std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary& values, Mode mode,
+                                    bool& began);
 
 /// A format for values of a range: enough decimals for a thousandth of it.
 const char* formatFor(double range);

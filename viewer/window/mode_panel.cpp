@@ -125,8 +125,8 @@ void modePanel(WindowState& desk) {
     if (scene.mode == Mode::slice)
         slicePlane(desk);
     bool began = false;
-    const auto window =
-        windowBox(windowOf(scene.window, desk.volume()->values), desk.volume()->values, began);
+    const ValueSummary& values = desk.volume()->values;
+    const auto window = windowBox(windowOf(scene.window, values, scene.mode), values, scene.mode, began);
     if (began)
         desk.beginEdit();
     if (window) {

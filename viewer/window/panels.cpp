@@ -143,7 +143,7 @@ void Panels::planes(WindowState& desk) {
     }
     SliceWish wish = desk.slices();
     bool ignored = false; // planes are in no scene
-    if (const auto window = windowBox(wish.window, desk.volume()->values, ignored)) {
+    if (const auto window = windowBox(wish.window, desk.volume()->values, Mode::slice, ignored)) {
         wish.window = *window;
         desk.setSlices(wish);
     }

@@ -65,7 +65,7 @@ void WindowState::update() {
             slices_ = {};
             slices_.placeMm =
                 glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1));
-            slices_.window = windowOf(std::string("auto"), volume_->values);
+            slices_.window = windowOf(std::string("auto"), volume_->values, Mode::slice);
             std::string remarks; // facts that affect interpretation; the State panel keeps them
             for (const std::string& remark : info.remarks)
                 remarks += (remarks.empty() ? "" : "\n") + remark;

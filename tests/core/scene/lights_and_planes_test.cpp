@@ -56,7 +56,7 @@ TEST(SlicePoses, LieAtTheirPlaceAndAreSeenAsRadiologistsDo) {
 TEST(Windows, OfValuesWithoutAUnitLeaveAFewBrightOnesOut) {
     ValueSummary values{0, 1000, false, 1, std::vector<double>(10)};
     values.histogram = {5000, 3000, 1000, 990, 0, 0, 0, 0, 0, 10}; // exactly a thousandth at the top
-    const auto window = [&] { return windowOf("auto", values); };
+    const auto window = [&] { return windowOf("auto", values, Mode::slice); };
     EXPECT_DOUBLE_EQ(window().low(), 0);
     EXPECT_DOUBLE_EQ(window().high(), 400);
     values.histogram[9] = 20; // half of the last bin
@@ -65,13 +65,21 @@ TEST(Windows, OfValuesWithoutAUnitLeaveAFewBrightOnesOut) {
     EXPECT_DOUBLE_EQ(window().high(), 1000);
     values.histogram = {0, 0, 0, 10000, 0, 0, 0, 0, 0, 5};
     EXPECT_NEAR(window().high(), 400 - 100 * (10.005 - 5) / 10000, 1e-9) << "linear within a bin";
-    EXPECT_EQ(windowOf("auto", {5, 5, false, 1, {}}), (GreyWindow{5, 1}));
-    EXPECT_EQ(windowOf("auto", {-1024, 3000, true, 1, {}}), (GreyWindow{50, 400}));
+    EXPECT_EQ(windowOf("auto", {5, 5, false, 1, {}}, Mode::slice), (GreyWindow{5, 1}));
+    EXPECT_EQ(windowOf("auto", {-1024, 3000, true, 1, {}}, Mode::slice), (GreyWindow{50, 400}));
+    for (const std::string& name : modeNames()) {
+        const auto mode = parseName<Mode>(name, "mode");
+        const GreyWindow ofHu = mode == Mode::maximum ? GreyWindow{350, 1100} : GreyWindow{50, 400};
+        EXPECT_EQ(windowOf("auto", {-1024, 3000, true, 1, {}}, mode), ofHu) << name;
+        EXPECT_EQ(windowOf("lung", {-1024, 3000, true, 1, {}}, mode), (GreyWindow{-600, 1500})) << name;
+        EXPECT_EQ(windowOf(GreyWindow{7, 9}, {-1024, 3000, true, 1, {}}, mode), (GreyWindow{7, 9})) << name;
+        EXPECT_EQ(windowOf("auto", values, mode), window()) << name;
+    }
     const std::vector<std::pair<std::string, GreyWindow>> customary = {
         {"brain", {40, 80}},    {"subdural", {75, 215}}, {"lung", {-600, 1500}}, {"mediastinum", {50, 350}},
         {"abdomen", {50, 400}}, {"liver", {30, 150}},    {"bone", {400, 1800}}};
     for (const auto& [name, expected] : customary)
-        EXPECT_EQ(windowOf(name, values), expected) << name;
+        EXPECT_EQ(windowOf(name, values, Mode::slice), expected) << name;
     EXPECT_EQ(windowNames().size(), customary.size() + 1);
     EXPECT_EQ(std::get<GreyWindow>(parseWindow("-20,1.5", "--window")), (GreyWindow{-20, 1.5}));
     for (const char* bad :

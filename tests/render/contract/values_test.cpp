@@ -322,22 +322,22 @@ TEST(ValueWindow, InverseGreysFallFromWhiteToBlack) {
 TEST(ValueWindow, AutoIsNotStretchedByAThousandthOfTheVoxels) {
     ValueSummary pet{0, 100, false, 1, std::vector<double>(64, 0)};
     pet.histogram[0] = 900000, pet.histogram[2] = 99500, pet.histogram[3] = 200, pet.histogram[63] = 300;
-    const GreyWindow window = windowOf(std::string("auto"), pet);
+    const GreyWindow window = windowOf(std::string("auto"), pet, Mode::slice);
     EXPECT_EQ(window.low(), 0);
     EXPECT_GT(window.high(), 4);
     EXPECT_LT(window.high(), 7);
     pet.histogram[63] = 3000; // more than a thousandth: tissue
-    EXPECT_EQ(windowOf(std::string("auto"), pet).high(), 100);
+    EXPECT_EQ(windowOf(std::string("auto"), pet, Mode::slice).high(), 100);
     ValueSummary even{0, 64, false, 1, std::vector<double>(64, 10)};
-    EXPECT_EQ(windowOf(std::string("auto"), even).high(), 64);
+    EXPECT_EQ(windowOf(std::string("auto"), even, Mode::slice).high(), 64);
 }
 
 TEST(ValueWindow, Names) {
     ValueSummary hu{-1000, 3000, true, 1, {}}, other{0, 255, false, 1, {}};
-    EXPECT_EQ(windowOf(std::string("auto"), hu), (GreyWindow{50, 400}));
-    EXPECT_EQ(windowOf(std::string("auto"), other), (GreyWindow{127.5, 255}));
-    EXPECT_EQ(windowOf(std::string("lung"), other), (GreyWindow{-600, 1500}));
-    EXPECT_EQ(windowOf(GreyWindow{1, 2}, hu), (GreyWindow{1, 2}));
+    EXPECT_EQ(windowOf(std::string("auto"), hu, Mode::slice), (GreyWindow{50, 400}));
+    EXPECT_EQ(windowOf(std::string("auto"), other, Mode::slice), (GreyWindow{127.5, 255}));
+    EXPECT_EQ(windowOf(std::string("lung"), other, Mode::slice), (GreyWindow{-600, 1500}));
+    EXPECT_EQ(windowOf(GreyWindow{1, 2}, hu, Mode::slice), (GreyWindow{1, 2}));
     EXPECT_EQ(std::get<GreyWindow>(parseWindow("40,80", "--window")), (GreyWindow{40, 80}));
     for (const char* wrong : {"40", "40,", ",80", "40,0", "40,-3", "nan,3", "1,2,3", "lungs", ""})
         EXPECT_THROW(parseWindow(wrong, "--window"), InputError) << wrong;

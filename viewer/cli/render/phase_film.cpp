@@ -125,7 +125,7 @@ SharedByPhases sharedByPhases(const RenderTask& task) {
     if (const auto* const name = std::get_if<std::string>(&scene.volumes.front().transferFunction))
         scene.volumes.front().transferFunction = presetFunction(*name, all);
     if (isOpen && reduction != Reduction::composite && reduction != Reduction::sum)
-        scene.window = windowOf(scene.window, all);
+        scene.window = windowOf(scene.window, all, scene.mode);
     if (!std::holds_alternative<FittedView>(scene.camera) || !task.arguments.path.empty())
         return shared;
     if (!task.arguments.turn)
