@@ -262,6 +262,15 @@ bool showLumenWall(const Lumen& lumen, Scene& scene) {
     return true;
 }
 
+Path flownTheOtherWay(Path path) {
+    Flight& flight = path.flight.value();
+    flight.backwards = !flight.backwards;
+    if (std::all_of(path.keyframes.begin(), path.keyframes.end(),
+                    [](const Keyframe& key) { return key.placeMm.has_value(); }))
+        std::reverse(path.keyframes.begin(), path.keyframes.end());
+    return path;
+}
+
 bool showsWallByDefault(const Path& path) {
     return path.lumen && !path.lines.empty() &&
            std::none_of(path.keyframes.begin(), path.keyframes.end(),

@@ -49,6 +49,10 @@ class FlightCurve {
     double lengthMm_ = 0, lookAheadMm_ = 0;
 };
 
+/// The path flown the other way. Keyframes at places keep them, in the order in which they are then flown
+/// over; those at times keep their times. The path has a flight.
+Path flownTheOtherWay(Path path);
+
 /// The camera of a pose, turned and moved as asked. It is never nearer to the wall than the flight's
 /// clearance; where the lumen is too narrow for that, it stays on the line.
 Camera cameraOf(const Pose& pose, const LookAround& look, const Flight& flight);

@@ -49,6 +49,10 @@ class Lumen(unittest.TestCase):
                 drawn[name] = out
             with open(drawn["array"], "rb") as one, open(drawn["list"], "rb") as other, open(drawn["fortran"], "rb") as third:
                 self.assertTrue(one.read() == other.read() == third.read())
+            with self.assertRaisesRegex(tessera.InputError, "^path: expected a Centreline"):
+                tessera.coverage(self.volume, points)
+            with self.assertRaisesRegex(tessera.InputError, "^path: expected at least two points"):
+                tessera.render_file(self.volume, drawn["line"], path=points[:1], straighten=True)
             for wrong in (points[:1], points[:, :2], points[0], np.full((4, 3), np.nan), [(1, 2, 3), (1, 2)], 7):
                 with self.assertRaises(tessera.InputError) as refused:
                     tessera.render_file(self.volume, drawn["line"], path=wrong, straighten=True)
@@ -157,6 +161,30 @@ class Parts(unittest.TestCase):
             else:  # of either order
                 with self.assertRaisesRegex(tessera.InputError, r"^labels: expected \(array, affine\)"):
                     volume.labels(wanted)
+        # A LabelMap knows its lattice, names and colours: of another volume, and of coarse levels.
+        coarse = tessera.open(values[:, :, :8], spacing=(4, 2, 6), origin=(1, 0.5, 1.5))
+        fine = tessera.open(np.zeros((14, 16, 16), np.int16), spacing=(2, 1, 3))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "labels.seg.nrrd")
+            with open(path, "wb") as file:
+                file.write(
+                    b"NRRD0005\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 8 8 7\n"
+                    b"space directions: (4,0,0) (0,2,0) (0,0,6)\nspace origin: (1,0.5,1.5)\nencoding: raw\n"
+                    b"Segment0_ID:=s0\nSegment0_Name:=left lung\nSegment0_LabelValue:=3\nSegment0_Layer:=0\n"
+                    b"Segment0_Color:=0.25 0.5 0.75\n\n"
+                )
+                file.write((np.arange(7 * 8 * 8).reshape(7, 8, 8) % 5 == 2).astype(np.uint8).tobytes().replace(b"\1", b"\3"))
+            there = coarse.labels(path)
+            read = fine.labels(there)
+            self.assertTrue(np.array_equal(read.mask("left lung"), fine.labels(path).mask("left lung")))
+            self.assertEqual([(label.value, label.name) for label in read.labels], [(3, "left lung")])
+            np.testing.assert_allclose(read.labels[0].colour, (0.25, 0.5, 0.75), atol=0.003)
+            self.assertEqual(read.mask("left lung").sum(), 8 * there.mask("left lung").sum())
+        halves = fine.labels((np.ones((14, 16, 16), bool), fine.affine), level=1)
+        np.testing.assert_allclose(halves.affine, coarse.affine)
+        for wrong in ((values, np.eye(3)), [[1], [1, 2]]):
+            with self.assertRaisesRegex(tessera.InputError, "^labels: "):
+                volume.labels(wrong)
         swapped = np.eye(4)[[2, 1, 0, 3]]  # x and z change places: shapes tell the order
         volume = tessera.open(values, affine=swapped)
         there = np.asarray(volume) % 6 == 1

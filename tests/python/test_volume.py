@@ -139,6 +139,11 @@ class Arrays(unittest.TestCase):
                 read = expected.labels(image).values
                 np.testing.assert_array_equal(read, expected.level(0))
 
+    def test_one_value_is_a_number(self):
+        volume = tessera.open(ramp((6, 7, 8)))
+        self.assertIsInstance(volume[1, 2, 3], np.integer)
+        self.assertEqual({volume[1, 2, 3]: "it"}, {48: "it"})
+
     def test_values_have_slope_and_intercept(self):
         array = ramp((6, 6, 6), np.uint16)
         volume = tessera.open(array, slope=2, intercept=-1000, unit="HU")

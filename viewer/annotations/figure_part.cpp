@@ -65,8 +65,9 @@ std::string between(const Estimate& e) {
 }
 
 /// Mean and deviation in circles; "" of other measurements.
+/// @param unit  of the scene; "": the store's
 std::vector<std::string> valuesOf(const std::vector<Measurement>& measurements, const StoreReader& store,
-                                  MemoryBudget& ram, int threads) {
+                                  const std::string& unit, MemoryBudget& ram, int threads) {
     constexpr std::size_t kCacheBytes = std::size_t{8} << 20;
     std::vector<std::string> values(measurements.size());
     std::unique_ptr<BrickCache> cache;
@@ -74,7 +75,8 @@ std::vector<std::string> valuesOf(const std::vector<Measurement>& measurements, 
         if (measurements[n].kind == MeasurementKind::circle) {
             if (!cache)
                 cache = std::make_unique<BrickCache>(store, ram, kCacheBytes, threads);
-            values[n] = discText(discValues(*cache, store.info(), measurements[n]), store.info().unit);
+            values[n] = discText(discValues(*cache, store.info(), measurements[n]),
+                                 unit.empty() ? store.info().unit : unit);
         }
     return values;
 }
@@ -92,7 +94,7 @@ FigureMaker::FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, i
                             unit.empty() ? info.unit : unit});
     }
     if (scene.annotations.measurements)
-        values_ = valuesOf(scene.measurements, *stores.front(), ram, threads);
+        values_ = valuesOf(scene.measurements, *stores.front(), scene.volumes.front().unit, ram, threads);
     if (scene.annotations.labelLegend)
         for (const SceneVolume& volume : scene.volumes)
             labels_.push_back(volume.labels.path.empty() ? LabelList()

@@ -2,6 +2,7 @@
 // wall a flight along its line sees, and where it does not.
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/store/store_reader.h"
+#include "core/animation/flight.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/output_file.h"
@@ -12,6 +13,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -35,7 +37,8 @@ Path pathOf(const CoverageArguments& a, const StoreReader& store) {
             "one made in another volume, of " + formatExtent(path.volume->extentVoxels) + " voxels");
     if (!path.flight)
         path.flight = Flight{};
-    path.flight->backwards = path.flight->backwards || a.backwards;
+    if (a.backwards && !path.flight->backwards)
+        path = flownTheOtherWay(std::move(path));
     if (a.viewAngle > 0)
         path.flight->viewAngle = a.viewAngle;
     return path;

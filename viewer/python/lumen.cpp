@@ -87,7 +87,8 @@ Path flownPath(const std::string& text, const std::string& where, const StoreRea
         throw badFile(where, "a path made in this volume", "one made in another volume");
     if (!path.flight)
         path.flight = Flight{};
-    path.flight->backwards = path.flight->backwards || backwards;
+    if (backwards && !path.flight->backwards)
+        path = flownTheOtherWay(std::move(path));
     if (viewAngle > 0)
         path.flight->viewAngle = viewAngle;
     return path;

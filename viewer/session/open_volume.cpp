@@ -209,6 +209,8 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     auto seen = std::make_shared<VolumeSeen>();
     seen->path = isAddress(path) ? keptPlace(path) : path;
     seen->info = info;
+    if (const std::string& unit = scene.volumes.front().unit; !unit.empty())
+        seen->info.unit = unit;
     seen->values = renderer->valuesOf(0);
     seen->fitted = fitted;
     if (labels)

@@ -8,6 +8,7 @@
 #include "bricking/analysis/lumen/thin_branches.h"
 #include "bricking/analysis/lumen/wall_patches.h"
 #include "core/animation/film.h"
+#include "core/animation/flight.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/threads.h"
@@ -18,6 +19,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <glm/vector_relational.hpp>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -338,7 +340,7 @@ std::vector<Camera> flightCameras(const Path& path, double everyMm, bool bothWay
         const int steps = std::max(1, static_cast<int>(std::ceil(length / everyMm)));
         for (int i = 0; i <= steps; ++i)
             cameras.push_back(film.cameraAt(length * i / steps / way.flight->speedMmPerS));
-        way.flight->backwards = !way.flight->backwards;
+        way = flownTheOtherWay(std::move(way));
     }
     return cameras;
 }

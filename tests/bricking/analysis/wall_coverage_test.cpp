@@ -165,6 +165,31 @@ TEST(WallCoverage, CamerasAreAtBothEndsAndBetween) {
         }
 }
 
+/// Keyframes at places keep them, whichever way they are flown over.
+TEST(WallCoverage, KeyframesAtPlacesAreFlownOverBothWays) {
+    Path path = pathAlong(straight({0, 0, 0}, {0, 0, 120}, 60));
+    for (const double mm : {20.0, 60.0, 90.0}) {
+        Keyframe& key = path.keyframes.emplace_back();
+        key.placeMm = mm;
+        key.look = LookAround{.yawDegrees = mm, .pitchDegrees = 0, .offsetMm = {}};
+    }
+    const std::vector<Camera> both = flightCameras(path, 2, true);
+    const Path back = flownTheOtherWay(path);
+    EXPECT_TRUE(back.flight->backwards);
+    EXPECT_NO_THROW(checkPath(back, "back"));
+    const std::vector<Camera> alone = flightCameras(back, 2, false);
+    ASSERT_EQ(both.size(), 2 * alone.size());
+    for (std::size_t i = 0; i < alone.size(); ++i)
+        EXPECT_EQ(both[alone.size() + i], alone[i]);
+    EXPECT_EQ(flownTheOtherWay(back).keyframes.front().placeMm, 20.0);
+    Path timed = path; // times are times
+    for (std::size_t n = 0; n < 3; ++n) {
+        timed.keyframes[n].placeMm.reset();
+        timed.keyframes[n].timeS = static_cast<double>(n);
+    }
+    EXPECT_EQ(flownTheOtherWay(timed).keyframes.front().timeS, 0.0);
+}
+
 /// The volume's border is no wall: of a tube that a border cuts lengthwise the remaining wall counts.
 TEST(WallCoverage, TheVolumesBorderIsNoWall) {
     constexpr double kInside = 4.5; // mm from the axis to the border

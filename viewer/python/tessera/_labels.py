@@ -6,11 +6,11 @@ import contextlib
 import os
 import sys
 import tempfile
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._tessera import InputError
+from ._tessera import Error, InputError
 from ._words import absolute
 
 if TYPE_CHECKING:
@@ -54,12 +54,32 @@ def unmasked(array: Any, name: str) -> Any:
     return array
 
 
-def _header(shape: Tuple[int, ...], affine: Array, kind: str) -> bytes:
+@contextlib.contextmanager
+def named(name: str, word: str) -> Iterator[str]:
+    """A file of its own, which messages call by a word."""
+    try:
+        yield name
+    except (InputError, Error) as problem:
+        raise type(problem)(str(problem).replace(name, word)) from None
+
+
+def _segments(labels: Sequence[Any]) -> str:
+    """Names and colours as 3D Slicer has them."""
+    text = ""
+    for n, label in enumerate(labels):
+        name = " ".join(label.name.split())
+        text += f"Segment{n}_ID:=s{n}\nSegment{n}_Name:={name}\nSegment{n}_LabelValue:={label.value}\nSegment{n}_Layer:=0\n"
+        if label.colour is not None:
+            text += f"Segment{n}_Color:={' '.join(repr(float(one)) for one in label.colour)}\n"
+    return text
+
+
+def _header(shape: Tuple[int, ...], affine: Array, kind: str, labels: Sequence[Any]) -> bytes:
     columns = ["(" + ",".join(repr(float(number)) for number in column) + ")" for column in affine[:3].T]
     z, y, x = shape
     text = (
         f"NRRD0005\ntype: {kind}\ndimension: 3\nspace: left-posterior-superior\nsizes: {x} {y} {z}\nendian: little\n"
-        f"space directions: {' '.join(columns[:3])}\nspace origin: {columns[3]}\nencoding: raw\n\n"
+        f"space directions: {' '.join(columns[:3])}\nspace origin: {columns[3]}\nencoding: raw\n{_segments(labels)}\n"
     )
     return text.encode()
 
@@ -72,21 +92,25 @@ def _placed(labels: Any, scan: Any) -> Tuple[Any, Array]:
     if isinstance(labels, tuple) and len(labels) == 2 and np.shape(labels[1]) == (4, 4):
         return labels[0], affine_of(labels[1])
     if hasattr(labels, "labels_of_sets"):  # a LabelMap
-        return labels.values, scan.affine
+        return labels.values, labels.affine
     shape, affine = scan._array or (scan.shape, scan.affine)
     is_turned = not np.allclose(affine, scan.affine, rtol=0, atol=1e-6)
-    if np.shape(labels) == shape == scan.shape and is_turned:
+    try:
+        own = np.shape(labels)
+    except ValueError:
+        raise InputError("labels: expected rows of one length, or (array, affine) with 4 x 4 numbers, found others") from None
+    if own == shape == scan.shape and is_turned:
         raise InputError(
             "labels: expected (array, affine), because the volume's voxels are in another order than those of the array that"
             " it was opened from: with that array's affine, or with volume.affine for the order of numpy.asarray(volume)"
         )
-    if np.shape(labels) == scan.shape:
+    if own == scan.shape:
         return labels, scan.affine
-    if np.shape(labels) == shape:
+    if own == shape:
         return labels, affine
     raise InputError(
         f"labels: expected a file, a folder, an image, (array, affine), or bool or whole numbers [z, y, x] of the volume's"
-        f" shape {list(scan.shape)}, found {np.asarray(labels).dtype} {list(np.shape(labels))}"
+        f" shape {list(scan.shape)}, found {np.asarray(labels).dtype} {list(own)}"
     )
 
 
@@ -110,7 +134,8 @@ def labels_file(labels: Any, volume: Any) -> Iterator[Optional[str]]:
     with tempfile.TemporaryDirectory(prefix="tessera-labels-") as folder:
         name = os.path.join(folder, "labels.nrrd")
         with open(name, "wb") as file:
-            file.write(_header(array.shape, affine, "uint8" if small else "uint16"))
+            file.write(_header(array.shape, affine, "uint8" if small else "uint16", getattr(labels, "labels", ())))
             for plane in array:  # one at a time in memory
                 file.write(plane.astype("<u1" if small else "<u2", order="C").tobytes())
-        yield name
+        with named(name, "labels"):
+            yield name

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Sequence,
 import numpy as np
 
 from . import _tessera
+from ._labels import named
 from ._tessera import InputError
 from ._volume import Volume, open as open_volume
 from ._words import Path, Progress, number, told, whole_number
@@ -79,7 +80,8 @@ def path_file(path: Any) -> Iterator[Optional[str]]:
         else:
             name = os.path.join(folder, "points.csv")
             _write_points(whole, name)
-        yield name
+        with named(name, "path"):
+            yield name
 
 
 def _write_points(points: Any, name: str) -> None:
@@ -207,7 +209,12 @@ def coverage(
         except (OSError, UnicodeDecodeError) as problem:
             raise InputError(f"{where}: expected a path file, found {problem}") from None
     else:
-        text = json.dumps(path.path if isinstance(path, Centreline) else path)
+        whole = path.path if isinstance(path, Centreline) else path
+        if not isinstance(whole, dict):
+            raise InputError(
+                f"path: expected a Centreline, its dict or its file, which has the lumen, found {type(whole).__name__}"
+            )
+        text = json.dumps(whole)
     found = _tessera.coverage(
         open_volume(volume)._opened,
         text,

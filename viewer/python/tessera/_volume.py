@@ -43,7 +43,9 @@ class LabelMap:
     """A segmentation on a volume's lattice. Labels may overlap: `sets` has the number of a set for every voxel,
     [z, y, x], and `labels_of_sets` the labels of every set."""
 
-    def __init__(self, found: Dict[str, Any]) -> None:
+    def __init__(self, found: Dict[str, Any], affine: Array) -> None:
+        #: 4 x 4: patient space (LPS, mm) from the index (x, y, z) of a voxel, its centre
+        self.affine = affine
         self.labels: Tuple[Label, ...] = tuple(Label(**one) for one in found["labels"])
         self.sets: Array = found["sets"]
         self.labels_of_sets: Tuple[Tuple[Label, ...], ...] = tuple(
@@ -281,11 +283,13 @@ class Volume:
         level: of detail; coarser ones by majority. same_frame: though the frames of reference differ.
         """
         with labels_file(path, lambda: self) as file:
-            return LabelMap(
-                _tessera.labels(
-                    self._opened, os.fsencode(file or ""), same_frame, level, ram_text(ram), told(progress)
-                )
+            found = _tessera.labels(
+                self._opened, os.fsencode(file or ""), same_frame, level, ram_text(ram), told(progress)
             )
+        affine = self.affine
+        affine[:3, 3] += affine[:3, :3] @ np.full(3, (2**level - 1) / 2)  # a coarse voxel's centre is that of all its own
+        affine[:3, :3] *= 2**level
+        return LabelMap(found, affine)
 
     def surface(self, value: float, *, level: int = 0, progress: Progress = None) -> Surface:
         """The surface of a value as triangles, as `tessera mesh` finds it. Its arrays are the caller's memory; a coarser
@@ -336,7 +340,8 @@ class Volume:
                 at %= extent
                 box.append((at, at + 1))
                 rest.append(0)
-        return np.asarray(self.read(box)[tuple(rest)])
+        values: Array = self.read(box)[tuple(rest)]
+        return values
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
         if copy is False:
