@@ -120,6 +120,22 @@ TEST_F(Batch, AColumnMayBeAPresetOrASlice) {
     EXPECT_EQ(batch("--dry-run").exitCode, 1);
 }
 
+// What spreadsheets leave: rows of separators, TRUE and FALSE.
+TEST_F(Batch, TakesWhatSpreadsheetsWrite) {
+    write("t.csv", "shading.shade,shading.ambient\r\nFALSE,0.5\r\nTrue,0.5\r\n,\r\n,\r\n");
+    const Outcome outcome = run("batch t.csv --scene scene.json -o out/{row}.png --no-check");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.problems;
+    EXPECT_THAT(outcome.out, HasSubstr("2 rows: 2 drawn\n"));
+    EXPECT_THAT(outcome.problems, HasSubstr("t.csv: 2 rows of empty cells count for nothing\n"));
+    EXPECT_FALSE(same(picture("out/1.png"), picture("out/2.png")));
+    write("t.csv", "id;shading.ambient\na;0,5\nb;0x1\nc;0.5\n");
+    const Outcome commas = batch("--dry-run");
+    EXPECT_THAT(commas.out,
+                HasSubstr("row 1, a: t.csv:2 (shading.ambient): expected a number with a decimal point"));
+    EXPECT_THAT(commas.out, HasSubstr("row 2, b: t.csv:3 (shading.ambient): expected "));
+    EXPECT_THAT(commas.out, HasSubstr("1 would be drawn, 2 failed\n"));
+}
+
 // Only what changed is drawn again: the scene, the data, or the picture itself.
 TEST_F(Batch, DrawsAgainWhatChanged) {
     ASSERT_EQ(run("phantom sphere --size 24x24x24 -o t.zarr -q").exitCode, 0);

@@ -137,6 +137,8 @@ void CsvTable::findRows() {
     const auto end = [&](std::size_t to) {
         if (names_.empty())
             names_ = parser.cells;
+        else if (std::ranges::all_of(parser.cells, &std::string::empty))
+            ++emptyRows_;
         else if (parser.cells.size() != names_.size())
             throw badFile(placeOfLine(began), std::to_string(names_.size()) + " cells, as there are names",
                           std::to_string(parser.cells.size()));

@@ -18,15 +18,18 @@ class CsvTable {
     static constexpr std::size_t kMostCellBytes = std::size_t{64} << 10, kMostColumns = 256;
 
     /// Cells are separated by commas, or by semicolons or tabs where the names have those and no comma. Lines
-    /// end as on any system; empty ones count for nothing, nor do blanks around a cell without quotes.
-    /// Throws InputError naming the file and the line: for no file of text in UTF-8, for quotes that are not
-    /// closed or stand inside a cell, for rows with another number of cells than names, for names that are
-    /// missing or there twice, for cells of more than kMostCellBytes, and for a budget without room.
+    /// end as on any system; empty ones and rows of empty cells count for nothing, nor do blanks around a
+    /// cell without quotes. Throws InputError naming the file and the line: for no file of text in UTF-8, for
+    /// quotes that are not closed or stand inside a cell, for rows with another number of cells than names,
+    /// for names that are missing or there twice, for cells of more than kMostCellBytes, and for a budget
+    /// without room.
     CsvTable(const std::filesystem::path& path, MemoryBudget& ram);
 
     const std::filesystem::path& path() const { return path_; }
     const std::vector<std::string>& names() const { return names_; }
     std::size_t rows() const { return places_.size(); }
+    /// Rows whose cells are all empty, which count for nothing.
+    std::size_t emptyRows() const { return emptyRows_; }
     /// As many cells as names.
     std::vector<std::string> cells(std::size_t row) const;
     /// "table.csv:17", for messages.
@@ -50,6 +53,7 @@ class CsvTable {
     char separator_ = ',';
     std::vector<std::string> names_;
     std::vector<Place> places_;
+    std::size_t emptyRows_ = 0;
 };
 
 /// A row of CSV, with its line feed; cells are quoted where they must be.

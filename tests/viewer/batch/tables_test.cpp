@@ -6,6 +6,7 @@
 #include "viewer/cli/batch/text_pattern.h"
 #include "viewer/tables/csv_table.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -64,6 +65,7 @@ TEST(Tables, AreReadAsAnyProgramWritesThem) {
         std::vector<std::string> names;
         std::vector<std::vector<std::string>> rows(writer.below(6));
         std::vector<std::uint64_t> lines;
+        std::size_t emptyRows = 0;
         for (std::size_t column = 0; column <= writer.below(5); ++column)
             names.push_back("n" + std::to_string(column) + (column > 0 && n % 7 == 0 ? " \"x\"" : ""));
         std::string text = n % 4 == 0 ? "\xef\xbb\xbf" : "";
@@ -76,10 +78,16 @@ TEST(Tables, AreReadAsAnyProgramWritesThem) {
         for (std::size_t row = 0; row < rows.size(); ++row) {
             for (std::size_t blank = writer.below(3); blank > 1; --blank)
                 text += end;
+            for (std::size_t blank = writer.below(4); blank > 2; --blank, ++emptyRows) { // of Excel
+                for (std::size_t cells = 1 + writer.below(6); cells > 0; --cells)
+                    text +=
+                        (writer.below(2) == 0 ? " " : "") + separator + (writer.below(4) == 0 ? "\"\"" : "");
+                text += end;
+            }
             for (std::size_t k = 0; k < names.size(); ++k)
                 rows[row].push_back(writer.cell());
-            if (names.size() == 1 && rows[row][0].empty())
-                rows[row][0] = "x"; // an empty line counts for nothing
+            if (std::ranges::all_of(rows[row], &std::string::empty))
+                rows[row].back() = "x"; // an empty row counts for nothing
             lines.push_back(1 + linesOf(text));
             write(rows[row], row + 1 == rows.size());
         }
@@ -90,6 +98,7 @@ TEST(Tables, AreReadAsAnyProgramWritesThem) {
         EXPECT_GE(ram.usedBytes(), text.size());
         EXPECT_EQ(table.names(), names);
         ASSERT_EQ(table.rows(), rows.size());
+        EXPECT_EQ(table.emptyRows(), emptyRows);
         for (std::size_t row = 0; row < rows.size(); ++row) {
             EXPECT_EQ(table.cells(row), rows[row]);
             EXPECT_EQ(table.placeOf(row), path.string() + ":" + std::to_string(lines[row]));

@@ -245,6 +245,10 @@ void runBatch(const BatchArguments& arguments, const CommonOptions& common) {
     if (arguments.scene.empty())
         scene.volumes.front().path.clear();
     const CsvTable table(arguments.table, ram);
+    if (const std::size_t empty = table.emptyRows(); empty > 0)
+        common.note(arguments.table + ": " + std::to_string(empty) +
+                    (empty == 1 ? " row of empty cells counts" : " rows of empty cells count") +
+                    " for nothing");
     const BatchRows rows(table, scene, arguments.out);
     common.progress->stage("checking the rows of " + arguments.table);
     const fs::path report = checkedReport(arguments);

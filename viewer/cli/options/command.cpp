@@ -1,6 +1,7 @@
 // viewer/cli/options/command.cpp: see command.h.
 #include "viewer/cli/options/command.h"
 
+#include "core/base/decimal.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/base/output_file.h" // finishStandardOutput
@@ -9,8 +10,6 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cmath>
-#include <cstdlib>
 #include <sstream>
 #include <utility>
 
@@ -98,10 +97,8 @@ ValueCheck wholeNumberFrom(int lowest) {
 
 ValueCheck numberWithin(double lowest, double highest, const std::string& what) {
     return [lowest, highest, what](const std::string& text) {
-        char* end = nullptr;
-        const double number = std::strtod(text.c_str(), &end);
-        const bool whole = !text.empty() && *end == '\0' && std::isfinite(number);
-        return whole && number >= lowest && number <= highest ? std::string() : refusal(what, text);
+        const std::optional<double> number = decimalNumber(text);
+        return number && *number >= lowest && *number <= highest ? std::string() : refusal(what, text);
     };
 }
 
@@ -117,11 +114,10 @@ std::optional<std::vector<double>> lengthsOf(const std::string& text, std::size_
     std::vector<double> lengths;
     std::istringstream words(text);
     for (std::string word; std::getline(words, word, ',');) {
-        word = withoutUnit(word, "mm");
-        char* end = nullptr;
-        lengths.push_back(std::strtod(word.c_str(), &end));
-        if (word.empty() || *end != '\0' || !std::isfinite(lengths.back()))
+        const std::optional<double> length = decimalNumber(withoutUnit(word, "mm"));
+        if (!length)
             return {};
+        lengths.push_back(*length);
     }
     if (lengths.size() != count || text.ends_with(','))
         return {};

@@ -1,6 +1,7 @@
 // viewer/cli/options/scene_options.cpp: see scene_options.h.
 #include "viewer/cli/options/scene_options.h"
 
+#include "core/base/decimal.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/scene_fields.h"
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -21,16 +21,15 @@ namespace {
 
 using nlohmann::json;
 
-/// A number as strtod() knows it, whole where it is; else the word.
+/// A decimal number, whole where it is; else the word.
 json numberOrWord(const std::string& text) {
     constexpr double kExact = 9007199254740992; // 2^53: as whole numbers all doubles below are exact
-    char* end = nullptr;
-    const double number = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(number))
+    const std::optional<double> number = decimalNumber(text);
+    if (!number)
         return text;
-    if (number == std::floor(number) && std::abs(number) < kExact)
-        return static_cast<std::int64_t>(number);
-    return number;
+    if (*number == std::floor(*number) && std::abs(*number) < kExact)
+        return static_cast<std::int64_t>(*number);
+    return *number;
 }
 
 /// JSON, or a bare word.
@@ -40,6 +39,12 @@ json valueOf(const std::string& text) {
 
 bool isOf(const KeyRow& row, const char* type) {
     return row.schema.value("type", "") == type;
+}
+
+/// Without regard to case, of ASCII.
+bool isSameWord(const std::string& text, std::string_view lower) {
+    return std::ranges::equal(
+        text, lower, {}, [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
 }
 
 std::string withWord(std::string text, const std::string& mark, const std::string& word) {
@@ -133,10 +138,16 @@ json typedValue(const std::string& key, const std::string& text, const std::stri
     const bool isStructured = text.starts_with('[') || text.starts_with('{');
     if (!row || (isStructured && !isOf(*row, "string") && json::accept(text)))
         return json::accept(text) ? parseStrictJson(text, where) : numberOrWord(text);
-    if (isOf(*row, "boolean") && (text == "true" || text == "false"))
-        return text == "true";
-    if (isOf(*row, "number") || isOf(*row, "integer"))
+    if (isOf(*row, "boolean")) // programs that make tables write TRUE and FALSE
+        for (const auto& [word, meaning] : {std::pair{"true", true}, {"false", false}})
+            if (isSameWord(text, word))
+                return meaning;
+    if (isOf(*row, "number") || isOf(*row, "integer")) {
+        if (hasDecimalComma(text))
+            throw badFile(where, "a number with a decimal point",
+                          "\"" + text.substr(0, 60) + "\"; a decimal comma is not read");
         return numberOrWord(text);
+    }
     const bool isQuoted = text.size() > 1 && text.front() == '"' && json::accept(text);
     if (!isQuoted && (isOf(*row, "string") || !row->option.name.empty()))
         return text;

@@ -4,6 +4,7 @@
 #include "bricking/analysis/body/body_box.h"
 #include "bricking/statistics/statistics.h"
 #include "core/base/address.h"
+#include "core/base/decimal.h"
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
@@ -40,11 +41,10 @@ Isosurface parseSurface(const std::string& text) {
     for (std::string part; std::getline(stream, part, ':');)
         parts.push_back(part);
     const auto number = [&](const std::string& word) {
-        char* end = nullptr;
-        const double value = std::strtod(word.c_str(), &end);
-        if (word.empty() || *end != '\0' || !std::isfinite(value))
+        const std::optional<double> value = decimalNumber(word);
+        if (!value)
             throw refuse();
-        return value;
+        return *value;
     };
     if (parts.empty() || parts.size() > 3 || text.back() == ':')
         throw refuse();
