@@ -120,6 +120,30 @@ TEST_F(Batch, AColumnMayBeAPresetOrASlice) {
     EXPECT_EQ(batch("--dry-run").exitCode, 1);
 }
 
+// An option's name means what the option does.
+TEST_F(Batch, AColumnMayBeAnOption) {
+    write("t.csv", "id,view,--projection,fit,mm-per-pixel,slice,slab\na,left,,,,,\nb,,parallel,volume,,,\n"
+                   "c,\"30,10\",,,2 mm,,\nd,,,,,axial,4:maximum\n");
+    ASSERT_EQ(batch().exitCode, 0);
+    const std::string render = "render scene.json --no-check -q -o ";
+    for (const char* one : {"a.png --view left", "b.png --projection parallel --fit volume",
+                            "c.png --view 30,10 --mm-per-pixel 2", "d.png --slice axial --slab 4:maximum"})
+        ASSERT_EQ(run(render + one).exitCode, 0) << one;
+    for (const char* name : {"a.png", "b.png", "c.png", "d.png"})
+        EXPECT_TRUE(same(picture(name), picture(std::string("out/") + name))) << name;
+    fs::remove_all(folder_ / "out");
+    for (const auto& [column, key] : {std::pair{"isosurface", "isosurfaces[0].value"},
+                                      {"--crop", "cuts.boxes"},
+                                      {"mesh", "meshes[0].path"},
+                                      {"--cut-plane", "cuts.planes"}})
+        expectTableRefused("id," + std::string(column) + "\na,1\n",
+                           {column, "nearest: \"" + std::string(key) + "\""});
+    expectTableRefused("id,--view,camera.view\na,left,\n", {"--view", "camera.view", "both"});
+    expectTableRefused("id,slice,--slice\na,axial,\n", {"both"});
+    write("t.csv", "id,comment\na,b\n");
+    EXPECT_THAT(batch().problems, Not(HasSubstr("nearest")));
+}
+
 // What spreadsheets leave: rows of separators, TRUE and FALSE.
 TEST_F(Batch, TakesWhatSpreadsheetsWrite) {
     write("t.csv", "shading.shade,shading.ambient\r\nFALSE,0.5\r\nTrue,0.5\r\n,\r\n,\r\n");
@@ -190,7 +214,7 @@ TEST_F(Batch, CellsStandInNamesAndTexts) {
 TEST_F(Batch, RefusesBeforeAnythingIsDrawn) {
     expectTableRefused("id\na\nb\na\n", {"t.csv:4", "out/a.png", "t.csv:2"});
     expectTableRefused("id,shading.ambiet\na,0.1\n", {"t.csv", "shading.ambiet", "shading.ambient"});
-    expectTableRefused("id,view\na,left\n", {"\"view\"", "camera.view"});
+    expectTableRefused("id,views\na,left\n", {"\"views\"", "view"});
     expectTableRefused("id,notes\na,x\n", {"\"notes\""});
     expectTableRefused("id,window,--window\na,\"1,2\",\n", {"window", "both"});
     for (const char* bad : {"../b", "/tmp/b", "", "..", ".", "x/y", "\"a\nb\"", "\x7f"})

@@ -72,8 +72,7 @@ BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::strin
             throw badFile(table.path().string(),
                           "columns that are keys of the scene, options that set one, names in -o or in "
                           "the scene's texts, or begin with #, which are left out",
-                          "\"" + names[n].substr(0, 60) + "\"; nearest: \"" + nearestKeyName(names[n]) +
-                              "\"");
+                          "\"" + names[n].substr(0, 60) + "\"" + keyHint(names[n]));
     }
     for (std::size_t n = 0; n < columns_.size(); ++n)
         for (std::size_t before = 0; before < n; ++before)

@@ -72,6 +72,11 @@ void checkNumber(const KeyRow& row, Option& option) {
         option.check(numberWithin(lowest, highest, row.option.range));
 }
 
+/// An option whose mere name turns off what its key means: --no-shading.
+bool turnsOff(const KeyRow& row) {
+    return isOf(row, "boolean") && row.preset == "true" && !row.option.name.empty();
+}
+
 /// Options are about the first volume: "volumes[].unit" is "volumes[0].unit".
 std::string keyOf(const KeyRow& row) {
     return withWord(row.path, "[]", "[0]");
@@ -95,9 +100,16 @@ void applySets(const std::vector<std::string>& sets, Scene& scene) {
         if (equals == std::string::npos || equals == 0)
             throw badFile("--set", "KEY=VALUE, a key of scenes and its value in JSON, or a word",
                           "\"" + said.substr(0, 60) + "\"");
-        const std::string key = said.substr(0, equals), text = said.substr(equals + 1);
-        if (!setByWord(scene, key, text, "--set " + key))
-            setSceneKey(scene, key, valueOf(text), "--set " + key);
+        const std::string name = said.substr(0, equals), text = said.substr(equals + 1);
+        const std::string where = "--set " + name, key = keyNamed(name);
+        if (setByWord(scene, name, text, where))
+            continue;
+        if (key.empty() && !keyInPlaceOf(name).empty())
+            throw badFile(where, "a key of scenes", "\"" + name + "\"" + keyHint(name));
+        if (!key.empty() && key != name) // an option's name
+            setKeyFromText(scene, key, text, where);
+        else
+            setSceneKey(scene, name, valueOf(text), where);
     }
 }
 
@@ -159,31 +171,41 @@ json typedValue(const std::string& key, const std::string& text, const std::stri
 std::string keyNamed(const std::string& name) {
     if (name.empty() || name.find_first_of(" \t") != std::string::npos)
         return {};
-    if (isSceneWord(name))
-        return name;
+    if (const std::string word = wordOf(name); !word.empty())
+        return keyOfWord(word).empty() ? word : keyOfWord(word);
     const std::string option = name.starts_with("--") ? name : "--" + name;
     for (const KeyRow& row : sceneKeys())
-        if (row.option.name == option && name != row.path)
+        if (row.option.name == option && name != row.path && !turnsOff(row))
             return keyOf(row);
     return rowOf(name) || holdsKeys(name) ? name : std::string();
 }
 
-std::string nearestKeyName(const std::string& name) {
+std::string keyHint(const std::string& name) {
+    if (const std::string key = keyInPlaceOf(name); !key.empty())
+        return "; nearest: \"" + key + "\"";
+    const std::string word = name.starts_with("--") ? name.substr(2) : name;
     std::vector<std::string> names = sceneWords();
     for (const KeyRow& row : sceneKeys()) {
+        if (turnsOff(row) && row.option.name == "--" + word)
+            return "; nearest: \"" + keyOf(row) + "\"";
         names.push_back(keyOf(row));
-        if (!row.option.name.empty())
+        if (!row.option.name.empty() && !turnsOff(row))
             names.push_back(row.option.name.substr(2));
     }
     const auto away = [&](const std::string& one) {
         const std::string last = one.substr(one.rfind('.') + 1);
-        return std::pair(std::min(editDistance(name, one), editDistance(name, last)), one.size());
+        return std::pair(std::min(editDistance(word, one), editDistance(word, last)), one.size());
     };
-    return *std::ranges::min_element(names, {}, away);
+    const std::string nearest = *std::ranges::min_element(names, {}, away);
+    constexpr std::size_t kSlips = 2; // letters swapped, or two keys beside the right ones
+    return away(nearest).first <= std::max(kSlips, word.size() / 3) && word.size() > kSlips
+               ? "; nearest: \"" + nearest + "\""
+               : std::string();
 }
 
 void setKeyFromText(Scene& scene, const std::string& key, const std::string& text, const std::string& where) {
-    if (setByWord(scene, key, text, where))
+    const std::string word = wordOfKey(key);
+    if (setByWord(scene, word.empty() ? key : word, text, where))
         return;
     if (const auto* free = std::get_if<Camera>(&scene.camera); free && key == "camera.view") {
         FittedView view;
@@ -223,7 +245,7 @@ void KeyOptions::addOf(Command& command, const std::string& key) {
         const std::string about = aboutOf(row, words_);
         Row& added = rows_.emplace_back(Row{row.option.name, keyOf(row)});
         if (isOf(row, "boolean")) {
-            added.flagMeans = row.preset != "true";
+            added.flagMeans = !turnsOff(row);
             command.flag(added.option, added.flag, about);
             continue;
         }
@@ -275,7 +297,8 @@ bool KeyOptions::says(const std::string& key) const {
         if (row.key == key && (row.flag || !row.text.empty()))
             return true;
     for (const std::string& said : sets_) {
-        const std::string set = said.substr(0, said.find('='));
+        const std::string name = said.substr(0, said.find('=')), named = keyNamed(name);
+        const std::string set = named.empty() ? name : named;
         if (key == set || key.starts_with(set + "."))
             return true;
     }
@@ -297,16 +320,6 @@ void KeyOptions::apply(Scene& scene) const {
 }
 
 namespace {
-
-constexpr char kSlabForm[] = "MM, MM:average, MM:maximum or MM:minimum";
-
-void parseSlab(const std::string& text, SlicePlane& slice) {
-    const std::size_t colon = text.find(':');
-    slice.thicknessMm = parseNumbers(text.substr(0, colon), 1, "--slab", kSlabForm)[0];
-    if (colon != std::string::npos)
-        slice.reduction = parseName<Reduction>(text.substr(colon + 1), "--slab");
-    checkSlice(slice, "--slab");
-}
 
 constexpr char kPlaneForm[] = "X,Y,Z,NX,NY,NZ";
 
@@ -400,7 +413,7 @@ void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene&
     if (!options.slab.empty()) {
         if (scene.mode != Mode::slice)
             throw badFile("--slab", "a slice (--slice)", mode());
-        parseSlab(options.slab, scene.slice);
+        parseSlab(options.slab, scene.slice, "--slab");
     }
     applyCuts(options, cutsOf(options, scene));
     for (const char* option : {"--window", "--value-colour"})

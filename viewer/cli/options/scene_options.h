@@ -25,10 +25,12 @@ Option addSetOption(Command& command, std::vector<std::string>& sets, const std:
 void applySets(const std::vector<std::string>& sets, Scene& scene);
 
 /// The key of scenes that a name means: a key ("camera.view", "volumes[1].opacity"), or an option that sets
-/// one, with or without its hyphens ("--step"). "": there is none.
+/// one, with or without its hyphens ("--step", "view"); the word itself of options that set several
+/// ("preset"). "": there is none.
 std::string keyNamed(const std::string& name);
-/// The nearest of such names, by the whole of a key or its last part: "view" is near "camera.view".
-std::string nearestKeyName(const std::string& name);
+/// For the end of a message: '; nearest: "shading.ambient"' by the whole of a key or its last part, or the
+/// key to use in place of an option. "": nothing is near.
+std::string keyHint(const std::string& name);
 /// Sets a key as its option or `--set` does. A side of the patient takes the place of a camera by position.
 /// Throws InputError naming `where`.
 void setKeyFromText(Scene& scene, const std::string& key, const std::string& text, const std::string& where);

@@ -1,5 +1,5 @@
-// viewer/cli/options/scene_words.h: settings of several keys of a scene by one word, as the options of the
-// same names make them: a preset, a lighting preset, a slice.
+// viewer/cli/options/scene_words.h: settings of a scene by words, as the options of the same names make them:
+// a preset, a lighting preset, a slice and its slab, and the camera.
 #pragma once
 
 #include "core/scene/scene.h"
@@ -10,18 +10,27 @@
 
 namespace tessera {
 
-/// "preset", "light" and "slice".
+/// "preset", "light", "slice", "slab", "view", "projection", "fit" and "mm-per-pixel".
 const std::vector<std::string>& sceneWords();
-/// True of one of them, with or without its hyphens.
-bool isSceneWord(const std::string& name);
-/// Sets what the word means. False: the name is none, or the text is the key's own value (an object).
-/// Throws InputError naming `where`.
+/// The word of a name, with or without its hyphens; "": it is none.
+std::string wordOf(const std::string& name);
+/// The one key that a word sets ("view": "camera.view"); "": several, or it is no word.
+std::string keyOfWord(const std::string& word);
+/// The word that sets a key; "": there is none.
+std::string wordOfKey(const std::string& key);
+/// The key to use in place of an option that sets others: "crop": "cuts.boxes"; "": there is none.
+std::string keyInPlaceOf(const std::string& name);
+/// Sets what the word means. False: the name is none, or one of a key whose value the text is in JSON (an
+/// object, a list, true or false). Throws InputError naming `where`.
 /// @param leftOut  gets what a preset's file says and no scene can have
 bool setByWord(Scene& scene, const std::string& name, const std::string& text, const std::string& where,
                std::vector<std::string>* leftOut = nullptr);
 
 constexpr char kSliceForm[] = "axial, coronal or sagittal, with :MM where it lies, or "
                               "oblique:X,Y,Z,NX,NY,NZ (a point and a normal, mm)";
+constexpr char kSlabForm[] = "MM, MM:average, MM:maximum or MM:minimum";
+/// Thickness and reduction of the slice. Throws InputError naming `where`.
+void parseSlab(const std::string& text, SlicePlane& slice, const std::string& where);
 /// "axial", "axial:MM", "oblique:X,Y,Z,NX,NY,NZ". What the text does not say stays. Throws InputError naming
 /// `where`.
 SlicePlane parseSlice(const std::string& text, const std::string& where, SlicePlane slice = {});

@@ -42,8 +42,7 @@ void change(const std::vector<std::string>& changes, Scene& scene) {
         const std::string name = said.substr(0, equals), key = keyNamed(name);
         const std::string where = std::string(kWithOption) + " " + name.substr(0, 60);
         if (key.empty())
-            throw badFile(kWithOption, "a key of scenes",
-                          "\"" + name.substr(0, 60) + "\"; nearest: \"" + nearestKeyName(name) + "\"");
+            throw badFile(kWithOption, "a key of scenes", "\"" + name.substr(0, 60) + "\"" + keyHint(name));
         const Scene before = scene;
         setKeyFromText(scene, key, said.substr(equals + 1), where);
         // What names data is --data's.

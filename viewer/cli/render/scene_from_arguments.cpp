@@ -12,10 +12,10 @@
 #include "core/scene/slice_view.h"
 #include "render/plan/frame_plan.h" // summarise
 #include "viewer/cli/input/named_scene.h"
+#include "viewer/cli/options/camera_words.h"
 #include "viewer/cli/options/scene_words.h"
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/session/file_kind.h"
-#include "viewer/session/view_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,39 +103,6 @@ void addMeshes(const RenderArguments& arguments, Scene& scene) {
     if (scene.meshes.size() > SceneMesh::kMost)
         throw badFile("--mesh", "at most " + std::to_string(SceneMesh::kMost) + " meshes",
                       std::to_string(scene.meshes.size()));
-}
-
-/// A side's name, or degrees: TURN,RISE.
-void parseSide(const std::string& text, FittedView& view) {
-    view.angles.reset();
-    if (text.find_first_of("0123456789") == std::string::npos) {
-        view.view = parseName<View>(text, "--view");
-        return;
-    }
-    char* end = nullptr;
-    const double turn = std::strtod(text.c_str(), &end);
-    char* last = end;
-    const double rise = *end == ',' ? std::strtod(end + 1, &last) : 0;
-    if (end == text.c_str() || *end != ',' || last == end + 1 || *last != '\0')
-        throw badFile("--view",
-                      joinNames(viewNames()) + ", or TURN,RISE: degrees about the patient's axis and up",
-                      "\"" + text.substr(0, 40) + "\"");
-    view.angles = checkedAngles(turn, rise, "--view");
-}
-
-/// The edge of a pixel in mm, which only parallel pictures have: a camera by side becomes one.
-void applyScale(const RenderArguments& arguments, Scene& scene) {
-    auto* fitted = std::get_if<FittedView>(&scene.camera);
-    if (fitted && arguments.projection.empty())
-        fitted->projection = Projection::parallel;
-    const auto projection = std::visit([](const auto& camera) { return camera.projection; }, scene.camera);
-    if (projection != Projection::parallel)
-        throw badFile("--mm-per-pixel", "--projection parallel, in which a pixel has one size at every depth",
-                      "perspective");
-    if (fitted)
-        fitted->mmPerPixel = arguments.mmPerPixel;
-    else
-        std::get<Camera>(scene.camera).parallelScale = parallelScaleOf(arguments.mmPerPixel, scene.imageSize);
 }
 
 /// Applies a preset: its function and its settings of light, mode and cuts.
@@ -252,7 +219,7 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         FittedView view;
         if (const auto* before = std::get_if<FittedView>(&scene.camera))
             view = *before;
-        parseSide(arguments.view, view);
+        parseSide(arguments.view, view, "--view");
         view.named = true;
         scene.camera = view;
     }
@@ -267,30 +234,12 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
             throw badFile("--view", "a side that faces the slice", arguments.view + ", which sees its edge");
         scene.camera = FittedView{}; // the file's is of another picture
     }
-    if (const auto* fitted = std::get_if<FittedView>(&scene.camera);
-        scene.mode == Mode::slice && fitted && !fitted->named)
-        for (const auto& [text, option] :
-             {std::pair{arguments.fit, "--fit"}, {arguments.projection, "--projection"}})
-            if (!text.empty())
-                throw badFile(
-                    option,
-                    "--view with it: a slice is seen along its normal, in parallel, and fills the picture",
-                    "none");
-    if (!arguments.fit.empty()) {
-        auto* fitted = std::get_if<FittedView>(&scene.camera);
-        if (!fitted)
-            throw badFile("--fit", "a camera by side (--view), which is fitted", "one with a position");
-        fitted->fit = parseName<Fit>(arguments.fit, "--fit");
-    }
-    if (!arguments.projection.empty()) {
-        const auto projection = parseName<Projection>(arguments.projection, "--projection");
-        if (auto* const fitted = std::get_if<FittedView>(&scene.camera))
-            fitted->projection = projection;
-        else
-            scene.camera = projectedBy(std::get<Camera>(scene.camera), projection);
-    }
+    if (!arguments.fit.empty())
+        setFit(scene, arguments.fit, "--fit");
+    if (!arguments.projection.empty())
+        setProjection(scene, arguments.projection, "--projection");
     if (arguments.mmPerPixel > 0 && !arguments.reforms())
-        applyScale(arguments, scene);
+        setScale(scene, arguments.mmPerPixel, arguments.projection.empty(), "--mm-per-pixel");
     if (!arguments.keys.textOf("--step").empty() && !arguments.keys.textOf("--max-error").empty() &&
         scene.quality.maxError > 0)
         throw badFile("--step", "--step or --max-error, which chooses a step", "both");
