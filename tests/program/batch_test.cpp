@@ -144,6 +144,29 @@ TEST_F(Batch, AColumnMayBeAnOption) {
     EXPECT_THAT(batch().problems, Not(HasSubstr("nearest")));
 }
 
+// A style for many volumes need not name one.
+TEST_F(Batch, ASceneWithoutVolumesTakesThoseOfTheRows) {
+    json style = json::parse(kScene);
+    style.erase("volumes");
+    write("scene.json", style.dump());
+    ASSERT_EQ(run("phantom marschner-lobb --size 20x20x20 -o m.zarr -q").exitCode, 0);
+    write("t.csv", "id,volumes[0].path,volumes[0].opacity\na,s.zarr,\nb,m.zarr,0.5\nc,,\n");
+    const Outcome outcome = batch("-q");
+    EXPECT_THAT(outcome.out, HasSubstr("3 rows: 2 drawn, 1 failed\n"));
+    EXPECT_THAT(outcome.out, HasSubstr("row 3, c: t.csv:4: expected a volume"));
+    const std::string look = " --view anterior --size 24x16 --samples 1 --no-check -q ";
+    ASSERT_EQ(run("render s.zarr -o a.png" + look).exitCode, 0);
+    ASSERT_EQ(run("render m.zarr -o b.png --set volumes[0].opacity=0.5" + look).exitCode, 0);
+    for (const char* name : {"a.png", "b.png"})
+        EXPECT_TRUE(same(picture(name), picture(std::string("out/") + name))) << name;
+    fs::remove_all(folder_ / "out");
+    for (const char* columns : {"id,volumes[0].opacity\na,1\n", "id,volumes[1].path\na,s.zarr\n"})
+        expectTableRefused(columns, {"t.csv", "a volume (--scene, or a column \"volumes[0].path\")", "none"});
+    style["shading"] = {{"ambiet", 1}};
+    write("scene.json", style.dump());
+    expectTableRefused("id,volumes[0].path\na,s.zarr\n", {"scene.json", "ambiet"});
+}
+
 // What spreadsheets leave: rows of separators, TRUE and FALSE.
 TEST_F(Batch, TakesWhatSpreadsheetsWrite) {
     write("t.csv", "shading.shade,shading.ambient\r\nFALSE,0.5\r\nTrue,0.5\r\n,\r\n,\r\n");

@@ -74,6 +74,11 @@ BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::strin
                           "the scene's texts, or begin with #, which are left out",
                           "\"" + names[n].substr(0, 60) + "\"" + keyHint(names[n]));
     }
+    const auto givesVolume = [](const Column& column) {
+        return column.key == "volumes" || column.key == "volumes[0]" || column.key == "volumes[0].path";
+    };
+    if (scene.volumes.front().path.empty() && std::ranges::none_of(columns_, givesVolume))
+        throw badFile(table.path().string(), "a volume (--scene, or a column \"volumes[0].path\")", "none");
     for (std::size_t n = 0; n < columns_.size(); ++n)
         for (std::size_t before = 0; before < n; ++before)
             if (!columns_[n].key.empty() && columns_[n].key == columns_[before].key)

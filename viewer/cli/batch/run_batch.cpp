@@ -241,9 +241,7 @@ void runBatch(const BatchArguments& arguments, const CommonOptions& common) {
     const auto start = Clock::now();
     const std::size_t gpuBytes = budgetBytes(arguments.gpuMemory, "--gpu-memory", common);
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
-    Scene scene = sceneOf(arguments.scene.empty() ? "" : arguments.scene);
-    if (arguments.scene.empty())
-        scene.volumes.front().path.clear();
+    const Scene scene = styleOf(arguments.scene);
     const CsvTable table(arguments.table, ram);
     if (const std::size_t empty = table.emptyRows(); empty > 0)
         common.note(arguments.table + ": " + std::to_string(empty) +

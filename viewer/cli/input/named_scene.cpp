@@ -2,9 +2,13 @@
 #include "viewer/cli/input/named_scene.h"
 
 #include "core/base/error.h"
+#include "core/base/json_reader.h"
+#include "core/scene/preset.h"
+#include "core/scene/scene_presets.h" // overShares
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <variant>
@@ -96,6 +100,22 @@ Scene sceneOf(const std::filesystem::path& path) {
     scene.quality.automaticStep = true;
     scene.volumes.push_back({path, std::string()});
     scene.volumes.back().hideTable = HideTable::automatic;
+    return scene;
+}
+
+Scene styleOf(const std::filesystem::path& path) {
+    Scene unnamed = sceneOf("volume");
+    unnamed.volumes.front().path.clear();
+    if (path.empty())
+        return unnamed;
+    if (!isSceneFile(path))
+        return sceneOf(path);
+    nlohmann::json document = parseStrictJson(readTextFile(path.string()), path.string());
+    if (!document.is_object() || document.contains("volumes"))
+        return sceneOf(path);
+    document["volumes"] = {{{"path", "/volume"}}};
+    Scene scene = parseScene(document.dump(), path.parent_path(), path.string());
+    scene.volumes = unnamed.volumes;
     return scene;
 }
 

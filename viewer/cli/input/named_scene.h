@@ -26,6 +26,10 @@ void requireFacingView(const Scene& scene, const VolumeInfo& info, const std::st
 /// Throws InputError naming a scene file that cannot be read.
 Scene sceneOf(const std::filesystem::path& path);
 
+/// The same, for volumes that are named later: a scene file without "volumes", and path "", have one without
+/// a path.
+Scene styleOf(const std::filesystem::path& path);
+
 /// The default transfer function by the values' unit: bone-1, the fastest, for HU, auto for others.
 /// @param info  of the volume's store
 void nameFunction(SceneVolume& volume, const VolumeInfo& info);
