@@ -167,6 +167,28 @@ TEST_F(Batch, ASceneWithoutVolumesTakesThoseOfTheRows) {
     expectTableRefused("id,volumes[0].path\na,s.zarr\n", {"scene.json", "ambiet"});
 }
 
+// A mode that shows no transfer function takes volumes of any values, though the scene names none.
+TEST_F(Batch, AModeWithoutAFunctionTakesAnyValues) {
+    ASSERT_EQ(run("phantom marschner-lobb --size 20x20x20 -o m.zarr -q").exitCode, 0);
+    write(
+        "scene.json",
+        R"({"tesseraScene":1,"volumes":[{"path":"s.zarr"}],"image":{"size":[24,16]},"quality":{"samples":1}})");
+    write("t.csv",
+          "id,volumes[0].path,mode,valueColour\na,m.zarr,slice,\nb,s.zarr,slice,\nc,m.zarr,maximum,inverse\n"
+          "d,m.zarr,average,\ne,m.zarr,slice,transferFunction\nf,m.zarr,,\n");
+    const Outcome outcome = batch("-q");
+    EXPECT_THAT(outcome.out, HasSubstr("6 rows: 4 drawn, 2 failed\n"));
+    for (const char* row : {"  row 5, e: ", "  row 6, f: "})
+        EXPECT_THAT(outcome.out, HasSubstr(std::string(row) + "preset bone-1: expected values in HU"));
+    const std::string look = " --size 24x16 --samples 1 --no-check -q ";
+    ASSERT_EQ(run("render m.zarr --slice axial -o a.png" + look).exitCode, 0);
+    ASSERT_EQ(run("render s.zarr --slice axial -o b.png" + look).exitCode, 0);
+    ASSERT_EQ(run("render m.zarr --mode maximum --value-colour inverse -o c.png" + look).exitCode, 0);
+    ASSERT_EQ(run("render m.zarr --mode average -o d.png" + look).exitCode, 0);
+    for (const char* name : {"a.png", "b.png", "c.png", "d.png"})
+        EXPECT_TRUE(same(picture(name), picture(std::string("out/") + name))) << name;
+}
+
 // What spreadsheets leave: rows of separators, TRUE and FALSE.
 TEST_F(Batch, TakesWhatSpreadsheetsWrite) {
     write("t.csv", "shading.shade,shading.ambient\r\nFALSE,0.5\r\nTrue,0.5\r\n,\r\n,\r\n");

@@ -110,9 +110,9 @@ std::unique_ptr<OpenVolume> OpenVolume::open(const ViewSessionOptions& options,
         next->store = std::make_unique<StoreReader>(store, next->ram, volume.transform);
     }
     next->further = openFurtherVolumes(scene, next->ram, common, Damage::isRefused);
-    nameFunction(volume, next->store->info());
-    next->labels = next->openLabels(volume.labels, common);
     faceThinVolume(scene, next->store->info(), false);
+    nameFunction(scene, 0, next->store->info());
+    next->labels = next->openLabels(volume.labels, common);
     next->scene = std::move(scene);
     return next;
 }

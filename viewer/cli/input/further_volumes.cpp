@@ -80,7 +80,7 @@ std::vector<std::unique_ptr<StoreReader>> openFurtherVolumes(Scene& scene, Memor
         stores.push_back(
             openForPictures(storeFor(volume, InputOptions{}, ram, common), ram, volume.transform, damage));
         volume.path = keptPlace(volume.path); // saved, it opens again
-        nameFunction(volume, stores.back()->info());
+        nameFunction(scene, n, stores.back()->info());
         importLabelsFor(stores.back()->info(), volume.labels, ram, common);
     }
     return stores;

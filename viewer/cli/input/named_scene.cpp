@@ -124,4 +124,20 @@ void nameFunction(SceneVolume& volume, const VolumeInfo& info) {
         volume.transferFunction = std::string(info.unit == "HU" || volume.unit == "HU" ? "bone-1" : "auto");
 }
 
+void nameFunction(Scene& scene, std::size_t volume, const VolumeInfo& info) {
+    SceneVolume& named = scene.volumes.at(volume);
+    nameFunction(named, info);
+    const auto* const name = std::get_if<std::string>(&named.transferFunction);
+    if (name && *name != "auto" && !showsFunction(scene, volume) && info.unit != "HU" && named.unit != "HU" &&
+        !overShares(builtInPreset(*name)))
+        named.transferFunction = std::string("auto");
+}
+
+bool showsFunction(const Scene& scene, std::size_t volume) {
+    const Reduction reduction = reductionOf(scene);
+    if (reduction == Reduction::composite || reduction == Reduction::sum)
+        return scene.mode != Mode::radiograph;
+    return scene.volumes.at(volume).valueColour.value_or(scene.valueColour) == ValueColour::transferFunction;
+}
+
 } // namespace tessera

@@ -5,6 +5,7 @@
 #include "core/base/volume.h"
 #include "core/scene/scene.h"
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -33,5 +34,10 @@ Scene styleOf(const std::filesystem::path& path);
 /// The default transfer function by the values' unit: bone-1, the fastest, for HU, auto for others.
 /// @param info  of the volume's store
 void nameFunction(SceneVolume& volume, const VolumeInfo& info);
+/// The same of a scene's volume. Where its mode shows no transfer function, a preset of CT gives way to auto
+/// for values that are not in HU, so that they are not refused for a function without effect.
+void nameFunction(Scene& scene, std::size_t volume, const VolumeInfo& info);
+/// True if the scene's mode shows the transfer function of a volume: its opacities, light or colours.
+bool showsFunction(const Scene& scene, std::size_t volume);
 
 } // namespace tessera

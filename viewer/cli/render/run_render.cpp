@@ -217,7 +217,7 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     if (!arguments.reforms())
         requireSliceInVolume(scene, store.info(),
                              arguments.mode.slice.empty() ? arguments.in + ": $.slice" : "--slice");
-    nameFunction(volume, store.info());
+    nameFunction(scene, 0, store.info());
     importLabelsFor(store.info(), volume.labels, ram, common);
     for (const std::string& words : readMeshes(scene, framesOfPicture(scene, stores), ram))
         common.note(words);
