@@ -78,6 +78,7 @@ PhaseStores storesOfPhases(const SceneVolume& volume, const InputOptions& named,
         throw badFile(path, "source files for --phase to choose from", "a store, which holds one volume");
     const bool isNamed = static_cast<const SourceChoice&>(named) != SourceChoice{};
     InputOptions options = isNamed ? named : InputOptions(volume.source);
+    options.allPhases = true;
     const InputListing listing = listInput(volume.path, options);
     PhaseStores phases;
     const ListedRow& row = rowWithPhases(listing, options.series, path);

@@ -109,10 +109,22 @@ InputListing listInput(const fs::path& given, const SourceChoice& choice) {
 
 namespace {
 
+/// "one slice only, 2.5 mm thick"; of a DICOM file the others of its series may lie beside it.
+std::string oneSliceText(const Catalogue& catalogue, const CatalogueRow& row) {
+    std::error_code ignored;
+    const bool isDicom = row.series > 0 && !row.isInFile && row.stack.empty();
+    const bool isStated = !isDicom || row.info->acquisition.sliceThicknessMm > 0;
+    const auto& axes = row.info->originalOrder.sourceAxis;
+    const auto across = std::find(axes.begin(), axes.end(), 2) - axes.begin();
+    return std::string("one slice only, ") + (isStated ? "" : "taken as ") +
+           formatNumber(row.info->spacingMm()[static_cast<int>(across)]) + " mm thick" +
+           (isDicom && !fs::is_directory(catalogue.path, ignored) ? "; name the folder for the whole series"
+                                                                  : "");
+}
+
 /// Notes the choice among several volumes, and all skipped files.
 void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const InputOptions& options,
                 const CommonOptions& common) {
-    std::error_code ignored;
     const std::string label = row.series > 0 ? "series " + std::to_string(row.series) : row.what;
     if (options.largest && row.info) {
         const glm::dvec3 mm = row.info->spacingMm();
@@ -122,15 +134,8 @@ void noteChoice(const Catalogue& catalogue, const CatalogueRow& row, const Input
                     " found: " + formatExtent(row.info->extentVoxels) + " voxels of " + formatNumber(mm.x) +
                     " x " + formatNumber(mm.y) + " x " + formatNumber(mm.z) + " mm");
     }
-    if (row.info && row.slices == 1)
-        common.note(
-            "one slice only, taken as " +
-            formatNumber(row.info->spacingMm()[static_cast<int>(
-                std::find(row.info->originalOrder.sourceAxis.begin(),
-                          row.info->originalOrder.sourceAxis.end(), 2) -
-                row.info->originalOrder.sourceAxis.begin())]) +
-            " mm thick" +
-            (fs::is_directory(catalogue.path, ignored) ? "" : "; name the folder for the whole series"));
+    if (row.info && row.slices == 1 && !(options.allPhases && options.phase > 1)) // of all phases alike
+        common.note(oneSliceText(catalogue, row));
     if (const int phase = phaseOf(row, SourceOptions{.series = options.series, .largest = options.largest});
         options.phase == 0 && phase > 0)
         common.note("took phase " + std::to_string(phase) + " of " + std::to_string(row.phases.size()) +
