@@ -6,6 +6,7 @@
 
 #include "core/image/image_file.h" // readManifest
 
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
@@ -130,6 +131,24 @@ TEST_F(Folders, AScoutAndASliceExplainThemselvesInsteadOfABlankPicture) {
     EXPECT_EQ(run(render + " --mode maximum -q").exitCode, 0) << "from the side that it faces";
     EXPECT_THAT(run("import scan/IM0002 one.zarr").problems,
                 AllOf(HasSubstr("one slice only"), HasSubstr("name the folder")));
+    for (const char* options : {" --window abdomen", " --window 40,300 --value-colour inverse",
+                                " --slab 2:maximum", " --value-colour transferFunction"})
+        for (const char* name : {"scan/IM0002", "one.zarr"}) { // it takes the options of slices
+            const std::string one = std::string("render ") + name + " --engine mirror --size 16x16 -q -o ";
+            EXPECT_EQ(run(one + "d.exr" + options).exitCode, 0) << options;
+            EXPECT_EQ(run(one + "e.exr --slice axial" + options).exitCode, 0) << options;
+            EXPECT_EQ(readAll(folder_ / "d.exr"), readAll(folder_ / "e.exr")) << options;
+            expectRefused(one + "f.exr --view superior" + options, {"found mode composite"});
+            expectRefused(one + "f.exr --projection parallel" + options, {"found mode composite"});
+        }
+    const auto imports = [&] {
+        const fs::directory_iterator all(folder_ / "cache" / "tessera");
+        return std::distance(begin(all), end(all));
+    };
+    const auto before = imports();
+    for (const char* option : {"--window abdomen", "--value-colour inverse", "--slab 2"})
+        expectRefused(std::string("render scan -q -o f.exr ") + option, {"found mode composite"});
+    EXPECT_EQ(imports(), before) << "refused by the headers";
     EXPECT_EQ(run("render one.zarr -q --engine mirror --size 16x16 -o b.png").exitCode, 0);
     slice("lone/IM0002", 0); // a folder that holds no more
     const Outcome lone = run("render lone --engine mirror --size 16x16 -o c.png");

@@ -13,6 +13,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A ball that grows, HU: at time t of n its radius is 4 + 2t voxels, of 20 x 18 x 16 voxels of 2 mm.
 constexpr int kNx = 20, kNy = 18, kNz = 16;
@@ -21,9 +22,9 @@ std::int16_t valueAt(int x, int y, int z, int time) {
     return static_cast<std::int16_t>(dx * dx + dy * dy + dz * dz < radius * radius ? 100 * (time + 1)
                                                                                    : -1000);
 }
-std::string voxelsOf(int time) {
+std::string voxelsOf(int time, int slices = kNz) {
     std::string bytes;
-    for (int z = 0; z < kNz; ++z)
+    for (int z = 0; z < slices; ++z)
         for (int y = 0; y < kNy; ++y)
             for (int x = 0; x < kNx; ++x) {
                 const std::int16_t value = valueAt(x, y, z, time);
@@ -35,13 +36,13 @@ std::string voxelsOf(int time) {
 template <typename T> void put(std::string& bytes, std::size_t at, T value) {
     std::memcpy(bytes.data() + at, &value, sizeof value);
 }
-std::string niftiOf(int times) {
+std::string niftiOf(int times, int slices = kNz) {
     std::string file(352, '\0');
     put<std::int32_t>(file, 0, 348);
     const std::int16_t dims[] = {static_cast<std::int16_t>(times > 1 ? 4 : 3),
                                  kNx,
                                  kNy,
-                                 kNz,
+                                 static_cast<std::int16_t>(slices),
                                  static_cast<std::int16_t>(times),
                                  1,
                                  1,
@@ -55,7 +56,7 @@ std::string niftiOf(int times) {
     file[123] = 2 + 8; // mm, s
     std::memcpy(file.data() + 344, "n+1", 4);
     for (int time = 0; time < times; ++time)
-        file += voxelsOf(time);
+        file += voxelsOf(time, slices);
     return file;
 }
 /// Layers behind one another, or of every voxel together.
@@ -166,6 +167,32 @@ TEST_F(Phases, AFilmHasAFrameForEachWithOneCameraAndFunction) {
         run("render t.nii --phase all --turn 90 --frames 4 -o turn --engine native --size 12x10");
     ASSERT_EQ(turn.exitCode, 0) << turn.problems;
     EXPECT_EQ(manifestOf("turn/frame-000003.png")["film"]["phase"], 1);
+}
+
+// A slice per time is shown as with --slice, with its options, and is whole by itself.
+TEST_F(Phases, OfOneSliceAreSlices) {
+    write("t.nii", niftiOf(3, 1));
+    const std::string render = "render t.nii --phase all --size 24x20 --no-check -o ";
+    for (const char* options :
+         {" --window -400,1200", " --window lung --value-colour inverse", " --slab 2:maximum"}) {
+        const Outcome told = run(render + "a" + options);
+        EXPECT_EQ(told.exitCode, 0) << told.problems;
+        EXPECT_THAT(told.problems, Not(HasSubstr("name the folder")));
+        EXPECT_THAT(told.problems, Not(HasSubstr("taken as")));
+        EXPECT_EQ(run(render + "b --slice axial -q" + options).exitCode, 0) << options;
+        for (const char* frame : {"frame-000000.png", "frame-000001.png", "frame-000002.png"}) {
+            ASSERT_TRUE(exists(std::string("a/") + frame)) << frame;
+            EXPECT_EQ(pixelsOf(std::string("a/") + frame), pixelsOf(std::string("b/") + frame)) << options;
+        }
+        fs::remove_all(folder_ / "a");
+        fs::remove_all(folder_ / "b");
+        fs::remove_all(folder_ / "cache");
+    }
+    const std::string notes = run(render + "c").problems;
+    const std::size_t first = notes.find("one slice only, 2 mm thick\n");
+    EXPECT_NE(first, std::string::npos) << notes;
+    EXPECT_EQ(notes.find("one slice only", first + 1), std::string::npos) << "once for all phases";
+    EXPECT_THAT(run("import t.nii --phase 2 one.zarr").problems, HasSubstr("one slice only, 2 mm thick\n"));
 }
 
 TEST_F(Phases, WhatHasNoneIsRefused) {

@@ -63,6 +63,15 @@ SlicePlane planeOf(const VolumeInfo& info, int thin) {
 
 } // namespace
 
+bool isOneSlice(const VolumeInfo& info) {
+    return thinAxisOf(info).has_value();
+}
+
+bool facesThinVolume(const Scene& scene, bool sideNamed) {
+    const auto* const fitted = std::get_if<FittedView>(&scene.camera);
+    return fitted && !fitted->named && scene.mode == Mode::composite && !sideNamed;
+}
+
 std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed) {
     auto* fitted = std::get_if<FittedView>(&scene.camera);
     const std::optional<int> thin = thinAxisOf(info);
@@ -74,7 +83,9 @@ std::string faceThinVolume(Scene& scene, const VolumeInfo& info, bool sideNamed)
                viewNames()[static_cast<std::size_t>(fitted->view)];
     }
     scene.mode = Mode::slice;
+    const SlicePlane slab = scene.slice;
     scene.slice = planeOf(info, *thin);
+    scene.slice.thicknessMm = slab.thicknessMm, scene.slice.reduction = slab.reduction;
     return "one slice: shown as --slice " +
            orientationNames()[static_cast<std::size_t>(scene.slice.orientation)] +
            "; --view draws it as a volume";

@@ -13,6 +13,12 @@ namespace tessera {
 
 // Shows a volume of one slice as a slice. From the side it is a line, and would be drawn blank.
 
+/// True of a volume with a single slice along one axis alone.
+bool isOneSlice(const VolumeInfo& info);
+/// True if the scene shows a volume of one slice as a slice: nothing asks for another picture.
+/// @param sideNamed  a camera's fit or projection was requested
+bool facesThinVolume(const Scene& scene, bool sideNamed);
+
 /// Without a requested side, the single slice of a volume is shown as a slice, and in modes other than
 /// compositing from the side that it faces.
 /// @param sideNamed  a camera's fit or projection was requested: then the mode stays

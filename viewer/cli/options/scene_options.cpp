@@ -403,25 +403,29 @@ Cuts& cutsOf(const ModeOptions& options, Scene& scene) {
 }
 
 void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene) {
-    const auto mode = [&] { return "mode " + nameOf(scene.mode); };
     if (!options.slice.empty()) {
         scene.slice = parseSlice(options.slice, "--slice", scene.slice);
         if (const std::string text = keys.textOf("--mode"); !text.empty() && scene.mode != Mode::slice)
             throw badFile("--slice", "--mode slice", "--mode " + text);
         scene.mode = Mode::slice;
     }
-    if (!options.slab.empty()) {
-        if (scene.mode != Mode::slice)
-            throw badFile("--slab", "a slice (--slice)", mode());
+    if (!options.slab.empty())
         parseSlab(options.slab, scene.slice, "--slab");
-    }
     applyCuts(options, cutsOf(options, scene));
+}
+
+std::optional<InputError> refusalByMode(const ModeOptions& options, const KeyOptions& keys,
+                                        const Scene& scene) {
+    const std::string mode = "mode " + nameOf(scene.mode);
+    if (!options.slab.empty() && scene.mode != Mode::slice)
+        return badFile("--slab", "a slice (--slice)", mode);
     for (const char* option : {"--window", "--value-colour"})
         if (!keys.textOf(option).empty() && reductionOf(scene) == Reduction::composite)
-            throw badFile(option,
-                          "a mode that shows single values or sums (--mode maximum, minimum, average, slice, "
-                          "emission, absorption or radiograph)",
-                          mode());
+            return badFile(option,
+                           "a mode that shows single values or sums (--mode maximum, minimum, average, "
+                           "slice, emission, absorption or radiograph)",
+                           mode);
+    return std::nullopt;
 }
 
 } // namespace tessera

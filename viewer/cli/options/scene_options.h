@@ -2,12 +2,14 @@
 // a picture's mode.
 #pragma once
 
+#include "core/base/error.h"
 #include "core/scene/scene.h"
 #include "viewer/cli/options/command.h"
 
 #include <algorithm>
 #include <list>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -105,9 +107,12 @@ void addModeOptions(Command& command, ModeOptions& options);
 /// no such volume.
 Cuts& cutsOf(const ModeOptions& options, Scene& scene);
 /// Options override the scene; `--crop body` is left to cropToBody()
-/// (viewer/cli/render/scene_from_arguments.h). Throws InputError naming the option, also for one without
-/// effect in its mode.
+/// (viewer/cli/render/scene_from_arguments.h). Throws InputError naming the option.
 /// @param keys  applied to the scene before
 void applyModeOptions(const ModeOptions& options, const KeyOptions& keys, Scene& scene);
+/// Names an option of slices and of single values (--slab, --window, --value-colour) that has no effect in
+/// the scene's mode. None: there is none.
+std::optional<InputError> refusalByMode(const ModeOptions& options, const KeyOptions& keys,
+                                        const Scene& scene);
 
 } // namespace tessera

@@ -4,6 +4,7 @@
 #include "bricking/store/store_reader.h"
 #include "core/animation/flight.h"
 #include "core/animation/path.h"
+#include "core/base/address.h"
 #include "core/base/budget_error.h"
 #include "core/base/error.h"
 #include "render/geometry/mesh_caster.h" // meshBytesPerPixel
@@ -32,6 +33,7 @@
 #include "viewer/cli/render/scene_from_arguments.h"
 #include "viewer/cli/render/tiled_picture.h"
 
+#include <algorithm>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <memory>
@@ -115,6 +117,13 @@ void refuseLeaks(const RenderArguments& arguments, const Path& path) {
                       "one whose lumen leaks (\"lumen\", \"leaks\"): " + doubtText(*path.lumen));
 }
 
+/// False: no volume there is a single slice, by the headers of source files. Stores are opened soon.
+bool mayBeOneSlice(const fs::path& path, const SourceChoice& choice) {
+    return isAddress(path) || looksLikeStore(path) ||
+           std::ranges::any_of(listInput(path, choice).volumes,
+                               [](const ListedVolume& volume) { return isOneSlice(volume.info); });
+}
+
 /// @param group  of --ranks; else null
 /// @param draw  in place of the arguments' picture or film; empty: that
 /// @param take  of one picture; none: its file is written
@@ -182,6 +191,9 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     if (const SourceChoice& chosen = arguments.input; chosen != SourceChoice{})
         sources.front() = chosen;
+    if (const auto refusal = refusalByMode(arguments.mode, arguments.keys, scene);
+        refusal && !mayBeOneSlice(volume.path, sources.front()))
+        throw *refusal;
     PhaseStores phases;
     if (arguments.input.allPhases) {
         if (scene.volumes.size() > 1 || !volume.labels.path.empty())
@@ -209,9 +221,11 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     if (!samplesNamed && !layers.error && arguments.keepState.empty())
         fitSamples(store.info(), together, engine, arguments.threads, ram, scene, common);
     if (arguments.path.empty()) {
-        const bool sideNamed = !arguments.fit.empty() || !arguments.projection.empty();
-        if (const std::string words = faceThinVolume(scene, store.info(), sideNamed); !words.empty())
+        if (const std::string words = faceThinVolume(scene, store.info(), arguments.isSideNamed());
+            !words.empty())
             common.note(words);
+        if (const auto refusal = refusalByMode(arguments.mode, arguments.keys, scene))
+            throw *refusal;
         requireFacingView(scene, store.info(), arguments.in);
     }
     if (!arguments.reforms())

@@ -229,6 +229,9 @@ void applyArguments(const RenderArguments& arguments, Scene& scene, const Common
         scene.mode = Mode::slice;
     }
     applyModeOptions(arguments.mode, arguments.keys, scene);
+    if (const auto refusal = refusalByMode(arguments.mode, arguments.keys, scene);
+        refusal && (!arguments.path.empty() || !facesThinVolume(scene, arguments.isSideNamed())))
+        throw *refusal; // else once the volume is known
     if (!arguments.mode.slice.empty() && isSeenFromEdge(scene)) {
         if (!arguments.view.empty())
             throw badFile("--view", "a side that faces the slice", arguments.view + ", which sees its edge");

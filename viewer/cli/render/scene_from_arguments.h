@@ -61,6 +61,8 @@ struct RenderArguments {
     ModeOptions mode;
     InputOptions input;
 
+    /// A camera by side was asked for.
+    bool isSideNamed() const { return !fit.empty() || !projection.empty(); }
     bool reforms() const { return straighten || curved || sections > 0; }
     /// The option that makes one picture of a path; "": none.
     std::string pathPicture() const {
@@ -76,7 +78,9 @@ struct RenderArguments {
 };
 
 /// Applies the options to the scene. Notes settings of a foreign preset that no scene has. Throws InputError
-/// naming the option for invalid values, and for options without effect beside the scene or one another.
+/// naming the option for invalid values, and for options without effect beside the scene or one another;
+/// those of slices stay where a volume of one slice would be shown as one: see facesThinVolume()
+/// (viewer/cli/input/named_scene.h), and then refusalByMode().
 void applyArguments(const RenderArguments& arguments, Scene& scene, const CommonOptions& common);
 
 /// `--no-check` is `--verify none`. Without either, films are not checked. Throws InputError naming the
