@@ -14,7 +14,7 @@ import zlib
 import numpy as np
 
 import tessera
-from tessera import _picture
+from tessera import _picture, _words
 
 PROGRAM = os.environ.get("TESSERA_PROGRAM", "")
 
@@ -156,7 +156,7 @@ class Pictures(unittest.TestCase):
     def test_errors_are_those_of_the_command_line(self):
         for options, words in [
             ({"preset": "bone1"}, "bone-1"),
-            ({"max_eror": 1}, "unknown option --max-eror=1; nearest: --max-error"),
+            ({"max_eror": 1}, "^max_eror: expected an argument of tessera.render.*; nearest: max_error$"),
             ({"size": (0, 5)}, "--size"),
             ({"view": "sideways"}, "--view"),
             ({"engine": "march3"}, "--engine"),
@@ -171,6 +171,22 @@ class Pictures(unittest.TestCase):
                 self.render(**options)
         with self.assertRaisesRegex(tessera.InputError, "nothing there"):
             self.render("/no/such/scan")
+
+    def test_misspelt_arguments_name_the_nearest(self):
+        own = set(_words.arguments_of(tessera._tessera.options_of_render())) - set(_picture._NOT_HERE)
+        for name in sorted(own):
+            for slip in (name + "q", name[:-1] if len(name) > 4 else name[0] + "q" + name[1:]):
+                if slip in own:
+                    continue
+                with self.subTest(slip):
+                    call = tessera.render_file if name in _picture._OF_FILES else tessera.render
+                    where = (self.volume, "a.png") if name in _picture._OF_FILES else (self.volume,)
+                    with self.assertRaises(tessera.InputError) as refused:
+                        call(*where, **{slip: 1})
+                    said = str(refused.exception)
+                    self.assertTrue(said.startswith(f"{slip}: expected an argument of tessera.{call.__name__}()"), said)
+                    self.assertRegex(said, "; nearest: [a-z_]+$")
+                    self.assertNotIn("--", said)
 
     def test_blank_pictures_say_so(self):
         picture = self.render(isosurface="9000", mode="isosurface")

@@ -438,8 +438,15 @@ class Paths(unittest.TestCase):
             self.assertEqual(tessera.open(volume.path).content_hash, volume.content_hash)
             with self.assertRaisesRegex(tessera.InputError, "series"):
                 tessera.open(volume.path, series=2)
-            with self.assertRaisesRegex(tessera.InputError, "nearest: --series"):
-                tessera.open(name, serie=2)
+            for source in (name, array, volume):
+                for slip, near in [("serie", "series"), ("spaceing", "spacing"), ("afine", "affine"), ("file_levl", "file_level")]:
+                    said = f"^{slip}: expected an argument of tessera.open.., found an unknown one; nearest: {near}$"
+                    with self.subTest(slip), self.assertRaisesRegex(tessera.InputError, said):
+                        tessera.open(source, **{slip: 2})
+                with self.assertRaisesRegex(tessera.InputError, "^foo: expected an argument of tessera.open.., found an unknown one$"):
+                    tessera.open(source, foo=1)
+            with self.assertRaisesRegex(tessera.InputError, "^serie: .*tessera.phases.*nearest: series$"):
+                tessera.phases(name, serie=2)
 
     def test_phases_are_listed_and_opened(self):
         times = np.stack([ramp((4, 5, 6)) + 300 * time for time in range(3)]).astype("<i2")

@@ -147,6 +147,13 @@ void save(const Picture& picture, const std::string& path, const std::string& ra
     });
 }
 
+std::vector<std::string> optionsOfRender() {
+    CommandLine line("tessera", TESSERA_VERSION, "");
+    Command command = line.program().command("render", "");
+    addRenderOptions(command, std::make_shared<RenderArguments>());
+    return longNames(command.table());
+}
+
 /// The arguments of `tessera render`.
 /// @param words  of a command line, behind the picture's name: "--size=640x480"
 std::shared_ptr<RenderArguments> argumentsOf(const std::string& in, const std::string& out,
@@ -221,6 +228,7 @@ void addPictures(py::module_& module) {
                                })
         .def("srgb", &srgbOf)
         .def("save", &save, py::arg("path"), py::arg("ram"));
+    module.def("options_of_render", &optionsOfRender);
     module.def("render", &render, py::arg("path"), py::arg("scene").none(true), py::arg("words"),
                py::arg("progress"));
     module.def("render_file", &renderFile, py::arg("path"), py::arg("scene").none(true), py::arg("out"),

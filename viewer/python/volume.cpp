@@ -13,6 +13,7 @@
 #include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/options/command.h"
+#include "viewer/cli/options/command_table.h"
 #include "viewer/python/array_source.h"
 #include "viewer/python/call.h"
 
@@ -76,15 +77,28 @@ class TemporaryStore {
     pid_t maker_;
 };
 
+/// Adds the options of source files to a command line, as a command.
+Command addOpen(CommandLine& line, std::string& in, InputOptions& input) {
+    Command open = line.program().command("open", "");
+    open.option("IN", in, "");
+    addSelectionOptions(open, input);
+    addSpacingOption(open, input);
+    return open;
+}
+
+std::vector<std::string> optionsOfOpen() {
+    InputOptions input;
+    std::string in;
+    CommandLine line("tessera", TESSERA_VERSION, "");
+    return longNames(addOpen(line, in, input).table());
+}
+
 /// The options of source files, by the words of a command line.
 InputOptions inputOf(std::vector<std::string> words) {
     InputOptions input;
     std::string in;
     CommandLine line("tessera", TESSERA_VERSION, "");
-    Command open = line.program().command("open", "");
-    open.option("IN", in, "");
-    addSelectionOptions(open, input);
-    addSpacingOption(open, input);
+    addOpen(line, in, input);
     words.insert(words.begin(), {"tessera", "open"});
     std::vector<char*> pointers;
     for (std::string& word : words)
@@ -337,6 +351,8 @@ void addVolumes(py::module_& module) {
              py::arg("progress"));
     module.def("open_path", &openPath, py::arg("path"), py::arg("words"), py::arg("ram"),
                py::arg("progress"));
+    module.def("options_of_open", &optionsOfOpen);
+    module.def("likely_option", &likelyOption, py::arg("unknown"), py::arg("known"));
     module.def("phases", &phasesOfPath, py::arg("path"), py::arg("words"));
     module.def("open_array", &openArray, py::arg("array"), py::arg("affine"), py::arg("oriented"),
                py::arg("unit"), py::arg("slope"), py::arg("intercept"), py::arg("ram"), py::arg("progress"));

@@ -87,6 +87,15 @@ Option& Option::offers(const std::vector<std::string>& words) {
     return *this;
 }
 
+std::vector<std::string> longNames(const CommandRow& command) {
+    std::vector<std::string> names;
+    for (const OptionRow& option : command.options)
+        for (const std::string& name : option.names)
+            if (name.starts_with("--"))
+                names.push_back(name);
+    return names;
+}
+
 CommandRow Command::table() const {
     return rowOf(*app_);
 }

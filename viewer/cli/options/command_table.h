@@ -24,4 +24,7 @@ struct CommandRow {
     std::vector<CommandRow> commands;
 };
 
+/// The long names of a command's options: "--output".
+std::vector<std::string> longNames(const CommandRow& command);
+
 } // namespace tessera

@@ -15,7 +15,7 @@ from ._labels import labels_file
 from ._scene import Scene
 from ._tessera import InputError
 from ._volume import Volume, as_json, open as open_volume
-from ._words import Path, Progress, absolute, ram_text, told, words_of
+from ._words import Path, Progress, absolute, arguments_of, ram_text, refuse_unknown, told, words_of
 
 if TYPE_CHECKING:
     from ._words import Array
@@ -167,6 +167,8 @@ class Picture:
 
 def _split(options: Mapping[str, Any], is_file: bool = False) -> List[bytes]:
     """Options of the command line, and behind them keys of the scene, as words."""
+    known = arguments_of(_tessera.options_of_render())
+    own = [name for name in known if name not in _NOT_HERE and (is_file or name not in _OF_FILES)]
     keys = dict(options.get("set") or {})
     plain: Dict[str, Any] = {}
     for name, value in options.items():
@@ -177,6 +179,7 @@ def _split(options: Mapping[str, Any], is_file: bool = False) -> List[bytes]:
         if "." in name or "[" in name:
             keys[name] = value
         elif name != "set":
+            refuse_unknown([name], own + ["scene", "progress"], f"tessera.render{'_file' if is_file else ''}()")
             plain[name] = value
     words = words_of(plain) + [f"--set={key}={as_json(value)}" for key, value in keys.items()]
     return [os.fsencode(word) for word in words]

@@ -14,7 +14,7 @@ import numpy as np
 from . import _tessera
 from ._labels import affine_of, image_of, labels_file, unmasked
 from ._tessera import InputError
-from ._words import Path, Progress, absolute, number, ram_text, told, whole_number, words_of
+from ._words import Path, Progress, absolute, arguments_of, number, ram_text, refuse_unknown, told, whole_number, words_of
 
 if TYPE_CHECKING:
     from ._words import Array, Numbers
@@ -402,6 +402,11 @@ def _affine_of(spacing: Any, origin: Any, direction: Any, affine: Any) -> Tuple[
     return whole, direction is not None
 
 
+def _arguments_of_open() -> List[str]:
+    own = ["spacing", "origin", "direction", "affine", "unit", "slope", "intercept", "ram", "progress"]
+    return own + arguments_of(_tessera.options_of_open())
+
+
 def open(  # noqa: A001
     source: Any,
     *,
@@ -431,6 +436,7 @@ def open(  # noqa: A001
     ram: budget, such as "512MiB". progress: called with a stage and a share from 0 to 1; it may raise, or return
     False, to stop. Raises InputError for what cannot be opened.
     """
+    refuse_unknown(options, _arguments_of_open(), "tessera.open()")
     if isinstance(source, Volume):
         given = dict(options, spacing=spacing, origin=origin, direction=direction, affine=affine)
         given.update(unit=unit or None, slope=None if slope == 1 else slope, intercept=intercept or None)
@@ -483,6 +489,7 @@ def phases(source: Union[str, "os.PathLike[str]"], **options: Any) -> List[str]:
 
     `options` choose among several volumes, as for `open`: series, largest. Headers alone are read.
     """
+    refuse_unknown(options, arguments_of(_tessera.options_of_open()), "tessera.phases()")
     return _tessera.phases(os.fsencode(source), [os.fsencode(word) for word in words_of(options)])
 
 

@@ -7,6 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Sequence, Union
 
+from . import _tessera
 from ._tessera import InputError
 
 Progress = Union[None, bool, Callable[[str, float], Any]]
@@ -91,6 +92,20 @@ def words_of(options: Mapping[str, Any]) -> List[str]:
         for one in value if isinstance(value, list) else [value]:
             words.append(f"--{option}={text_of(one, name)}")
     return words
+
+
+def arguments_of(options: Iterable[str]) -> List[str]:
+    """Options of the command line as arguments: "--max-error" is max_error."""
+    return [option[2:].replace("-", "_") for option in options if option != "--help"]
+
+
+def refuse_unknown(given: Iterable[str], known: Sequence[str], function: str) -> None:
+    """Refuses arguments that a function does not have, with the nearest that it has."""
+    for name in given:
+        if name not in known:
+            likely = _tessera.likely_option(f"--{name}", [f"--{one.replace('_', '-')}" for one in known])
+            near = f"; nearest: {arguments_of([likely])[0]}" if likely else ""
+            raise InputError(f"{name}: expected an argument of {function}, found an unknown one{near}")
 
 
 def ram_text(ram: Any) -> str:
