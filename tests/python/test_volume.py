@@ -461,6 +461,9 @@ class Paths(unittest.TestCase):
             self.assertEqual(tessera.phases(name), ["time 1", "time 2", "time 3"])
             for phase in (1, 2, 3):
                 np.testing.assert_array_equal(tessera.open(name, phase=phase).level(0), times[phase - 1])
+            frames = os.path.join(os.path.dirname(name), "frames")
+            tessera.film(name, frames, phase="all", slice="axial", size=(16, 12))
+            self.assertEqual(len([one for one in os.listdir(frames) if one.endswith(".png")]), 3)
             with self.assertRaisesRegex(tessera.InputError, "--phase N"):
                 tessera.open(name)
             with self.assertRaisesRegex(tessera.InputError, "between 1 and 3"):

@@ -8,15 +8,14 @@
 #include "core/scene/preset.h"
 #include "render/plan/frame_plan.h" // summarise
 #include "render/verify/verify_plan.h"
+#include "viewer/annotations/shown_plane.h"
 #include "viewer/session/disc_values.h"
 #include "viewer/session/label_list.h"
 #include "viewer/session/volume_labels.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <glm/geometric.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,16 +47,6 @@ LabelList shownOn(const RenderResult& result, std::size_t volume, const LabelLis
             if (const std::optional<std::size_t> number = numberOf(all, value))
                 shown.push_back(all[*number]);
     return shown;
-}
-
-/// A slice, as thick as a voxel at least.
-ShownPlane planeOf(const SlicePlane& slice, const VolumeInfo& info) {
-    const SlicePose pose =
-        poseOf(slice, glm::dvec3(info.patientFromVoxel * glm::dvec4(0.5 * glm::dvec3(info.extentVoxels), 1)));
-    double voxel = 0;
-    for (int axis = 0; axis < 3; ++axis)
-        voxel += std::abs(glm::dot(glm::dvec3(info.patientFromVoxel[axis]), pose.normal));
-    return {pose.point, pose.normal, 0.5 * std::max(slice.thicknessMm, voxel)};
 }
 
 std::string between(const Estimate& e) {

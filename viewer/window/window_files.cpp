@@ -4,6 +4,7 @@
 
 #include "core/base/names.h"
 #include "core/base/output_file.h"
+#include "viewer/annotations/shown_plane.h"
 #include "viewer/session/file_kind.h"
 #include "viewer/window/beside.h"
 
@@ -101,6 +102,8 @@ PictureMarks WindowState::marks() const {
         marks.labels = legendLabels(*volume_->labels, scene_.volumes.front().labels);
     marks.measurements = scene_.measurements;
     marks.orientationKnown = volume_ && volume_->info.orientationKnown;
+    if (volume_ && scene_.mode == Mode::slice)
+        marks.plane = planeOf(scene_.slice, volume_->info);
     if (marks.annotations.error)
         marks.error = "measured error: not measured";
     return marks;

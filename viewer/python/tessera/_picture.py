@@ -278,10 +278,10 @@ def film(
     progress: Progress = None,
     **options: Any,
 ) -> List[str]:
-    """Draws a film along a path or of a turntable: a folder of frames, or .mp4, .mov, .mkv.
+    """Draws a film along a path, of a turntable or over phases (phase="all"): a folder of frames, or .mp4, .mov, .mkv.
 
     turn: degrees of a turntable; the rest as for render_file().
     """
-    if path is None and turn is None:
-        raise InputError("film: expected path or turn, found neither")
+    if path is None and turn is None and options.get("phase") != "all":
+        raise InputError('film: expected path, turn or phase="all", found none')
     return render_file(source, output, scene=scene, progress=progress, path=path, turn=turn, **options)
