@@ -8,6 +8,7 @@
 #include "viewer/cli/options/scene_options.h"
 #include "viewer/cli/render/scene_from_arguments.h"
 
+#include <filesystem>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,10 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+
+Scene volumeScene() {
+    return tessera::sceneOf(std::filesystem::path("v.zarr"));
+}
 
 /// Camera and slice; none: it is refused.
 template <typename Change> std::optional<json> changed(Scene scene, const Change& change) {
@@ -46,10 +51,10 @@ TEST(SceneWords, DoWhatTheirOptionsDo) {
         {"projection", &RenderArguments::projection, {"parallel", "perspective", "oblique"}},
         {"fit", &RenderArguments::fit, {"volume", "kept", "shown", "tight"}},
     };
-    Scene slice = sceneOf("v.zarr"), sided = sceneOf("v.zarr");
+    Scene slice = volumeScene(), sided = volumeScene();
     slice.mode = Mode::slice;
     std::get<FittedView>(sided.camera).named = true;
-    for (const Scene& before : {sceneOf("v.zarr"), slice, sided}) {
+    for (const Scene& before : {volumeScene(), slice, sided}) {
         const auto expectAlike = [&](const std::string& option, const std::string& text,
                                      const std::optional<json>& expected) {
             SCOPED_TRACE(option + "=" + text + ", mode " + nameOf(before.mode));
@@ -82,13 +87,12 @@ TEST(SceneWords, DoWhatTheirOptionsDo) {
                             applyArguments(arguments, scene, CommonOptions());
                         }));
     }
-    EXPECT_FALSE(
-        changed(sceneOf("v.zarr"), [](Scene& s) { setKeyFromText(s, "camera.mmPerPixel", "0", "t"); }));
+    EXPECT_FALSE(changed(volumeScene(), [](Scene& s) { setKeyFromText(s, "camera.mmPerPixel", "0", "t"); }));
 }
 
 // Values in JSON stay what they are for a key.
 TEST(SceneWords, KeysTakeTheirOwnValues) {
-    Scene scene = sceneOf("v.zarr");
+    Scene scene = volumeScene();
     setKeyFromText(scene, keyNamed("view"), "[30,15]", "t");
     EXPECT_EQ(std::get<FittedView>(scene.camera).angles->rise, 15);
     setKeyFromText(scene, keyNamed("--projection"), "true", "t");
@@ -104,7 +108,7 @@ TEST(SceneWords, KeysTakeTheirOwnValues) {
 
 /// What a value is refused with; "" where it is taken.
 std::string refusalOf(const std::string& key, const std::string& text) {
-    Scene scene = sceneOf("v.zarr");
+    Scene scene = volumeScene();
     const std::string before = sceneJson(scene);
     try {
         setKeyFromText(scene, key, text, "t.csv:2");
@@ -134,9 +138,9 @@ TEST(SceneWords, ValuesAreWhatSpreadsheetsWrite) {
         if (type == "boolean" && refusalOf(row.path, "true").empty()) {
             ++truths;
             for (const bool truth : {true, false})
-                for (const std::string text : truth ? std::vector<std::string>{"true", "TRUE", "True", "tRuE"}
+                for (const std::string& text : truth ? std::vector<std::string>{"true", "TRUE", "True", "tRuE"}
                                                     : std::vector<std::string>{"false", "FALSE", "False"}) {
-                    Scene a = sceneOf("v.zarr"), b = a;
+                    Scene a = volumeScene(), b = a;
                     setSceneKey(a, row.path, truth, "t");
                     setKeyFromText(b, row.path, text, "t");
                     EXPECT_EQ(sceneJson(a), sceneJson(b)) << text;
@@ -154,7 +158,7 @@ TEST(SceneWords, HintsNameKeys) {
     for (const char* option :
          {"isosurface", "crop", "crop-voxels", "cut-plane", "mesh", "mesh-colour", "mesh-opacity",
           "mesh-space", "mesh-contours", "label-preset", "add", "add-preset"})
-        for (const std::string name : {std::string(option), "--" + std::string(option)}) {
+        for (const std::string& name : {std::string(option), "--" + std::string(option)}) {
             EXPECT_EQ(keyNamed(name), "") << name;
             const std::string key = keyInPlaceOf(name);
             EXPECT_EQ(keyNamed(key), key) << name;
@@ -171,7 +175,7 @@ TEST(SceneWords, HintsNameKeys) {
     }
     EXPECT_EQ(keyNamed("--no-shading"), "") << "true would turn it on";
     EXPECT_EQ(keyHint("no-shading"), "; nearest: \"shading.shade\"");
-    Scene scene = sceneOf("v.zarr");
+    Scene scene = volumeScene();
     EXPECT_THROW(applySets({"crop=0,1,0,1,0,1"}, scene), InputError);
     for (const char* far : {"comment", "patient birthday", "x", "remarks2019"})
         EXPECT_EQ(keyHint(far), "") << far;
