@@ -1,12 +1,31 @@
 // render/renderer.cpp: see renderer.h.
 #include "render/renderer.h"
 
+#include "core/scene/preset.h"
+#include "core/scene/scene_presets.h"
 #include "render/plan/fusion.h"
 #include "render/residency/pages.h"
 
 #include <algorithm>
+#include <string>
+#include <variant>
+#include <vector>
 
 namespace tessera {
+
+std::vector<FillValue> fillsLeftOut(const Scene& scene, const ValueSummary& values) {
+    const Reduction reduction = reductionOf(scene);
+    bool adapts = false;
+    if (reduction == Reduction::composite) {
+        const auto* const name = std::get_if<std::string>(&scene.volumes.front().transferFunction);
+        adapts =
+            name && scene.mode != Mode::isosurface && (*name == "auto" || overShares(builtInPreset(*name)));
+    } else if (reduction != Reduction::sum) {
+        const auto* const name = std::get_if<std::string>(&scene.window);
+        adapts = name && *name == "auto" && !values.isHu && !looksLikeHu(values);
+    }
+    return adapts ? values.fills : std::vector<FillValue>();
+}
 
 void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& result) {
     const Layer& layer = plan.layer();
@@ -16,6 +35,7 @@ void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& resul
     result.window = layer.look.window;
     result.lowest = values.lowest;
     result.highest = values.highest;
+    result.leftOut = fillsLeftOut(scene, values);
     result.patientTable = layer.patientTable;
     if (layer.labels) {
         std::size_t shown = layer.labels->shownLabels();

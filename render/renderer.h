@@ -9,6 +9,7 @@
 #include "core/image/image.h"
 #include "core/scene/camera.h"
 #include "core/scene/mode.h"
+#include "core/scene/preset.h" // FillValue
 #include "core/scene/scene.h"
 #include "render/backends/gpu/gl/context.h"
 #include "render/contract/ray_state.h"
@@ -116,6 +117,7 @@ struct RenderResult {
     double secondsChecking = 0;
     GreyWindow window;                       // as used, in modes that show single values
     double lowest = 0, highest = 0;          // values of the volume, physical units
+    std::vector<FillValue> leftOut;          // fill values, where the function or the window adapts to values
     std::optional<TableReport> patientTable; // where the scene may hide it
     struct Labels {
         std::size_t all = 0, shown = 0; // labels of the file; of them those that are drawn
@@ -221,6 +223,9 @@ class Renderer {
 };
 
 // The entries of a picture's result that any plan gives.
+
+/// The fill values that the scene's function or window leaves out because it adapts to the values.
+std::vector<FillValue> fillsLeftOut(const Scene& scene, const ValueSummary& values);
 
 /// Camera, values, window and cells of the plan's volume.
 void reportVolume(const FramePlan& plan, const Scene& scene, RenderResult& result);

@@ -94,8 +94,9 @@ GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values, Mode
         return named(name);
     if (values.isHu || looksLikeHu(values))
         return mode == Mode::maximum ? kVesselsAndBone : named("abdomen");
-    const double width = mostOf(values) - values.lowest;
-    return width > 0 ? GreyWindow{values.lowest + 0.5 * width, width} : GreyWindow{values.lowest, 1};
+    const ValueSummary measured = withoutFills(values);
+    const double lowest = measured.lowest, width = mostOf(measured) - lowest;
+    return width > 0 ? GreyWindow{lowest + 0.5 * width, width} : GreyWindow{lowest, 1};
 }
 
 template <> const NameTable<Mode>& namesOf<Mode>() {

@@ -62,7 +62,7 @@ struct SlicePose {
 SlicePose poseOf(const SlicePlane& slice, const glm::dvec3& middle);
 
 /// The window of a choice on such values. "auto" of values in HU, or that look like HU, is abdomen, in mode
-/// maximum one that shows vessels and bone. Of other values it has all; the highest
+/// maximum one that shows vessels and bone. Of other values it has all but fill values; the highest
 /// thousandth is left out if it spans more than half of their range (a bladder in a PET). Throws InputError
 /// for an unknown name.
 GreyWindow windowOf(const WindowChoice& choice, const ValueSummary& values, Mode mode);

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/magnitude.h"
 #include "core/base/names.h"
+#include "core/base/shown_text.h"
 #include "core/scene/scene_presets.h"
 
 #include <algorithm>
@@ -21,6 +22,7 @@ const EmbeddedFiles& embeddedFiles(); // generated from core/scene/presets/*.jso
 namespace {
 
 constexpr const char* kAuto = "auto";
+constexpr double kLeastPart = 0.02; // of the range: of a ramp
 
 /// The upper end of the background, as an index of the first bin above it. The background is the largest peak
 /// of the lower half of the range: air around the object, or nothing at all. It ends where the counts have
@@ -69,18 +71,26 @@ ObjectValues objectValues(const ValueSummary& values) {
     }
     // An object of a single value would fold the ramp into a step; keep some width for the surface to show
     // in.
-    const double least = 0.02 * range;
+    const double least = kLeastPart * range;
     of.middle = std::min(std::max(of.middle, of.start + least), kLargestValue);
     of.top = std::min(std::max(of.top, of.middle + least), kLargestValue);
     return of;
 }
 
-TransferFunction autoFunction(const ValueSummary& values) {
+TransferFunction autoFunction(const ValueSummary& all) {
+    const ValueSummary values = withoutFills(all);
     if (!(values.highest > values.lowest))
         return TransferFunction::fromOpacity({}, {}, values.spacingMm, kAuto);
     const auto [start, middle, top] = objectValues(values);
-    const std::vector<OpacityPoint> opacity = {
+    std::vector<OpacityPoint> opacity = {
         {start, 0}, {0.5 * (start + middle), 0.015}, {middle, 0.05}, {0.5 * (middle + top), 0.2}, {top, 0.6}};
+    if (std::ranges::any_of(all.fills, [&](const FillValue& fill) { return fill.value > top; })) {
+        // Beyond the measured values are fill values alone, and what lies between them and their neighbours.
+        const double end = std::max(top, values.highest);
+        if (end > top)
+            opacity.push_back({end, 0.6});
+        opacity.push_back({end + kLeastPart * (values.highest - values.lowest), 0});
+    }
     const std::vector<ColourPoint> colour = {{start, {0.18, 0.03, 0.02}},
                                              {middle, {0.55, 0.20, 0.09}},
                                              {0.5 * (middle + top), {0.80, 0.55, 0.32}},
@@ -105,7 +115,33 @@ std::vector<std::string> presetNames() {
     return names;
 }
 
+ValueSummary withoutFills(ValueSummary values) {
+    if (values.fills.empty())
+        return values;
+    values.lowest = values.measured.lowest;
+    values.highest = values.measured.highest;
+    values.histogram = std::move(values.measured.histogram);
+    values.fills.clear();
+    values.measured = {};
+    return values;
+}
+
+std::string sayFills(const std::vector<FillValue>& fills) {
+    constexpr int kDigits = 6, kDigitsOfShare = 2;
+    constexpr double kLeastPercent = 0.001;
+    std::string text;
+    for (const FillValue& fill : fills) {
+        const double percent = 100 * fill.share;
+        text += (text.empty() ? "" : " and ") + numberText(fill.value, kDigits) + ", which " +
+                (percent < kLeastPercent ? "less than 0.001" : numberText(percent, kDigitsOfShare)) +
+                " % of the voxels hold";
+    }
+    return text;
+}
+
 bool looksLikeHu(const ValueSummary& values) {
+    if (!values.fills.empty())
+        return looksLikeHu(withoutFills(values));
     constexpr double kAirLeast = -1100, kAirMost = -900, kBodyMost = 3100; // HU
     constexpr double kSomeAir = 0.02, kMost = 0.75;                        // of the voxels
     const double width = (values.highest - values.lowest) / static_cast<double>(values.histogram.size());
@@ -131,14 +167,16 @@ Preset builtInPreset(const std::string& name) {
     return parsePreset(std::string(found->second), name, "preset " + name);
 }
 
-glm::dvec2 objectRange(const ValueSummary& values) {
+glm::dvec2 objectRange(const ValueSummary& all) {
+    const ValueSummary values = withoutFills(all);
     if (!(values.highest > values.lowest))
         return {values.lowest, std::nextafter(values.lowest, 1e300)};
     const ObjectValues of = objectValues(values);
     return {of.start, of.top};
 }
 
-Preset forValues(Preset preset, const ValueSummary& values) {
+Preset forValues(Preset preset, const ValueSummary& all) {
+    const ValueSummary values = withoutFills(all);
     const glm::dvec2 range =
         preset.unit == PresetUnit::object
             ? objectRange(values)

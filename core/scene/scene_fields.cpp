@@ -393,7 +393,7 @@ const Fields<Scene>& sceneFields() {
         f.add("window", &Scene::window, windowKind(),
               "Grey of a value in modes that show single values, as [centre, width] or by name. Black is at "
               "centre - width/2, white at centre + width/2. auto, where values are in HU: abdomen, in mode "
-              "maximum 350, 1100; else all values but a few of the highest. Of a radiograph "
+              "maximum 350, 1100; else all values but fill values and a few of the highest. Of a radiograph "
               "mm of water, of mode emission the light "
               "summed along a ray; auto: from 0 to the greatest of some rays.")
             .unlessDefault()

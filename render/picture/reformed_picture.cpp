@@ -229,6 +229,9 @@ RenderResult renderReformed(const Scene& scene, const std::vector<Reformation>& 
         result.window = look.look.window;
         result.lowest = values.lowest;
         result.highest = values.highest;
+        Scene ofWindow = ofCuts;
+        ofWindow.mode = Mode::slice;
+        result.leftOut = fillsLeftOut(ofWindow, values);
     }
     look.reduction = scene.slice.reduction;
     look.thicknessMm = scene.slice.thicknessMm;

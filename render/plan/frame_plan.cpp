@@ -138,6 +138,21 @@ ValueSummary summarise(const Statistics& statistics, const VolumeInfo& info, con
         summary.histogram.push_back(static_cast<double>(count));
     if (info.rescaleSlope < 0)
         std::reverse(summary.histogram.begin(), summary.histogram.end());
+    const FillValues& fills = statistics.fills;
+    if (fills.values.empty())
+        return summary;
+    const auto physical = [&](float stored) {
+        return info.rescaleSlope * static_cast<double>(stored) + info.rescaleIntercept;
+    };
+    for (const FillValues::Value& fill : fills.values)
+        summary.fills.push_back({physical(fill.value),
+                                 static_cast<double>(fill.voxels) / static_cast<double>(info.voxelCount())});
+    ValueSummary::Measured& measured = summary.measured;
+    measured.lowest = std::min(physical(fills.lowest), physical(fills.highest));
+    measured.highest = std::max(physical(fills.lowest), physical(fills.highest));
+    measured.histogram.assign(fills.histogram.begin(), fills.histogram.end());
+    if (info.rescaleSlope < 0)
+        std::reverse(measured.histogram.begin(), measured.histogram.end());
     return summary;
 }
 

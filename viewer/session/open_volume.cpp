@@ -227,10 +227,10 @@ std::shared_ptr<VolumeSeen> OpenVolume::describe() {
     }
     seen->scene = scene;
     try {
-        seen->histogram = volumeHistogram(renderer->volume(), seen->values.lowest, seen->values.highest,
-                                          kHistogramBinsSeen);
+        seen->histogram =
+            volumeHistogram(renderer->volume(), seen->lowest(), seen->highest(), kHistogramBinsSeen);
     } catch (const Error&) { // damaged: told when it is drawn
-        seen->histogram = seen->values.histogram;
+        seen->histogram = withoutFills(seen->values).histogram;
     }
     return seen;
 }

@@ -128,7 +128,10 @@ struct VolumeSeen {
     VolumeInfo info;
     ValueSummary values;
     std::vector<LegendVolume> volumes = {}; // of the scene, that interactive pictures show
-    /// Counts of values over equal bins of [values.lowest, values.highest], of a coarse level; 256 or fewer.
+    /// Of all values but fill values.
+    double lowest() const { return values.fills.empty() ? values.lowest : values.measured.lowest; }
+    double highest() const { return values.fills.empty() ? values.highest : values.measured.highest; }
+    /// Counts of values over equal bins of [lowest(), highest()], of a coarse level; 256 or fewer.
     std::vector<double> histogram;
     Scene scene; // as opened, with resolved camera and function
     /// If the scene's camera was by side: the view to which it was fitted.

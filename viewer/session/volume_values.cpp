@@ -297,6 +297,8 @@ std::vector<double> volumeHistogram(const Layer& volume, double lowest, double h
                 for (int x = first.x; x < end.x; ++x) {
                     const double value =
                         info.rescaleSlope * samples.at(level, {x, y, z}) + info.rescaleIntercept;
+                    if (value < lowest || value > highest)
+                        continue;
                     const int bin = std::clamp(static_cast<int>((value - lowest) * perValue), 0, bins - 1);
                     ++counts[static_cast<std::size_t>(bin)];
                 }

@@ -42,8 +42,8 @@ PickedPlace pickPlace(const Layer& volume, const DrawnPart& part, const Camera& 
 
 // The histogram of a volume, fine enough to edit a transfer function over it.
 
-/// Counts over equal bins of [lowest, highest], physical units, of all samples of the finest level that has
-/// at most two million. Read through the cache.
+/// Counts over equal bins of [lowest, highest], physical units, of the values within, of all samples of the
+/// finest level that has at most two million. Read through the cache.
 /// @param bins  at least 1
 /// Throws what decoding threw.
 std::vector<double> volumeHistogram(const Layer& volume, double lowest, double highest, int bins);

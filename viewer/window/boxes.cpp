@@ -33,7 +33,8 @@ std::optional<GreyWindow> windowBox(const GreyWindow& window, const ValueSummary
         changed = windowOf(*name, values, mode);
     }
     float numbers[2] = {static_cast<float>(window.centre), static_cast<float>(window.width)};
-    const double range = std::max(window.width, (values.highest - values.lowest) / 100);
+    const ValueSummary measured = withoutFills(values);
+    const double range = std::max(window.width, (measured.highest - measured.lowest) / 100);
     if (ImGui::DragFloat2("centre, width", numbers, static_cast<float>(range / 200), 0, 0,
                           formatFor(range)) &&
         numbers[1] > 0)

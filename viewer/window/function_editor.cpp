@@ -91,10 +91,10 @@ void FunctionEditor::curve(WindowState& desk) {
     // The histogram, of logarithms.
     const std::vector<double>& counts = volume.histogram;
     const double most = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
-    const double perBin = (volume.values.highest - volume.values.lowest) /
-                          static_cast<double>(std::max<std::size_t>(1, counts.size()));
+    const double perBin =
+        (volume.highest() - volume.lowest()) / static_cast<double>(std::max<std::size_t>(1, counts.size()));
     for (std::size_t i = 0; i < counts.size() && most > 0; ++i) {
-        const double value = volume.values.lowest + static_cast<double>(i) * perBin;
+        const double value = volume.lowest() + static_cast<double>(i) * perBin;
         const auto height = static_cast<float>(std::log1p(counts[i]) / std::log1p(most)) * kHeight;
         draw->AddRectFilled({xOf(value), corner.y + kHeight - height},
                             {xOf(value + perBin), corner.y + kHeight}, IM_COL32(70, 78, 92, 255));
@@ -173,15 +173,15 @@ void FunctionEditor::curve(WindowState& desk) {
         const double factor = std::exp2(-0.25 * static_cast<double>(ImGui::GetIO().MouseWheel));
         from_ = value + (from_ - value) * factor;
         to_ = value + (to_ - value) * factor;
-        const double range = volume.values.highest - volume.values.lowest;
+        const double range = volume.highest() - volume.lowest();
         if (to_ - from_ > range || to_ - from_ < range / 1000)
             showAll(volume);
     }
 }
 
 void FunctionEditor::showAll(const VolumeSeen& volume) {
-    from_ = volume.values.lowest;
-    to_ = volume.values.highest > from_ ? volume.values.highest : from_ + 1;
+    from_ = volume.lowest();
+    to_ = volume.highest() > from_ ? volume.highest() : from_ + 1;
 }
 
 /// Round values below the curve.
@@ -237,8 +237,7 @@ void FunctionEditor::draw(WindowState& desk) {
     colourOf(desk);
     if (const std::size_t points = desk.function().gradientOpacity().points().size(); points > 0)
         ImGui::Text("and gradient opacity, %zu points", points);
-    if (to_ - from_ < (volume->values.highest - volume->values.lowest) * (1 - 1e-9) &&
-        ImGui::SmallButton("all values"))
+    if (to_ - from_ < (volume->highest() - volume->lowest()) * (1 - 1e-9) && ImGui::SmallButton("all values"))
         showAll(*volume);
     ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     wrapped("drag points; click: new, right: remove, double: colour; Ctrl and wheel: zoom; Alt and drag in "

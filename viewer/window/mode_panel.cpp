@@ -138,7 +138,7 @@ void modePanel(WindowState& desk) {
 
 void surfacesPanel(WindowState& desk) {
     Scene scene = desk.scene();
-    const ValueSummary& values = desk.volume()->values;
+    const ValueSummary values = withoutFills(desk.volume()->values);
     const double range = values.highest - values.lowest;
     bool changed = false, moving = false;
     for (std::size_t i = 0; i < scene.surfaces.size() && !changed; ++i) {

@@ -76,7 +76,7 @@ void PictureHand::drag(WindowState& desk, const Area& area, const glm::dvec2& de
         break;
     case Drag::window:
         if (const VolumeSeen* volume = desk.volume()) {
-            const double range = volume->values.highest - volume->values.lowest;
+            const double range = volume->highest() - volume->lowest();
             desk.setFunction(
                 shiftedAndStretched(desk.function(), 0.5 * range * heights.x, std::exp2(-2 * heights.y)),
                 true);

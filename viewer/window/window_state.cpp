@@ -189,8 +189,7 @@ void WindowState::showSomething(const Scene& before) {
 }
 
 Isosurface WindowState::surfaceOffered() const {
-    const double value =
-        std::round(halfOpaqueValue(function(), volume_->values.lowest, volume_->values.highest));
+    const double value = std::round(halfOpaqueValue(function(), volume_->lowest(), volume_->highest()));
     return {value, function().colour(value), 1};
 }
 

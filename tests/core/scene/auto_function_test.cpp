@@ -6,10 +6,12 @@
 #include "core/scene/preset.h"
 #include "core/scene/scene_presets.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <random>
+#include <string>
 
 namespace tessera {
 namespace {
@@ -67,6 +69,87 @@ TEST(AutoFunction, BackgroundEndsAtItsFlankOrAtARise) {
     EXPECT_DOUBLE_EQ(objectRange(values).x, 20);
     values.histogram[4] = 600;
     EXPECT_DOUBLE_EQ(objectRange(values).x, 50);
+}
+
+/// Values and the same with fill values beside them.
+struct Filled {
+    ValueSummary plain, filled;
+};
+Filled randomlyFilled(std::mt19937& random) {
+    std::uniform_real_distribution<double> part(0, 1);
+    Filled of;
+    of.plain = {-100 * part(random), 10 + 1000 * part(random), false, 1 + part(random), {}};
+    for (int bin = 0; bin < 64; ++bin)
+        of.plain.histogram.push_back(std::floor(1000 * std::pow(part(random), 8)));
+    of.plain.histogram.front() += 5000 * part(random), of.plain.histogram.back() += 1;
+    of.filled = of.plain;
+    const double range = of.plain.highest - of.plain.lowest;
+    const int ends = 1 + static_cast<int>(random() % 3);
+    const double share = 0.5 * part(random);
+    if (ends & 1)
+        of.filled.fills.push_back({of.plain.lowest - range * (1 + 1e6 * part(random)), share});
+    if (ends & 2)
+        of.filled.fills.push_back({of.plain.highest + range * (1 + 1e6 * part(random)), share});
+    of.filled.measured = {of.plain.lowest, of.plain.highest, of.plain.histogram};
+    for (const FillValue& fill : of.filled.fills) {
+        of.filled.lowest = std::min(of.filled.lowest, fill.value);
+        of.filled.highest = std::max(of.filled.highest, fill.value);
+    }
+    of.filled.histogram.assign(64, 0);
+    of.filled.histogram[ends & 1 ? 63 : 0] = 12345; // the measurement in one bin, or nearly so
+    return of;
+}
+
+/// Whatever fill values there are, the function is that of the measurement; above it nothing shows.
+TEST(AutoFunction, FillValuesMoveNothing) {
+    std::mt19937 random(7);
+    for (int run = 0; run < 200; ++run) {
+        const auto [plain, filled] = randomlyFilled(random);
+        const TransferFunction f = presetFunction("auto", plain), g = presetFunction("auto", filled);
+        EXPECT_EQ(g.referenceLengthMm(), f.referenceLengthMm());
+        ASSERT_EQ(g.colourPoints().size(), f.colourPoints().size());
+        for (std::size_t n = 0; n < f.colourPoints().size(); ++n)
+            EXPECT_EQ(g.colourPoints()[n].value, f.colourPoints()[n].value);
+        for (int n = 0; n <= 100; ++n) {
+            const double value = plain.lowest + (plain.highest - plain.lowest) * n / 100;
+            EXPECT_NEAR(g.extinction(value), f.extinction(value), 1e-12) << run;
+        }
+        for (const FillValue& fill : filled.fills) {
+            EXPECT_EQ(g.extinction(fill.value), 0) << run;
+            if (fill.value > plain.highest) { // between the measurement and its fill value
+                EXPECT_EQ(g.extinction(0.9 * plain.highest + 0.1 * fill.value), 0) << run;
+            }
+        }
+        EXPECT_EQ(objectRange(filled), objectRange(plain));
+        EXPECT_EQ(windowOf("auto", filled, Mode::slice), windowOf("auto", plain, Mode::slice));
+        for (const char* name : {"pet", "mr-brain"})
+            EXPECT_EQ(presetFunction(name, filled).opacityPoints().front().value,
+                      presetFunction(name, plain).opacityPoints().front().value);
+        EXPECT_EQ(withoutFills(filled).histogram, plain.histogram);
+        EXPECT_TRUE(withoutFills(filled).fills.empty());
+    }
+}
+
+TEST(FillValues, AreToldWithTheirShares) {
+    EXPECT_EQ(sayFills({}), "");
+    EXPECT_EQ(sayFills({{-9999, 0.2134}}), "-9999, which 21 % of the voxels hold");
+    EXPECT_EQ(
+        sayFills({{-32768.5, 1e-7}, {1e20, 0.5}}),
+        "-32768.5, which less than 0.001 % of the voxels hold and 1e+20, which 50 % of the voxels hold");
+}
+
+/// CT whose padding is far below air.
+TEST(LooksLikeHu, PaddingIsLeftOut) {
+    ValueSummary values{-1100, 5900, false, 1, std::vector<double>(70, 0)};
+    values.histogram[1] = 30, values.histogram[20] = 70;
+    ValueSummary padded{-32768, 5900, false, 1, std::vector<double>(64, 0)};
+    padded.histogram[0] = 90, padded.histogram[63] = 10;
+    EXPECT_FALSE(looksLikeHu(padded));
+    padded.fills = {{-32768, 0.9}};
+    padded.measured = {values.lowest, values.highest, values.histogram};
+    EXPECT_TRUE(looksLikeHu(padded));
+    padded.measured.histogram[1] = 0;
+    EXPECT_FALSE(looksLikeHu(padded));
 }
 
 TEST(LooksLikeHu, SharesOfAirAndBodyAreMetExactly) {

@@ -152,6 +152,17 @@ TEST(Summaries, AreInPhysicalValues) {
     EXPECT_EQ(s.lowest, -605);
     EXPECT_EQ(s.highest, 35);
     EXPECT_EQ(s.histogram[kHistogramBins - 1 - 3], 9);
+    EXPECT_TRUE(s.fills.empty());
+    statistics.fills = {{{-20, 16}, {300, 4}}, 10, 90, statistics.histogram}; // 64 voxels
+    s = summarise(statistics, info, "");
+    ASSERT_EQ(s.fills.size(), 2u);
+    EXPECT_EQ(s.fills[0].value, 35);
+    EXPECT_EQ(s.fills[0].share, 0.25);
+    EXPECT_EQ(s.fills[1].value, -605);
+    EXPECT_EQ(s.fills[1].share, 0.0625);
+    EXPECT_EQ(s.measured.lowest, -185);
+    EXPECT_EQ(s.measured.highest, -25);
+    EXPECT_EQ(s.measured.histogram[kHistogramBins - 1 - 3], 9);
 }
 
 // What is hidden reads as -1000 HU, held to the volume's range; without a unit as what is least.

@@ -284,6 +284,8 @@ nlohmann::json makeManifest(const Scene& scene, Stores stores, const RenderResul
     for (const SceneMesh& mesh : scene.meshes)
         if (mesh.shape)
             manifest["meshes"].push_back({{"parts", mesh.shape->parts()}, {"bytes", mesh.shape->bytes()}});
+    for (const FillValue& fill : result.leftOut)
+        manifest["leftOut"].push_back({{"value", fill.value}, {"share", fill.share}});
     if (result.patientTable && result.patientTable->why.empty())
         manifest["patientTable"] = {{"hiddenLitres", result.patientTable->litres}};
     else if (result.patientTable)

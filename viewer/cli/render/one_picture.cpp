@@ -165,6 +165,7 @@ void renderOnePicture(const RenderTask& task) {
         common.note(
             "the values have no unit, but look like HU (air near -1000): taken as HU; --unit HU confirms it");
     noteTable(task, result);
+    noteLeftOut(task, result);
     noteMirrored(task);
     if (result.pixels.ofEarlierRuns > 0)
         common.note("went on from " + std::to_string(result.pixels.ofEarlierRuns) + " samples a pixel of " +

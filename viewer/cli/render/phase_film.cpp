@@ -12,8 +12,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 
 namespace tessera {
@@ -62,7 +64,10 @@ Camera turnOfPhases(const RenderTask& task, const Scene& scene) {
 
 } // namespace
 
-ValueSummary together(const std::vector<ValueSummary>& values) {
+namespace {
+
+/// Ranges and histograms of all values, or of all but fill values.
+ValueSummary rangeOfAll(const std::vector<ValueSummary>& values) {
     ValueSummary all = values.front();
     for (const ValueSummary& one : values) {
         all.lowest = std::min(all.lowest, one.lowest);
@@ -80,6 +85,36 @@ ValueSummary together(const std::vector<ValueSummary>& values) {
             all.histogram[std::min(bins - 1, static_cast<std::size_t>(std::max(0.0, at)))] +=
                 one.histogram[n];
         }
+    return all;
+}
+
+/// The fill values of all phases, with their shares of all voxels.
+std::vector<FillValue> fillsOfAll(const std::vector<ValueSummary>& values) {
+    std::vector<FillValue> fills;
+    for (const ValueSummary& one : values)
+        for (const FillValue& fill : one.fills) {
+            const double share = fill.share / static_cast<double>(values.size());
+            const auto same = std::ranges::find(fills, fill.value, &FillValue::value);
+            if (same == fills.end())
+                fills.push_back({fill.value, share});
+            else
+                same->share += share;
+        }
+    return fills;
+}
+
+} // namespace
+
+ValueSummary together(const std::vector<ValueSummary>& values) {
+    ValueSummary all = rangeOfAll(values);
+    all.fills = fillsOfAll(values);
+    all.measured = {};
+    if (all.fills.empty())
+        return all;
+    std::vector<ValueSummary> measured;
+    std::ranges::transform(values, std::back_inserter(measured), withoutFills);
+    ValueSummary rest = rangeOfAll(measured);
+    all.measured = {rest.lowest, rest.highest, std::move(rest.histogram)};
     return all;
 }
 

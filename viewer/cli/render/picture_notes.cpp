@@ -184,6 +184,16 @@ void noteTable(const RenderTask& task, const RenderResult& result) {
         task.common.detail("nothing is left out as a table: " + result.patientTable->why);
 }
 
+void noteLeftOut(const RenderTask& task, const RenderResult& result) {
+    if (result.leftOut.empty())
+        return;
+    const Scene& scene = task.scene;
+    const auto* const name = std::get_if<std::string>(&scene.volumes.front().transferFunction);
+    const bool isWindow = reductionOf(scene) != Reduction::composite;
+    task.common.note((isWindow || !name ? std::string("auto") : *name) + " leaves out " +
+                     sayFills(result.leftOut));
+}
+
 void noteMissingSurfaces(const RenderTask& task, const RenderResult& result) {
     if (reductionOf(task.scene) != Reduction::composite)
         return;

@@ -32,6 +32,9 @@ void noteMirrored(const RenderTask& task);
 /// Says that the table is left out, or with --verbose why not.
 void noteTable(const RenderTask& task, const RenderResult& result);
 
+/// Names the fill values that an adaptive function or window leaves out.
+void noteLeftOut(const RenderTask& task, const RenderResult& result);
+
 /// Isosurfaces of values that the volume does not have.
 void noteMissingSurfaces(const RenderTask& task, const RenderResult& result);
 

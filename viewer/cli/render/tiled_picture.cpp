@@ -115,6 +115,7 @@ void renderTiledPicture(const RenderTask& task) {
     options.tiles = &tiles;
     const RenderResult result = renderScene(task.scene, task.stores, task.ram, task.gpu, options);
     noteTable(task, result);
+    noteLeftOut(task, result);
     const bool finishes = tiles.finishes(), blank = tiles.blank();
     nlohmann::json report = {{"tiles", tilesJson(tiles)}};
     if (finishes) {
