@@ -2,11 +2,17 @@
 #include "core/scene/annotations.h"
 #include "core/scene/scene_fields.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+
 namespace tessera {
 namespace {
 
 constexpr double kMostArrowMm = 1e6;
-constexpr std::size_t kMostLetters = 1000;
+constexpr std::size_t kMostLetters = Annotations::kMostLetters;
 
 Kind<std::string> words() {
     return anyText()
@@ -42,6 +48,31 @@ template <> const NameTable<Directions>& namesOf<Directions>() {
                                               {Directions::cube, "cube"},
                                               {Directions::all, "all"}}};
     return names;
+}
+
+bool Annotations::namesPhase() const {
+    const auto names = [](const std::string& text) { return text.find(kPhasePlace) != std::string::npos; };
+    return names(title) || names(caption) ||
+           std::ranges::any_of(arrows, [&](const Arrow& arrow) { return names(arrow.text); });
+}
+
+bool Annotations::namePhase(const std::string& label) {
+    Annotations named = *this;
+    bool fits = true;
+    const auto name = [&](std::string& text) {
+        const std::size_t length = std::string_view(kPhasePlace).size();
+        for (std::size_t at = text.find(kPhasePlace); at != std::string::npos;
+             at = text.find(kPhasePlace, at + label.size()))
+            text.replace(at, length, label);
+        fits = fits && text.size() <= kMostLetters;
+    };
+    name(named.title);
+    name(named.caption);
+    for (Arrow& arrow : named.arrows)
+        name(arrow.text);
+    if (fits)
+        *this = std::move(named);
+    return fits;
 }
 
 bool Annotations::any() const {

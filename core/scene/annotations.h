@@ -26,6 +26,7 @@ struct Arrow {
 };
 
 struct Annotations {
+    static constexpr std::size_t kMostLetters = 1000; // of the title, the caption and the words of an arrow
     bool scaleBar = false;
     Directions directions = Directions::none;
     bool legend = false;       // colours by value, or the window of greys
@@ -40,6 +41,13 @@ struct Annotations {
     bool operator==(const Annotations&) const = default;
     /// True if a picture has any.
     bool any() const;
+    /// True if the title, the caption or an arrow has kPhasePlace.
+    bool namesPhase() const;
+    /// Sets a phase's label into all of these places. False: words would grow too long, and stay.
+    bool namePhase(const std::string& label);
 };
+
+/// In words: the label of the phase of the scene's first volume, "phase 40 %", "2.5 s".
+constexpr const char* kPhasePlace = "{phase}";
 
 } // namespace tessera

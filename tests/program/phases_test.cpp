@@ -3,6 +3,7 @@
 #include "tests/support/program_fixture.h"
 
 #include "core/image/image_file.h"
+#include "core/scene/annotations.h"
 
 #include <cstdint>
 #include <cstring>
@@ -194,6 +195,73 @@ TEST_F(Phases, OfOneSliceAreSlices) {
     EXPECT_EQ(notes.find("one slice only", first + 1), std::string::npos) << "once for all phases";
     EXPECT_THAT(run("import t.nii --phase 2 one.zarr").problems, HasSubstr("one slice only, 2 mm thick\n"));
 }
+
+#if TESSERA_WITH_ANNOTATIONS
+TEST_F(Phases, WordsOfFiguresNameThem) {
+    write("t.nii", niftiOf(3));
+    const auto wordsOf = [](const json& manifest, const char* key) {
+        return manifest["scene"]["annotations"].value(key, "");
+    };
+    const std::string labels[] = {"0 s", "2.5 s", "5 s"};
+    const std::string drawing = " --engine native --size 200x160 --no-check ";
+    const Outcome film = run("render t.nii --phase all -o frames --engine native --size 200x160 "
+                             "--title 'heart, {phase}' --caption '{phase} of {phase}'");
+    ASSERT_EQ(film.exitCode, 0) << film.problems;
+    for (int n = 0; n < 3; ++n) {
+        const std::string& label = labels[n];
+        const std::string frame = "frames/frame-00000" + std::to_string(n) + ".png";
+        EXPECT_EQ(wordsOf(manifestOf(frame), "title"), "heart, " + label);
+        EXPECT_EQ(wordsOf(manifestOf(frame), "caption"), label + " of " + label);
+        // A frame is drawn again from its manifest, and is the still with these words.
+        json scene = manifestOf(frame)["scene"];
+        scene["volumes"][0].update({{"path", "t.nii"}, {"phase", n + 1}});
+        write("still.json", scene.dump());
+        ASSERT_EQ(run("render still.json -o still.png" + drawing).exitCode, 0);
+        EXPECT_EQ(pixelsOf("still.png"), pixelsOf(frame));
+        scene["annotations"]["title"] = "heart, {phase}";
+        write("still.json", scene.dump());
+        ASSERT_EQ(run("render still.json -o named.png" + drawing).exitCode, 0);
+        EXPECT_EQ(pixelsOf("named.png"), pixelsOf(frame));
+        EXPECT_EQ(run("redraw " + frame).exitCode, 0);
+    }
+    // Panels have their own; words that are the same in all stand once.
+    const Outcome panels = run("render t.nii --panel 'volumes[0].phase=1' --panel 'volumes[0].phase=3' "
+                               "--title '{phase}' --caption heart -o panels.png" +
+                               drawing);
+    ASSERT_EQ(panels.exitCode, 0) << panels.problems;
+    EXPECT_EQ(manifestOf("panels.png")["figure"]["caption"], "heart");
+    EXPECT_EQ(manifestOf("panels.png")["figure"]["title"], "");
+    EXPECT_EQ(wordsOf(manifestOf("panels.png")["panels"][0], "title"), "0 s");
+    EXPECT_EQ(wordsOf(manifestOf("panels.png")["panels"][1], "title"), "5 s");
+    EXPECT_EQ(run("redraw panels.png").exitCode, 0);
+    // Rows of a table likewise, beside its own columns.
+    write("style.json", R"({"tesseraScene": 1, "volumes": [{"path": "t.nii"}], "image": {"size": [200, 160]},
+                            "annotations": {"title": "{id}: {phase}"}})");
+    write("t.csv", "id,--phase\na,2\nb,3\n");
+    const Outcome batch = run("batch t.csv --scene style.json -o {id}.png --no-check");
+    ASSERT_EQ(batch.exitCode, 0) << batch.problems;
+    EXPECT_EQ(wordsOf(manifestOf("a.png"), "title"), "a: 2.5 s");
+    EXPECT_EQ(wordsOf(manifestOf("b.png"), "title"), "b: 5 s");
+
+    write("one.nii", niftiOf(1));
+    makeSphere();
+    const std::string named = " -o x.png --title '{phase}'";
+    expectRefused("render s.zarr" + named, {"{phase}", "--phase N", "a store"});
+    expectRefused("render one.nii" + named, {"{phase}", "files of one"});
+    expectRefused("render t.nii" + named, {"t.nii", "--phase N"});
+    const std::string longest(Annotations::kMostLetters - 14, 'x');
+    const std::string grown = " --title '{phase}{phase}" + longest + "'";
+    ASSERT_EQ(run("render t.nii --phase 1 -o x.png" + drawing + grown).exitCode, 0);
+    write("ms.nii", niftiOf(3).replace(123, 1, std::string(1, 2 + 16))); // its times in ms
+    ASSERT_EQ(run("render ms.nii --phase 2 -o x.png" + drawing + grown).exitCode, 0);
+    EXPECT_THAT(wordsOf(manifestOf("x.png"), "title"), ::testing::StartsWith("0.0025 s0.0025 sxx"));
+    std::string many;
+    for (int n = 0; n < 140; ++n)
+        many += "{phase}";
+    expectRefused("render ms.nii --phase all -o f --title '" + many + "'", {"{phase}", "1000 letters"});
+    EXPECT_FALSE(fs::exists(folder_ / "f"));
+}
+#endif
 
 TEST_F(Phases, WhatHasNoneIsRefused) {
     write("one.nii", niftiOf(1));

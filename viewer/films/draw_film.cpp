@@ -164,7 +164,9 @@ FilmReport drawFilm(const FilmJob& job, const CommonOptions& common, const Write
     const auto draw = [&](std::size_t at) {
         const std::size_t frame = job.range.first + at;
         const auto began = Clock::now();
-        const Scene scene = job.film->scene(frame);
+        Scene scene = job.film->scene(frame);
+        if (!job.phases.empty())
+            scene.annotations.namePhase(job.phases[renderer.phaseOf(frame)].label);
         const RenderResult result = renderer.draw(frame, scene);
         const Charge pictures =
             job.ram->charge(kPictureBytesPerPixel * result.image.pixels.size(), "the picture");

@@ -15,6 +15,7 @@
 #include "viewer/cli/commands.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/options/command.h"
+#include "viewer/cli/options/command_table.h"
 #include "viewer/cli/render/layers.h"
 #include "viewer/cli/render/run_render.h"
 #include "viewer/cli/render/scene_from_arguments.h"

@@ -139,6 +139,11 @@ struct VolumeSeen {
     std::filesystem::path path;           // path as given
     std::vector<std::string> phases = {}; // labels of its source's phases; empty: it has one
     int phase = 0;                        // that is open, from 1
+    /// Of the phase that is open; "": there is none.
+    std::string phaseLabel() const {
+        const auto number = static_cast<std::size_t>(phase);
+        return phase > 0 && number <= phases.size() ? phases[number - 1] : std::string();
+    }
     /// The labels of scene.volumes[0].labels, with their names under that scene; null: it has none.
     std::shared_ptr<const LabelList> labels;
     /// The file of the labels, if it may be a volume as well and was taken as labels for its lattice; ""

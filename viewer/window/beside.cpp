@@ -182,6 +182,10 @@ FigurePart Beside::ofThis(FigurePart part, const WindowState& desk) const {
     part.orientationKnown = volume_ && volume_->info.orientationKnown;
     part.legend = part.annotations.legend && volume_ ? colourLegend(scene_, volume_->volumes)
                                                      : std::vector<LegendBar>();
+    const Annotations words = desk.wordsOf(volume_.get()); // by its own phase
+    part.annotations.title = words.title;
+    part.annotations.caption = words.caption;
+    part.annotations.arrows = words.arrows;
     part.annotations.labelLegend = part.annotations.measurements = false;
     part.labels.clear();
     part.measurements.clear();

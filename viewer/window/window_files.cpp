@@ -91,9 +91,16 @@ std::vector<LegendBar> WindowState::legend() const {
     return volume_ ? colourLegend(scene_, volume_->volumes) : std::vector<LegendBar>();
 }
 
+Annotations WindowState::wordsOf(const VolumeSeen* volume) const {
+    Annotations annotations = scene_.annotations;
+    if (const std::string phase = volume ? volume->phaseLabel() : ""; !phase.empty())
+        annotations.namePhase(phase);
+    return annotations;
+}
+
 PictureMarks WindowState::marks() const {
     PictureMarks marks;
-    marks.annotations = scene_.annotations;
+    marks.annotations = wordsOf(volume_.get());
     marks.annotations.scaleBar |= savesScaleBar;
     marks.annotations.legend |= savesLegend;
     if (marks.annotations.legend)
@@ -111,7 +118,7 @@ PictureMarks WindowState::marks() const {
 
 FigurePart WindowState::overlay() const {
     FigurePart part;
-    part.annotations = scene_.annotations;
+    part.annotations = wordsOf(volume_.get());
     Directions& directions = part.annotations.directions;
     directions = directions == Directions::letters || directions == Directions::all ? Directions::all
                                                                                     : Directions::cube;

@@ -211,6 +211,8 @@ class WindowState {
     }
     /// Of the scene as it is.
     std::vector<LegendBar> legend() const;
+    /// The scene's annotations, whose words name the phase of a volume that is open.
+    Annotations wordsOf(const VolumeSeen* volume) const;
     PictureMarks marks() const;
     /// What is drawn over the picture in the window: a scale bar and the cube always.
     FigurePart overlay() const;

@@ -6,6 +6,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/names.h"
 #include "core/base/output_file.h"
+#include "core/scene/annotations.h" // kPhasePlace
 #include "core/scene/preset.h"
 #include "core/scene/scene_fields.h" // setSceneKey
 #include "viewer/cli/options/scene_options.h"
@@ -53,7 +54,7 @@ BatchRows::BatchRows(const CsvTable& table, const Scene& scene, const std::strin
     : table_(table), scene_(scene), output_(pattern, table.names()) {
     placePaths(scene_, fs::current_path());
     const auto add = [&](const std::string& text, const std::string& key) {
-        TextPattern found(text, table.names(), key);
+        TextPattern found(text, table.names(), key, {kPhasePlace});
         if (found.hasPlaces() || found.begin() != text)
             texts_.push_back({std::move(found), key});
     };

@@ -21,7 +21,7 @@ bool isPartOfName(const std::string& cell) {
 } // namespace
 
 TextPattern::TextPattern(const std::string& text, const std::vector<std::string>& names,
-                         const std::string& where) {
+                         const std::string& where, const std::vector<std::string>& kept) {
     const auto refuse = [&](const std::string& found) {
         throw badFile(where, "names of columns in braces ({{ and }} are braces)", found);
     };
@@ -39,6 +39,11 @@ TextPattern::TextPattern(const std::string& text, const std::vector<std::string>
             refuse("\"{\" alone");
         const std::string name = text.substr(n + 1, end - n - 1);
         const auto column = std::ranges::find(names, name);
+        if (column == names.end() && std::ranges::count(kept, "{" + name + "}") > 0) {
+            parts_.back().before += "{" + name + "}";
+            n = end;
+            continue;
+        }
         if (column == names.end() && name != "row") {
             std::vector<std::string> known = names;
             known.emplace_back("row");

@@ -13,8 +13,10 @@ class TextPattern {
   public:
     TextPattern() = default;
     /// @param names  of columns, which may stand between braces, as may "row", the row's number from 1
+    /// @param kept   of other places, with their braces, which stay as they are
     /// Throws InputError naming `where` for other names, with the nearest, and for a brace alone.
-    TextPattern(const std::string& text, const std::vector<std::string>& names, const std::string& where);
+    TextPattern(const std::string& text, const std::vector<std::string>& names, const std::string& where,
+                const std::vector<std::string>& kept = {});
 
     bool hasPlaces() const { return parts_.size() > 1; }
     bool uses(std::size_t column) const;

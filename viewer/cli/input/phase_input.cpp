@@ -71,6 +71,27 @@ PhaseList phasesOfOpen(const std::filesystem::path&, const SourceChoice&) {
 }
 #endif
 
+void namePhase(Annotations& words, const std::filesystem::path& path, const SourceChoice& choice) {
+    if (!words.namesPhase())
+        return;
+    const PhaseList phases = phasesOf(path, choice);
+    const auto number = static_cast<std::size_t>(std::max(phases.phase, 0));
+    if (number == 0 || number > phases.labels.size())
+        throw badFile(std::string(kPhasePlace) + " in words",
+                      "source files of several phases, and --phase N or all",
+                      looksLikeStore(path)    ? "a store, which holds one volume"
+                      : phases.labels.empty() ? "files of one"
+                                              : "no choice of one");
+    namePhase(words, phases.labels[number - 1]);
+}
+
+void namePhase(Annotations& words, const std::string& label) {
+    if (!words.namePhase(label))
+        throw badFile(std::string(kPhasePlace) + " in words",
+                      "at most " + std::to_string(Annotations::kMostLetters) + " letters with " + label,
+                      "more");
+}
+
 PhaseStores storesOfPhases(const SceneVolume& volume, const InputOptions& named, MemoryBudget& ram,
                            const CommonOptions& common) {
     const std::string path = volume.path.string();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/budget.h"
+#include "core/scene/annotations.h"
 #include "core/scene/scene.h"
 #include "viewer/cli/input/volume_input.h"
 #include "viewer/cli/options/options.h"
@@ -28,6 +29,13 @@ struct PhaseList {
 PhaseList phasesOf(const std::filesystem::path& path, const SourceChoice& choice);
 /// The same of an open volume, by the choice that opened it: headers are read where it may be of a phase.
 PhaseList phasesOfOpen(const std::filesystem::path& path, const SourceChoice& choice);
+
+/// Sets the label of the phase that a choice names into words that have kPhasePlace. Reads headers. Throws
+/// InputError naming the place for a volume without phases and for words that grow too long, and as
+/// phasesOf() does.
+void namePhase(Annotations& words, const std::filesystem::path& path, const SourceChoice& choice);
+/// The same of a known label.
+void namePhase(Annotations& words, const std::string& label);
 
 /// The stores of all phases of a volume's source files, imported now where the cache has none (storeFor()).
 /// Throws InputError naming the path for a store, for files without phases, and where several series have

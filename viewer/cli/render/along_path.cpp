@@ -11,6 +11,7 @@
 #include "render/plan/fusion.h"
 #include "viewer/annotations/figure_file.h"
 #include "viewer/annotations/figure_part.h"
+#include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/asked_options.h"
 #include "viewer/cli/render/phase_film.h"
@@ -198,8 +199,11 @@ void renderFilm(const RenderTask& given) {
         SharedByPhases shared = sharedByPhases(task);
         task.scene = std::move(shared.scene);
         values = std::move(shared.values);
-        for (std::size_t n = 0; n < shared.hashes.size(); ++n)
+        for (std::size_t n = 0; n < shared.hashes.size(); ++n) {
+            Annotations words = task.scene.annotations;
+            namePhase(words, task.phases->labels[n]); // or is refused before a frame is drawn
             job.phases.push_back({task.phases->labels[n], shared.hashes[n], task.phases->stores[n]});
+        }
         job.open = task.open;
     }
     const RenderArguments& arguments = task.arguments;

@@ -191,6 +191,8 @@ void renderBy(ProcessGroup* group, const RenderArguments& arguments, const Commo
     const bool isStoreNamed = looksLikeStore(volume.path); // an import says so itself
     if (const SourceChoice& chosen = arguments.input; chosen != SourceChoice{})
         sources.front() = chosen;
+    if (!arguments.input.allPhases)
+        namePhase(scene.annotations, volume.path, sources.front());
     if (const auto refusal = refusalByMode(arguments.mode, arguments.keys, scene);
         refusal && !mayBeOneSlice(volume.path, sources.front()))
         throw *refusal;
