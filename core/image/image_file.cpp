@@ -83,7 +83,7 @@ std::string oneLine(std::string text) {
 }
 
 void write(CheckedOutput& out, Format format, const ImageRows& picture, const std::string& manifest,
-           std::span<const LayerChannel> layers, double dpi) {
+           std::span<const LayerChannel> layers, const LayerRows* over, double dpi) {
     if (picture.size.x < 1 || picture.size.y < 1)
         throw PictureProblem("there are no pixels");
     switch (format) {
@@ -92,18 +92,18 @@ void write(CheckedOutput& out, Format format, const ImageRows& picture, const st
     case Format::tiff:
         return writeTiff(out, EncodedRows<std::uint16_t>(picture, manifest, dpi).rows);
     case Format::exr:
-        return writeExr(out, picture, layers, manifest);
+        return writeExr(out, picture, layers, over, manifest);
     }
 }
 
 void writeFile(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest,
-               std::span<const LayerChannel> layers, double dpi) {
+               std::span<const LayerChannel> layers, const LayerRows* over, double dpi) {
     const Format format = pictureFormat(path);
-    TESSERA_CHECK(layers.empty() || format == Format::exr);
+    TESSERA_CHECK((layers.empty() && !over) || format == Format::exr);
     OutputFile file(path);
     CheckedOutput out(file);
     try {
-        write(out, format, picture, manifest, layers, dpi);
+        write(out, format, picture, manifest, layers, over, dpi);
     } catch (const PictureProblem& problem) {
         out.check(); // names the system's reason
         throw Error(printable(path.string()) + ": cannot be written: " + oneLine(problem.what()));
@@ -157,12 +157,12 @@ void checkImagePath(const std::filesystem::path& path) {
 
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
                 std::span<const LayerChannel> layers, double dpi) {
-    writeFile(path, rowsOf(image), manifest, layers, dpi);
+    writeFile(path, rowsOf(image), manifest, layers, nullptr, dpi);
 }
 
-void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
-                    const std::string& manifest) {
-    writeFile(path, picture, manifest, {}, 0);
+void writeImageRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest,
+                    double dpi, const LayerRows* over) {
+    writeFile(path, picture, manifest, {}, over, dpi);
 }
 
 Image readImage(const std::filesystem::path& path) {

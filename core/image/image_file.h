@@ -24,8 +24,15 @@ void checkImagePath(const std::filesystem::path& path);
 void writeImage(const std::filesystem::path& path, const Image& image, const std::string& manifest,
                 std::span<const LayerChannel> layers = {}, double dpi = 0);
 
+/// Rows of four channels R, G, B and A of a layer, of the picture's size.
+struct LayerRows {
+    std::string name;
+    ImageRows picture;
+};
 /// The same file from rows, of which kAtOnce are in memory.
-void writeImageRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest);
+/// @param over  EXR alone has it; null: none
+void writeImageRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest,
+                    double dpi = 0, const LayerRows* over = nullptr);
 
 /// Reads back what writeImage wrote, as linear premultiplied float, without layers. Throws InputError naming
 /// path.

@@ -4,6 +4,7 @@
 
 #include "core/base/output_file.h"
 #include "core/image/image.h"
+#include "core/image/image_file.h" // LayerRows
 
 #include <algorithm>
 #include <cstddef>
@@ -90,7 +91,7 @@ constexpr const char* kPictureEndsTooSoon = "a picture that ends too soon";
 void writePng(CheckedOutput& out, const SampleRows<std::uint8_t>& picture);
 void writeTiff(CheckedOutput& out, const SampleRows<std::uint16_t>& picture);
 void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const LayerChannel> layers,
-              const std::string& description);
+              const LayerRows* over, const std::string& description);
 /// The manifest that a page keeps; "" if none.
 std::string pdfManifest(const std::string& path);
 std::string svgManifest(const std::string& path);

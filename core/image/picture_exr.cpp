@@ -108,7 +108,7 @@ PictureFile<float> read(const std::string& path, PictureParts parts) {
 } // namespace
 
 void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const LayerChannel> layers,
-              const std::string& description) {
+              const LayerRows* over, const std::string& description) {
     try {
         Imf::Header header(picture.size.x, picture.size.y);
         header.compression() = Imf::ZIP_COMPRESSION;
@@ -118,6 +118,9 @@ void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const Laye
             header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
         for (const LayerChannel& layer : layers)
             header.channels().insert(layer.name, Imf::Channel(Imf::FLOAT));
+        for (const char* channel : kChannels)
+            if (over)
+                header.channels().insert(over->name + "." + channel, Imf::Channel(Imf::FLOAT));
         Stream stream(out);
         Imf::OutputFile file(stream, header, 0);
         for (int y = 0; y < picture.size.y; y += ImageRows::kAtOnce) {
@@ -132,6 +135,10 @@ void writeExr(CheckedOutput& out, const ImageRows& picture, std::span<const Laye
                 buffer.insert(kChannels[c], sliceOf(&rows[0].x, 4, c, band));
             for (const LayerChannel& layer : layers)
                 buffer.insert(layer.name, sliceOf(layer.first, layer.stride, 0, header.dataWindow()));
+            const std::span<const glm::vec4> above =
+                over ? over->picture.rows(y, count) : std::span<const glm::vec4>();
+            for (std::size_t c = 0; over && c < kChannels.size(); ++c)
+                buffer.insert(over->name + "." + kChannels[c], sliceOf(&above[0].x, 4, c, band));
             file.setFrameBuffer(buffer);
             file.writePixels(count);
         }

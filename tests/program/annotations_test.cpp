@@ -84,9 +84,6 @@ TEST_F(AnnotationsOfPictures, AreRefusedWhereThereIsNothingToSay) {
     expectRefused(kRender + "--label-legend -o a.png", {"--label-legend", "labels"});
     expectRefused(kRender + "--measurements -o a.png", {"--measurements"});
     expectRefused(kRender + "--legend --mode absorption -o a.png", {"--legend"});
-    for (const std::string option : {"--scale-bar", "--legend", "--title x", "--directions cube"})
-        expectRefused(kRender + option + " --tiles 64 -o a.png",
-                      {"--tiles", option.substr(0, option.find(' '))});
     expectRefused(kRender + "-o a.pdf --tiles 64", {"a.pdf", ".png"});
     expectRefused(kRender + "-o a.gif", {"a.gif", ".pdf or .svg"});
     expectRefused(kRender + "-o a.pdf --layers all", {"--layers", ".exr"});

@@ -107,6 +107,39 @@ TEST_F(TiledPictures, EqualTheWhole) {
     }
 }
 
+#if TESSERA_WITH_ANNOTATIONS
+// What is said over a picture is laid out for the whole of it.
+TEST_F(TiledPictures, HaveTheAnnotationsOfTheWhole) {
+    const std::string picture =
+        "--size 300x700 --preset auto --samples 1 --dpi 200 --scale-bar --directions all "
+        "--legend --title 'A title' --caption words --error-caption ";
+    for (const std::string extension : {".png", ".tif", ".exr"})
+        for (const std::string background : {"--background white", "--background transparent"}) {
+            const std::string options = picture + background, whole = "whole" + extension,
+                              name = "a" + extension;
+            ASSERT_EQ(run(drawing(whole, options)).exitCode, 0) << options;
+            const Outcome tiled = run(drawing(name, options + " --tiles 64"));
+            ASSERT_EQ(tiled.exitCode, 0) << options << tiled.problems;
+            expectSamePicture(name, whole, options);
+            const json a = json::parse(readManifest(folder_ / name)),
+                       b = json::parse(readManifest(folder_ / whole));
+            for (const char* key : {"annotations", "legend", "scaleBar", "scene"})
+                EXPECT_EQ(a[key], b[key]) << key;
+            const std::string bytes = readAll(folder_ / name), others = readAll(folder_ / whole);
+            if (extension != ".exr") {
+                const std::string dpi = extension == ".png" ? "pHYs" : "";
+                EXPECT_EQ(bytes.substr(bytes.find(dpi), 13), others.substr(others.find(dpi), 13));
+                continue;
+            }
+            EXPECT_THAT(bytes, HasSubstr(std::string("annotations.A") + '\0'));
+            constexpr std::size_t kEnd = 20000; // of the lines, behind manifests that differ
+            ASSERT_GT(std::min(bytes.size(), others.size()), 2 * kEnd);
+            EXPECT_EQ(bytes.substr(bytes.size() - kEnd), others.substr(others.size() - kEnd));
+            EXPECT_EQ(run("redraw " + name).exitCode, 0);
+        }
+}
+#endif
+
 TEST_F(TiledPictures, AreDrawnByTwoAndFourAndOneIsKilled) {
     const std::string picture = "--size 700x500 --tiles 64 --preset bone --samples 4";
     const auto began = Clock::now();
@@ -209,7 +242,6 @@ TEST_F(TiledPictures, WhatNeedsAllPixelsIsRefused) {
              {"--light cinematic --denoise", {"--tiles", "--denoise"}},
              {"--samples 2 --max-error 1", {"--tiles", "--max-error"}},
              {"--first b.png", {"--tiles", "--first"}},
-             {"--scale-bar", {"--tiles", "--scale-bar"}},
              {"--light cinematic --layers all", {"--tiles", "--layers"}},
              {"--light cinematic --keep-state k", {"--tiles", "--keep-state"}}})
         expectRefused(tiled + options, words);

@@ -23,6 +23,7 @@
 #include <memory>
 #include <new>
 #include <pango/pango.h>
+#include <span>
 
 namespace tessera {
 namespace {
@@ -101,6 +102,51 @@ Surface surfaceOf(const Image& picture) {
     return surface;
 }
 
+/// Draws in tiles, so that what is held does not grow with the picture. Where tiles lie does not depend on
+/// the rows that are drawn together, for edges of lines may depend on it.
+class RowDrawing {
+  public:
+    explicit RowDrawing(const Figure& figure) : size_(figure.size), layout_(laidOut(figure, words_)) {}
+
+    void draw(int first, std::span<glm::vec4> rows) {
+        const auto width = static_cast<std::size_t>(size_.x);
+        const int end = first + static_cast<int>(rows.size() / width);
+        TESSERA_CHECK(rows.size() % width == 0 && end <= size_.y);
+        for (int y = first / kTile * kTile; y < end; y += kTile)
+            for (int x = 0; x < size_.x; x += kTile)
+                drawTile({x, y}, first, rows.first(width * static_cast<std::size_t>(end - first)));
+    }
+
+  private:
+    static constexpr int kTile = 512; // pixels
+
+    void drawTile(const glm::ivec2& from, int first, std::span<glm::vec4> rows) {
+        const auto width = static_cast<std::size_t>(size_.x);
+        const glm::ivec2 size = glm::min(glm::ivec2(kTile), size_ - from);
+        const int top = std::max(from.y, first),
+                  end = std::min(from.y + size.y, first + static_cast<int>(rows.size() / width));
+        if (!drawsWithin(layout_, glm::dvec2(from.x, top), glm::dvec2(from.x + size.x, end)))
+            return;
+        const Surface tile = imageOf(CAIRO_FORMAT_ARGB32, size);
+        const Context cairo(cairo_create(tile.get()), cairo_destroy);
+        cairo_translate(cairo.get(), -from.x, -from.y);
+        drawLayout(cairo.get(), layout_, words_, glm::dvec2(from), glm::dvec2(from + size));
+        eachPixel(tile.get(), size, [&](int i, int j, std::uint32_t pixel) {
+            const int y = from.y + j;
+            if (pixel >> 24 == 0 || y < top || y >= end)
+                return;
+            const glm::vec4 over = linearOf(pixel);
+            glm::vec4& under =
+                rows[static_cast<std::size_t>(y - first) * width + static_cast<std::size_t>(from.x + i)];
+            under = over + (1 - over.a) * under;
+        });
+    }
+
+    glm::ivec2 size_;
+    PangoWords words_; // before the layout, which is measured by them
+    FigureLayout layout_;
+};
+
 } // namespace
 
 DrawingReport describeDrawing(const Figure& figure) {
@@ -123,28 +169,14 @@ StripHeights measureStrips(const FigurePart& part, double dpi) {
     return stripsNeeded(part, dpi, measureBy(words));
 }
 
+DrawRows annotationRows(const Figure& figure) {
+    const auto drawing = std::make_shared<RowDrawing>(figure);
+    return [drawing](int first, std::span<glm::vec4> rows) { drawing->draw(first, rows); };
+}
+
 void drawAnnotations(const Figure& figure, Image& picture) {
-    constexpr int kTile = 512; // pixels, so that what is held does not grow with the picture
     TESSERA_CHECK(picture.size == figure.size);
-    PangoWords words;
-    const FigureLayout layout = laidOut(figure, words);
-    for (int y = 0; y < picture.size.y; y += kTile)
-        for (int x = 0; x < picture.size.x; x += kTile) {
-            const glm::ivec2 from(x, y), size = glm::min(glm::ivec2(kTile), picture.size - from);
-            if (!drawsWithin(layout, glm::dvec2(from), glm::dvec2(from + size)))
-                continue;
-            const Surface tile = imageOf(CAIRO_FORMAT_ARGB32, size);
-            const Context cairo(cairo_create(tile.get()), cairo_destroy);
-            cairo_translate(cairo.get(), -x, -y);
-            drawLayout(cairo.get(), layout, words, glm::dvec2(from), glm::dvec2(from + size));
-            eachPixel(tile.get(), size, [&](int i, int j, std::uint32_t pixel) {
-                if (pixel >> 24 == 0)
-                    return;
-                const glm::vec4 over = linearOf(pixel);
-                glm::vec4& under = picture.at(x + i, y + j);
-                under = over + (1 - over.a) * under;
-            });
-        }
+    RowDrawing(figure).draw(0, picture.pixels);
 }
 
 void writePage(const std::filesystem::path& path, const Image& picture, const Figure& figure,

@@ -8,6 +8,9 @@
 #include "viewer/annotations/figure.h"
 
 #include <filesystem>
+#include <functional>
+#include <glm/vec4.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,6 +34,9 @@ StripHeights measureStrips(const FigurePart& words, double dpi);
 
 /// Draws over a picture of the figure's size.
 void drawAnnotations(const Figure& figure, Image& picture);
+/// Draws over some rows of it, from one of them on: the same, whichever rows are drawn together.
+using DrawRows = std::function<void(int first, std::span<glm::vec4> rows)>;
+DrawRows annotationRows(const Figure& figure);
 
 /// Writes an OutputFile: .pdf or .svg, by the extension.
 /// @param manifest  ASCII

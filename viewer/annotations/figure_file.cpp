@@ -11,8 +11,11 @@
 #endif
 
 #include <algorithm>
+#include <cstddef>
 #include <glm/vec4.hpp>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,6 +33,9 @@ StripHeights measureStrips(const FigurePart&, double) {
 void drawAnnotations(const Figure&, Image&) {
     throw InputError("annotations: this program was built without them");
 }
+DrawRows annotationRows(const Figure&) {
+    throw InputError("annotations: this program was built without them");
+}
 void writePage(const std::filesystem::path& path, const Image&, const Figure&, const std::string&,
                MemoryBudget&) {
     throw InputError(path.string() + ": this program was built without PDF and SVG");
@@ -41,6 +47,14 @@ namespace {
 #if !TESSERA_WITH_IMAGE_FILES
 void writeImage(const std::filesystem::path& path, const Image&, const std::string&,
                 std::span<const LayerChannel> = {}, double = 0) {
+    throw InputError(path.string() + ": this program was built without picture files");
+}
+struct LayerRows {
+    std::string name;
+    ImageRows picture;
+};
+void writeImageRows(const std::filesystem::path& path, const ImageRows&, const std::string&, double,
+                    const LayerRows* = nullptr) {
     throw InputError(path.string() + ": this program was built without picture files");
 }
 #endif
@@ -60,6 +74,29 @@ void writeLayered(const std::filesystem::path& path, const Image& picture, const
         all.push_back({name, &over.pixels[0][channel], 4});
     writeImage(path, picture, manifest, all);
 }
+
+/// Rows that change what they get in memory of their own.
+class ChangedRows {
+  public:
+    explicit ChangedRows(DrawRows draw) : draw_(std::move(draw)) {}
+    /// Over a picture's rows.
+    std::span<const glm::vec4> over(const ImageRows& picture, int first, int count) {
+        const std::span<const glm::vec4> rows = picture.rows(first, count);
+        rows_.assign(rows.begin(), rows.end());
+        draw_(first, rows_);
+        return rows_;
+    }
+    /// Alone.
+    std::span<const glm::vec4> alone(int width, int first, int count) {
+        rows_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(count), glm::vec4(0));
+        draw_(first, rows_);
+        return rows_;
+    }
+
+  private:
+    DrawRows draw_;
+    std::vector<glm::vec4> rows_;
+};
 
 } // namespace
 
@@ -135,6 +172,26 @@ void writeFigure(const std::filesystem::path& path, Image picture, const Figure&
         return writeLayered(path, picture, figure, manifest, layers, ram);
     annotate(picture, figure);
     writeImage(path, picture, manifest, layers, dpiOf(figure));
+}
+
+void writeFigureRows(const std::filesystem::path& path, const ImageRows& picture, const Figure& figure,
+                     const std::string& manifest, MemoryBudget& ram) {
+    TESSERA_CHECK(picture.size == figure.size);
+    if (!figure.any())
+        return writeImageRows(path, picture, manifest, dpiOf(figure));
+    const Charge charge =
+        ram.charge(sizeof(glm::vec4) * ImageRows::kAtOnce * static_cast<std::size_t>(picture.size.x),
+                   "rows of annotations");
+    ChangedRows rows(annotationRows(figure));
+    if (pictureFormat(path) == PictureFormat::exr) {
+        const LayerRows layer{"annotations", {picture.size, false, [&](int first, int count) {
+                                                  return rows.alone(picture.size.x, first, count);
+                                              }}};
+        return writeImageRows(path, picture, manifest, 0, &layer);
+    }
+    const ImageRows annotated{picture.size, picture.opaque,
+                              [&](int first, int count) { return rows.over(picture, first, count); }};
+    writeImageRows(path, annotated, manifest, dpiOf(figure));
 }
 
 } // namespace tessera

@@ -44,4 +44,10 @@ void annotate(Image& picture, const Figure& figure);
 void writeFigure(const std::filesystem::path& path, Image picture, const Figure& figure,
                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram);
 
+/// The same file as writeFigure()'s, of a picture that is given row by row; no page.
+/// @param picture  of the figure's size, on its background
+/// @param ram  charged for rows, some of which are in memory beside the picture's own
+void writeFigureRows(const std::filesystem::path& path, const ImageRows& picture, const Figure& figure,
+                     const std::string& manifest, MemoryBudget& ram);
+
 } // namespace tessera

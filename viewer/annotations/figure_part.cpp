@@ -92,7 +92,7 @@ FigureMaker::FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, i
 
 FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) const {
     FigurePart part;
-    part.size = result.image.size;
+    part.size = result.image.size == glm::ivec2(0) ? scene.imageSize : result.image.size;
     part.camera = result.camera;
     part.annotations = scene.annotations;
     part.orientationKnown = orientationKnown_;
@@ -115,7 +115,9 @@ FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) con
 }
 
 Figure FigureMaker::figure(const Scene& scene, const RenderResult& result) const {
-    return {result.image.size, scene.annotations.dpi, {part(scene, result)}};
+    FigurePart one = part(scene, result);
+    const glm::ivec2 size = one.size;
+    return {size, scene.annotations.dpi, {std::move(one)}};
 }
 
 std::string errorCaption(const RenderResult& result) {

@@ -24,8 +24,8 @@ class FigureMaker {
     /// @param stores  of the scene's volumes, in order; outlive this
     FigureMaker(const Scene& scene, Stores stores, MemoryBudget& ram, int threads);
 
-    /// Its box is the picture's, from (0,0) on. Volumes have no names in it, for those of files may be
-    /// patients'.
+    /// Its box is the picture's, from (0,0) on; the scene's where the result has no picture. Volumes have no
+    /// names in it, for those of files may be patients'.
     /// @param scene  with the same volumes
     FigurePart part(const Scene& scene, const RenderResult& result) const;
     /// The part alone.

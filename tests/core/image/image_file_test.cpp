@@ -110,6 +110,30 @@ TEST_F(ImageFile, RowsMakeTheSameFile) {
         }
 }
 
+/// A layer that is given row by row is the layer that is there at once.
+TEST_F(ImageFile, ExrHasALayerOfRows) {
+    const Image image = randomImage(false), above = randomImage(false);
+    std::vector<LayerChannel> channels;
+    for (int c = 0; c < 4; ++c)
+        channels.push_back({std::string("over.") + "RGBA"[c], &above.pixels[0][c], 4});
+    writeImage(folder_ / "a.exr", image, "{}", channels);
+    const auto rowsOf = [](const Image& of) {
+        return ImageRows{of.size, false, [&of](int first, int count) {
+                             return std::span(of.pixels).subspan(
+                                 static_cast<std::size_t>(first) * static_cast<std::size_t>(of.size.x),
+                                 static_cast<std::size_t>(count) * static_cast<std::size_t>(of.size.x));
+                         }};
+    };
+    const LayerRows layer{"over", rowsOf(above)};
+    writeImageRows(folder_ / "b.exr", rowsOf(image), "{}", 0, &layer);
+    const auto bytes = [&](const char* name) {
+        std::ifstream file(folder_ / name, std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(file), {});
+    };
+    EXPECT_EQ(bytes("b.exr"), bytes("a.exr"));
+    EXPECT_EQ(readImage(folder_ / "b.exr").pixels, image.pixels);
+}
+
 /// Read by others under the names that compositing programs expect; our own reader takes the colour.
 TEST_F(ImageFile, ExrHoldsLayersUnderTheirNames) {
     const Image image = randomImage(false);

@@ -12,6 +12,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <random>
+#include <span>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -164,6 +166,30 @@ TEST(FigureDrawing, IsTheSameAnywhereInALargerPicture) {
     for (int y = 0; y < 330; ++y)
         for (int x = 0; x < 420; ++x)
             ASSERT_LT(glm::length(first.at(x, y) - moved.at(x + by.x, y + by.y)), 0.02f) << x << ", " << y;
+}
+
+// Pictures that are larger than memory come by rows: to the bit what is drawn at once.
+TEST(FigureDrawing, RowsAreThoseOfTheWhole) {
+    std::mt19937 random(9);
+    for (const glm::ivec2 size : {glm::ivec2(700, 1100), glm::ivec2(513, 80), glm::ivec2(260, 1025)}) {
+        Figure figure = fullFigure(size, {30, 20});
+        figure.dpi = 200;
+        Image whole(size), byRows(size);
+        for (std::size_t i = 0; i < whole.pixels.size(); ++i)
+            whole.pixels[i] = byRows.pixels[i] = glm::vec4(static_cast<float>(i % 97) / 100);
+        const std::vector<glm::vec4> before = whole.pixels;
+        drawAnnotations(figure, whole);
+        const DrawRows draw = annotationRows(figure);
+        const auto width = static_cast<std::size_t>(size.x);
+        for (int y = 0, count = 0; y < size.y; y += count) {
+            count = std::min(std::uniform_int_distribution<int>(1, 90)(random), size.y - y);
+            draw(y,
+                 std::span(byRows.pixels)
+                     .subspan(width * static_cast<std::size_t>(y), width * static_cast<std::size_t>(count)));
+        }
+        EXPECT_EQ(byRows.pixels, whole.pixels) << size.x << " x " << size.y;
+        EXPECT_NE(before, whole.pixels);
+    }
 }
 
 // Words can be told from any background: their middle and their edge lie far apart in lightness.

@@ -12,6 +12,7 @@ struct AnnotationModule {
     decltype(&describeDrawing) describe;
     decltype(&measureStrips) strips;
     decltype(&drawAnnotations) draw;
+    decltype(&annotationRows) rows;
     decltype(&writePage) page;
 };
 

@@ -21,6 +21,9 @@ StripHeights measureStrips(const FigurePart& words, double dpi) {
 void drawAnnotations(const Figure& figure, Image& picture) {
     annotationModule().draw(figure, picture);
 }
+DrawRows annotationRows(const Figure& figure) {
+    return annotationModule().rows(figure);
+}
 void writePage(const std::filesystem::path& path, const Image& picture, const Figure& figure,
                const std::string& manifest, MemoryBudget& ram) {
     annotationModule().page(path, picture, figure, manifest, ram);

@@ -20,9 +20,9 @@ void writeImage(const std::filesystem::path& path, const Image& image, const std
                 std::span<const LayerChannel> layers, double dpi) {
     pictureModule().write(path, image, manifest, layers, dpi);
 }
-void writeImageRows(const std::filesystem::path& path, const ImageRows& picture,
-                    const std::string& manifest) {
-    pictureModule().writeRows(path, picture, manifest);
+void writeImageRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest,
+                    double dpi, const LayerRows* over) {
+    pictureModule().writeRows(path, picture, manifest, dpi, over);
 }
 Image readImage(const std::filesystem::path& path) {
     return pictureModule().read(path);

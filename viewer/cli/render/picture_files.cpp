@@ -22,7 +22,6 @@ void checkImagePath(const fs::path&) {
     throw InputError("render: this program was built without picture files");
 }
 void writeImage(const fs::path&, const Image&, const std::string&, std::span<const LayerChannel>) {}
-void writeImageRows(const fs::path&, const ImageRows&, const std::string&) {}
 std::string readManifest(const fs::path&) {
     return {};
 }
@@ -74,10 +73,6 @@ void checkFilmOutput(const fs::path& out) {
 void writePicture(const fs::path& path, const Image& image, const std::optional<glm::vec3>& background,
                   const std::string& manifest, std::span<const LayerChannel> layers) {
     writeImage(path, background ? overBackground(image, *background) : image, manifest, layers);
-}
-
-void writeRows(const fs::path& path, const ImageRows& picture, const std::string& manifest) {
-    writeImageRows(path, picture, manifest);
 }
 
 std::string manifestOf(const fs::path& path) {

@@ -28,8 +28,6 @@ void checkFilmOutput(const std::filesystem::path& out);
 void writePicture(const std::filesystem::path& path, const Image& image,
                   const std::optional<glm::vec3>& background, const std::string& manifest,
                   std::span<const LayerChannel> layers = {});
-/// writeImageRows() (core/image/image_file.h).
-void writeRows(const std::filesystem::path& path, const ImageRows& picture, const std::string& manifest);
 /// readManifest() (core/image/image_file.h); "" in a program without picture files.
 std::string manifestOf(const std::filesystem::path& path);
 

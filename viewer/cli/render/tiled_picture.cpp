@@ -1,15 +1,17 @@
 // viewer/cli/render/tiled_picture.cpp: see tiled_picture.h.
 #include "viewer/cli/render/tiled_picture.h"
-#include "viewer/annotations/figure.h"
 
 #include "core/base/error.h"
 #include "core/base/output_file.h"
 #include "core/scene/reflection.h"
 #include "render/backends/engine_maker.h"
 #include "render/picture/render_scene.h"
+#include "viewer/annotations/figure.h"
+#include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/asked_options.h"
-#include "viewer/cli/render/picture_files.h"
+#include "viewer/cli/render/picture_files.h" // printReport
 #include "viewer/cli/render/picture_notes.h"
 #include "viewer/tiles/tile_folder.h"
 
@@ -78,7 +80,11 @@ nlohmann::json writeTiles(const RenderTask& task, const RenderResult& result, Ti
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
     report["tiles"] = tilesJson(tiles);
     report["options"] = optionsJson(task);
-    writeRows(task.arguments.out, tiles.rows(task.scene.background), manifestText(report));
+    const Figure figure =
+        FigureMaker(task.scene, task.stores, task.ram, task.options.threads).figure(task.scene, result);
+    tellAnnotations(report, figure);
+    writeFigureRows(task.arguments.out, tiles.rows(task.scene.background), figure, manifestText(report),
+                    task.ram);
     return report;
 }
 
@@ -99,8 +105,6 @@ void checkTiles(const RenderArguments& arguments, const Scene& scene) {
                                        {arguments.allowDamaged, "--allow-damaged"}})
         if (said)
             throw badFile(kTilesOption, std::string("no ") + option + " with it", option);
-    if (const std::string annotation = firstAnnotation(scene.annotations); !annotation.empty())
-        throw badFile(kTilesOption, "no " + annotation + " with it", annotation);
     if (const std::string why = needsAllPixels(scene, verifyOf(arguments)); !why.empty())
         throw badFile(kTilesOption, "a picture of pixels that do not depend on one another", why);
 }
@@ -124,6 +128,8 @@ void renderTiledPicture(const RenderTask& task) {
     }
     tiles.finish();
     common.progress->end();
+    if (const std::string words = leftOutText(report); !words.empty())
+        common.note(words);
     if (finishes && blank)
         warnBlank(task, result);
     if (arguments.json) {
