@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +23,28 @@ Kind<std::string> words() {
                 value.refuse("at most " + std::to_string(kMostLetters) + " letters");
         })
         .described({{"maxLength", kMostLetters}});
+}
+
+/// A colour, or background: none of its own.
+Kind<std::optional<glm::vec3>> stripColour() {
+    constexpr const char* kBackground = "background";
+    const Kind<std::optional<glm::vec3>> colours = backgroundKind();
+    return {
+        [=](const JsonValue& value) -> std::optional<glm::vec3> {
+            if (!value.isList() && value.text() == kBackground)
+                return std::nullopt;
+            const std::optional<glm::vec3> colour = colours.read(value);
+            if (!colour)
+                value.refuse("a colour, or background");
+            return colour;
+        },
+        [=](const std::optional<glm::vec3>& colour) -> nlohmann::json {
+            return colour ? colours.write(colour) : nlohmann::json(kBackground);
+        },
+        [](Schema& parts) {
+            const char* const words = "^(#[0-9a-fA-F]{6}|[a-zA-Z]+)$";
+            return Schema{{"oneOf", {{{"type", "string"}, {"pattern", words}}, colourKind().schema(parts)}}};
+        }};
 }
 
 const Fields<Arrow>& arrowFields() {
@@ -47,6 +71,12 @@ template <> const NameTable<Directions>& namesOf<Directions>() {
                                               {Directions::letters, "letters"},
                                               {Directions::cube, "cube"},
                                               {Directions::all, "all"}}};
+    return names;
+}
+
+template <> const NameTable<BesidePicture>& namesOf<BesidePicture>() {
+    static const NameTable<BesidePicture> names{
+        {{BesidePicture::none, "none"}, {BesidePicture::legends, "legends"}, {BesidePicture::all, "all"}}};
     return names;
 }
 
@@ -107,6 +137,14 @@ const Fields<Annotations>& annotationFields() {
             .setBy("--caption", "words at the bottom");
         f.add("arrows", &Annotations::arrows, listOf(objectOf(arrowFields()), Arrow::kMost, "arrows"),
               "Arrows to places in the patient.");
+        f.add("beside", &Annotations::beside, named<BesidePicture>(),
+              "What stands beside the picture, on strips around it, in place of over it: the legends, at the "
+              "right; or all but measurements, arrows and the words of pictures along a line.")
+            .setBy("--beside", "put annotations beside the picture, whose file grows by strips: {names} "
+                               "(default: {default})");
+        f.add("besideColour", &Annotations::besideColour, stripColour(),
+              "Colour of these strips; that of the background by default.")
+            .setBy("--beside-colour", "colour of these strips, as --background (default: the background's)");
         f.add("textPoints", &Annotations::textPoints, numberIn(1, 200), "Height of letters, 1/72 inch.");
         f.add("dpi", &Annotations::dpi, numberIn(10, 10000),
               "Pixels per inch of the figure, by which letters and lines have their size; a file of the "

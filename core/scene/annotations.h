@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,11 @@ namespace tessera {
 /// The patient's directions: letters at the picture's edges (R, L, A, P, S, I), a cube with them, or both.
 enum class Directions { none, letters, cube, all };
 template <> const NameTable<Directions>& namesOf<Directions>();
+
+/// What stands beside the picture, on strips around it, in place of over it: nothing; the legends, at the
+/// right; or all that has no place in the patient.
+enum class BesidePicture { none, legends, all };
+template <> const NameTable<BesidePicture>& namesOf<BesidePicture>();
 
 /// An arrow to a place in the patient, with words at its other end.
 struct Arrow {
@@ -35,8 +41,10 @@ struct Annotations {
     bool error = false;        // the measured error, in the caption
     std::string title, caption;
     std::vector<Arrow> arrows;
-    double textPoints = 9; // height of letters, 1/72 inch
-    double dpi = 96;       // pixels per inch of the figure
+    BesidePicture beside = BesidePicture::none;
+    std::optional<glm::vec3> besideColour; // of the strips, linear; none: that of the background
+    double textPoints = 9;                 // height of letters, 1/72 inch
+    double dpi = 96;                       // pixels per inch of the figure
 
     bool operator==(const Annotations&) const = default;
     /// True if a picture has any.

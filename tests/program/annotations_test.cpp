@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 namespace tessera::test {
@@ -91,6 +92,131 @@ TEST_F(AnnotationsOfPictures, AreRefusedWhereThereIsNothingToSay) {
     expectRefused(kRender + "--directions up -o a.png", {"--directions", "letters"});
     EXPECT_FALSE(exists("a.png"));
     EXPECT_FALSE(exists("a.pdf"));
+}
+
+/// The picture within a page, from its manifest on.
+Image pictureOn(const Image& page, const json& annotations, const glm::ivec2& size) {
+    const glm::ivec2 at(annotations["pictureAt"][0], annotations["pictureAt"][1]);
+    EXPECT_EQ(json({page.size.x, page.size.y}), annotations["pageSize"]);
+    Image picture(size);
+    for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x)
+            picture.at(x, y) = page.at(at.x + x, at.y + y);
+    return picture;
+}
+
+// Beside the picture: its pixels are those without annotations, in every kind of file and however it is
+// drawn.
+TEST_F(AnnotationsOfPictures, StandBesideThePicture) {
+    const glm::ivec2 size(240, 180);
+    const std::string beside = kAll + "--beside all --beside-colour white ";
+    for (const std::string more : {"", "--background transparent ", "--tiles 64 "})
+        for (const std::string ending : {".png", ".tif", ".exr"}) {
+            draw("plain" + ending, more);
+            const json told = draw("a" + ending, more + beside);
+            EXPECT_FALSE(told["annotations"].contains("leftOut")) << told["annotations"];
+            const Image page = readImage(folder_ / ("a" + ending));
+            EXPECT_EQ(pictureOn(page, told["annotations"], size).pixels,
+                      readImage(folder_ / ("plain" + ending)).pixels)
+                << more << ending;
+            EXPECT_EQ(page.at(0, 0), glm::vec4(1)) << "the strips are white";
+            EXPECT_EQ(told["scene"]["image"]["size"], json({240, 180}));
+            const Outcome again = run("redraw a" + ending);
+            EXPECT_EQ(again.exitCode, 0) << again.problems;
+            EXPECT_THAT(again.out, HasSubstr("equal ("));
+        }
+    const json told = draw("a.png", beside);
+    const double width = told["annotations"]["pageSize"][0], height = told["annotations"]["pageSize"][1];
+    for (const std::string ending : {".pdf", ".svg"}) {
+        EXPECT_EQ(draw("a" + ending, beside)["annotations"], told["annotations"]) << ending;
+        EXPECT_EQ(run("redraw a" + ending).exitCode, 0) << ending;
+    }
+    std::ostringstream box;
+    box << "/MediaBox [ 0 0 " << width * 72 / 150 << " " << height * 72 / 150 << " ]";
+    EXPECT_THAT(readAll(folder_ / "a.pdf"), HasSubstr(box.str()));
+    // Legends alone: a strip at the right.
+    const json legends = draw("a.png", "--legend --scale-bar --beside legends");
+    EXPECT_EQ(legends["annotations"]["pictureAt"], json({0, 0}));
+    EXPECT_EQ(legends["annotations"]["pageSize"][1], 180);
+    EXPECT_GT(legends["annotations"]["pageSize"][0], 240);
+    draw("bar.png", "--scale-bar");
+    EXPECT_EQ(pictureOn(readImage(folder_ / "a.png"), legends["annotations"], size).pixels,
+              readImage(folder_ / "bar.png").pixels);
+    // Nothing stands beside a picture that says nothing.
+    draw("a.png", "--beside all");
+    draw("plain.png", "");
+    EXPECT_EQ(readImage(folder_ / "a.png").pixels, readImage(folder_ / "plain.png").pixels);
+    expectRefused(kRender + "--beside left -o b.png", {"--beside", "legends"});
+    expectRefused(kRender + "--beside-colour transparent -o b.png", {"--beside-colour", "background"});
+    expectRefused(
+        "render s.zarr --engine native --samples 1 --tiles 64 --size 32768x20 --title x --beside all "
+        "--directions all -o b.png",
+        {"--beside", "32768"});
+}
+
+// Frames of a film have one size; panels have strips of one width.
+TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
+    const glm::ivec2 size(240, 180);
+    const std::string words = "--scale-bar --directions letters --legend --title 'A title' --beside all ";
+    ASSERT_EQ(run(kRender + "--turn 90 --frames 3 -o film " + words).exitCode, 0);
+    ASSERT_EQ(run(kRender + "--turn 90 --frames 3 -o plain").exitCode, 0);
+    for (const std::string frame : {"/frame-000000.png", "/frame-000001.png", "/frame-000002.png"}) {
+        const json told = json::parse(readManifest(folder_ / ("film" + frame)));
+        EXPECT_EQ(pictureOn(readImage(folder_ / ("film" + frame)), told["annotations"], size).pixels,
+                  readImage(folder_ / ("plain" + frame)).pixels);
+        EXPECT_EQ(run("redraw film" + frame).exitCode, 0);
+    }
+    const std::string panels = "--panel left --panel 'camera.view=anterior;annotations.labelLegend=false' "
+                               "--panel superior --columns 2 --gap 10 ";
+    draw("plain.png", panels);
+    const json figure = draw("a.png", panels + words + "--caption Each --panel-letters ")["figure"];
+    const Image page = readImage(folder_ / "a.png"), plain = readImage(folder_ / "plain.png");
+    const json& strips = figure["strips"];
+    const glm::ivec2 cell = size + glm::ivec2(strips[0].get<int>() + strips[1].get<int>(),
+                                              strips[2].get<int>() + strips[3].get<int>());
+    for (int n = 0; n < 3; ++n) {
+        const glm::ivec2 at(n % 2, n / 2);
+        const glm::ivec2 from =
+            at * (cell + 10) + glm::ivec2(strips[0], strips[2]) + glm::ivec2(0, figure["above"].get<int>());
+        const glm::ivec2 before = at * (size + 10);
+        std::size_t others = 0;
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x)
+                others += page.at(from.x + x, from.y + y) != plain.at(before.x + x, before.y + y) ? 1 : 0;
+        EXPECT_EQ(others, 0u) << "panel " << n;
+    }
+    const Outcome again = run("redraw a.png");
+    EXPECT_EQ(again.exitCode, 0) << again.problems;
+    const Outcome other = run("redraw a.png -o b.png --with annotations.beside=none");
+    EXPECT_EQ(other.exitCode, 0) << other.problems;
+    draw("over.png", panels + "--scale-bar --directions letters --legend --title 'A title' --caption Each "
+                              "--panel-letters ");
+    EXPECT_EQ(readImage(folder_ / "b.png").pixels, readImage(folder_ / "over.png").pixels);
+    // As keys of a scene, in a table.
+    write("style.json", R"({"tesseraScene": 1, "volumes": [{"path": "s.zarr"}], "image": {"size": [240, 180]},
+        "annotations": {"legend": true, "title": "{id}", "beside": "all", "besideColour": "#ffffff"}})");
+    write("t.csv", "id,annotations.beside\na,\nb,legends\nc,none\n");
+    const Outcome batch = run("batch t.csv --scene style.json -o {id}-row.png --no-check");
+    ASSERT_EQ(batch.exitCode, 0) << batch.problems;
+    EXPECT_EQ(readImage(folder_ / "c-row.png").size, size);
+    EXPECT_EQ(readImage(folder_ / "b-row.png").size.y, size.y);
+    EXPECT_GT(readImage(folder_ / "b-row.png").size.x, size.x);
+    EXPECT_GT(readImage(folder_ / "a-row.png").size.y, size.y);
+    EXPECT_THAT(run("batch t.csv --scene style.json -o {id}-row.png --no-check").problems,
+                HasSubstr("3 unchanged"));
+}
+
+// Layers of an .exr lie as its picture does.
+TEST_F(AnnotationsOfPictures, LayersHaveTheStripsOfTheirPicture) {
+    const std::string layers = "--light cinematic --samples 2 --layers depth,albedo --size 60x50 ";
+    const Outcome outcome = run("render s.zarr --engine native --preset auto --no-check " + layers +
+                                "--title A --beside all --json -o a.exr");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
+    const json told = json::parse(outcome.out);
+    EXPECT_EQ(run("render s.zarr --engine native --preset auto --no-check -o b.exr " + layers).exitCode, 0);
+    const Image page = readImage(folder_ / "a.exr"), plain = readImage(folder_ / "b.exr");
+    EXPECT_EQ(pictureOn(page, told["annotations"], plain.size).pixels, plain.pixels);
+    EXPECT_THAT(readAll(folder_ / "a.exr"), HasSubstr(std::string("depth.Z") + '\0'));
 }
 
 // Volumes have their numbers in the scene, those that do not show as well.

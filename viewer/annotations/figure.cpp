@@ -13,6 +13,11 @@ bool isLight(const std::optional<glm::vec3>& background) {
     return background && glm::dot(*background, kLuminance) > kMiddle;
 }
 
+Strips larger(const Strips& a, const Strips& b) {
+    return {std::max(a.left, b.left), std::max(a.right, b.right), std::max(a.above, b.above),
+            std::max(a.below, b.below)};
+}
+
 std::string firstAnnotation(const Annotations& a) {
     for (const auto& [asked, option] : {std::pair{a.scaleBar, "--scale-bar"},
                                         {a.directions != Directions::none, "--directions"},

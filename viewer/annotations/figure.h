@@ -10,6 +10,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,7 +45,19 @@ struct InnerPicture {
     std::vector<SideTick> ticks;
 };
 
-/// One picture of a figure. What its annotations ask for is drawn within its box.
+/// Strips around a picture, on which annotations stand beside it, pixels.
+struct Strips {
+    int left = 0, right = 0, above = 0, below = 0;
+    bool operator==(const Strips&) const = default;
+    glm::ivec2 corner() const { return {left, above}; } // the picture's, from that of the strips
+    glm::ivec2 size() const { return {left + right, above + below}; }
+    bool any() const { return *this != Strips(); }
+};
+/// Room for both.
+Strips larger(const Strips& a, const Strips& b);
+
+/// One picture of a figure. What its annotations ask for is drawn within its box, and what stands beside it
+/// (BesidePicture) on its strips.
 struct FigurePart {
     glm::ivec2 from{0}, size{0}; // its box in the figure, pixels from the upper left; not empty
     Camera camera;               // as used, of a picture as large as the box
@@ -60,8 +73,11 @@ struct FigurePart {
     std::string error;               // for the caption: what was measured
     std::string mark;                // of a panel: "A"; bold, in the upper left corner
     std::vector<InnerPicture> inner;
+    Strips strips;               // around the box; within the figure
+    glm::vec4 stripColour{0};    // linear, premultiplied
+    bool stripsAreLight = false; // as onLight
 };
-/// Strips of words above and below a figure's panels, pixels.
+/// Strips of the words that a figure's panels share, above and below them, pixels.
 struct StripHeights {
     int above = 0, below = 0;
     bool operator==(const StripHeights&) const = default;

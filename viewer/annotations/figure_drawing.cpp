@@ -169,6 +169,11 @@ StripHeights measureStrips(const FigurePart& part, double dpi) {
     return stripsNeeded(part, dpi, measureBy(words));
 }
 
+Strips measureBeside(const FigurePart& part, double dpi) {
+    PangoWords words;
+    return stripsBeside(part, dpi, measureBy(words));
+}
+
 DrawRows annotationRows(const Figure& figure) {
     const auto drawing = std::make_shared<RowDrawing>(figure);
     return [drawing](int first, std::span<glm::vec4> rows) { drawing->draw(first, rows); };

@@ -32,6 +32,9 @@ DrawingReport describeDrawing(const Figure& figure);
 /// stripsNeeded() (figure_layout.h) in the figures' font.
 StripHeights measureStrips(const FigurePart& words, double dpi);
 
+/// stripsBeside() (figure_layout.h) likewise.
+Strips measureBeside(const FigurePart& part, double dpi);
+
 /// Draws over a picture of the figure's size.
 void drawAnnotations(const Figure& figure, Image& picture);
 /// Draws over some rows of it, from one of them on: the same, whichever rows are drawn together.

@@ -5,7 +5,8 @@
 #include "core/image/page_format.h"
 #include "viewer/annotations/figure_drawing.h"
 #include "viewer/annotations/figure_layout.h" // kScaleBarWords
-#include "viewer/cli/manifest/manifest.h"     // scaleBarJson, legendJson
+#include "viewer/annotations/figure_page.h"
+#include "viewer/cli/manifest/manifest.h" // scaleBarJson, legendJson
 #if TESSERA_WITH_IMAGE_FILES
 #include "core/image/image_file.h"
 #endif
@@ -28,6 +29,9 @@ DrawingReport describeDrawing(const Figure&) {
     throw InputError("annotations: this program was built without them");
 }
 StripHeights measureStrips(const FigurePart&, double) {
+    throw InputError("annotations: this program was built without them");
+}
+Strips measureBeside(const FigurePart&, double) {
     throw InputError("annotations: this program was built without them");
 }
 void drawAnnotations(const Figure&, Image&) {
@@ -138,6 +142,10 @@ void tellAnnotations(nlohmann::json& manifest, const Figure& figure) {
     if (figure.parts.size() != 1)
         return;
     const FigurePart& part = figure.parts.front();
+    if (part.strips.any()) {
+        told["pageSize"] = {figure.size.x, figure.size.y};
+        told["pictureAt"] = {part.from.x, part.from.y};
+    }
     if (part.annotations.scaleBar && !std::ranges::count(report.leftOut, kScaleBarWords))
         manifest["scaleBar"] = scaleBarJson(scaleBarOf(part.camera, part.size));
     if (part.annotations.legend)
@@ -154,18 +162,31 @@ std::string leftOutText(const nlohmann::json& manifest) {
     return text;
 }
 
-StripHeights stripsOf(const FigurePart& words, double dpi) {
+StripHeights heightsOf(const FigurePart& words, double dpi) {
     return words.annotations.title.empty() && words.annotations.caption.empty() ? StripHeights()
                                                                                 : measureStrips(words, dpi);
 }
 
 void annotate(Image& picture, const Figure& figure) {
+    picture = onPage(std::move(picture), figure);
     if (figure.any())
         drawAnnotations(figure, picture);
 }
 
 void writeFigure(const std::filesystem::path& path, Image picture, const Figure& figure,
                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram) {
+    if (const std::size_t bytes = pageBytes(figure); bytes > 0 && picture.size != figure.size) {
+        // What is encoded of it takes as much again.
+        const std::size_t pixels = bytes / sizeof(glm::vec4);
+        const Charge charge =
+            ram.charge(2 * bytes + layers.size() * sizeof(float) * pixels, "the picture with its strips");
+        std::vector<std::vector<float>> values(layers.size());
+        std::vector<LayerChannel> channels;
+        for (std::size_t n = 0; n < layers.size(); ++n)
+            channels.push_back(onPage(layers[n], figure, values[n]));
+        Image page = onPage(std::move(picture), figure);
+        return writeFigure(path, std::move(page), figure, manifest, channels, ram);
+    }
     if (pageFormat(path))
         return writePage(path, picture, figure, manifest, ram);
     if (figure.any() && pictureFormat(path) == PictureFormat::exr)
@@ -174,14 +195,14 @@ void writeFigure(const std::filesystem::path& path, Image picture, const Figure&
     writeImage(path, picture, manifest, layers, dpiOf(figure));
 }
 
-void writeFigureRows(const std::filesystem::path& path, const ImageRows& picture, const Figure& figure,
+void writeFigureRows(const std::filesystem::path& path, const ImageRows& given, const Figure& figure,
                      const std::string& manifest, MemoryBudget& ram) {
-    TESSERA_CHECK(picture.size == figure.size);
     if (!figure.any())
-        return writeImageRows(path, picture, manifest, dpiOf(figure));
+        return writeImageRows(path, given, manifest, dpiOf(figure));
     const Charge charge =
-        ram.charge(sizeof(glm::vec4) * ImageRows::kAtOnce * static_cast<std::size_t>(picture.size.x),
+        ram.charge(2 * sizeof(glm::vec4) * ImageRows::kAtOnce * static_cast<std::size_t>(figure.size.x),
                    "rows of annotations");
+    const ImageRows picture = onPage(given, figure);
     ChangedRows rows(annotationRows(figure));
     if (pictureFormat(path) == PictureFormat::exr) {
         const LayerRows layer{"annotations", {picture.size, false, [&](int first, int count) {

@@ -28,15 +28,16 @@ void tellAnnotations(nlohmann::json& manifest, const Figure& figure);
 std::string leftOutText(const nlohmann::json& manifest);
 
 /// Strips above and below a picture of the part's size in which the part's title and caption have room.
-StripHeights stripsOf(const FigurePart& words, double dpi);
+StripHeights heightsOf(const FigurePart& words, double dpi);
 
-/// Draws the annotations over a picture of the figure's size, on its background.
+/// Puts a picture, on its background, on the figure's page (figure_page.h), and draws the annotations.
+/// @param picture  of the figure's size, or of its one part's
 void annotate(Image& picture, const Figure& figure);
 
 /// Writes an OutputFile. PNG and TIFF have the annotations in the picture, and its dpi. EXR has the picture
 /// as it is and the annotations as a layer of their own (annotations.R, G, B, A). A page of a PDF has the
 /// figure's size: pixels / dpi inches.
-/// @param picture  of the figure's size, on its background; PNG and TIFF are drawn in it
+/// @param picture  of the figure's size or of its one part's, on its background; PNG and TIFF are drawn in it
 /// @param manifest  JSON text in ASCII, which readManifest() gives back
 /// @param layers  EXR alone has them
 /// Throws Error naming path when it cannot be written, InputError for a picture that is too large for PDF
@@ -45,9 +46,9 @@ void writeFigure(const std::filesystem::path& path, Image picture, const Figure&
                  const std::string& manifest, std::span<const LayerChannel> layers, MemoryBudget& ram);
 
 /// The same file as writeFigure()'s, of a picture that is given row by row; no page.
-/// @param picture  of the figure's size, on its background
+/// @param given  picture, of the size of the figure's one part, on its background
 /// @param ram  charged for rows, some of which are in memory beside the picture's own
-void writeFigureRows(const std::filesystem::path& path, const ImageRows& picture, const Figure& figure,
+void writeFigureRows(const std::filesystem::path& path, const ImageRows& given, const Figure& figure,
                      const std::string& manifest, MemoryBudget& ram);
 
 } // namespace tessera

@@ -19,13 +19,12 @@
 namespace tessera {
 namespace {
 
-constexpr double kTitle = 1.2;        // size of its letters
 constexpr double kMostOfTitle = 0.25; // of the part's height, as for the caption
 
-/// Lines one above the other, each in the middle.
-/// @param room  their width at most
-LaidBlock centred(const PartLayout& in, const std::string& words, double size, double room,
-                  const std::string& what) {
+} // namespace
+
+LaidBlock centredBlock(const PartLayout& in, const std::string& words, double size, double room,
+                       const std::string& what) {
     const double row = PartLayout::boxOf(in.line("Ag", size)).y;
     const auto most = static_cast<std::size_t>(std::max(1.0, kMostOfTitle * in.height() / row));
     LaidBlock block;
@@ -45,6 +44,8 @@ LaidBlock centred(const PartLayout& in, const std::string& words, double size, d
     return block;
 }
 
+namespace {
+
 /// Places centred words; what has no room for a letter is left out.
 void placeCentred(PartLayout& in, LaidBlock block, const std::vector<glm::dvec2>& corners,
                   const std::string& what) {
@@ -55,21 +56,26 @@ void placeCentred(PartLayout& in, LaidBlock block, const std::vector<glm::dvec2>
 }
 
 void layAtBottom(PartLayout& in, const std::string& words, const std::string& what) {
-    LaidBlock block = centred(in, words, 1, in.width(), what);
+    LaidBlock block = centredBlock(in, words, 1, in.width(), what);
     const glm::dvec2 corner((in.from.x + in.to.x - block.size.x) / 2, in.to.y - block.size.y);
     placeCentred(in, std::move(block), in.slide(corner, -1), what);
 }
 
 } // namespace
 
-void layMark(PartLayout& in) {
+LaidBlock markBlock(const PartLayout& in) {
     constexpr double kMark = 1.6; // size of its letters
-    if (in.part.mark.empty())
-        return;
     LaidBlock block;
     const LaidWords line = in.line(in.part.mark, kMark, true);
     block.size = PartLayout::boxOf(line);
     block.write(line, {0, 0});
+    return block;
+}
+
+void layMark(PartLayout& in) {
+    if (in.part.mark.empty())
+        return;
+    LaidBlock block = markBlock(in);
     const double width = block.size.x;
     if (in.place(std::move(block), {in.from}, "the letter " + in.part.mark))
         in.besideMark = width + in.gap;
@@ -79,8 +85,8 @@ void layTitle(PartLayout& in) {
     if (in.part.annotations.title.empty())
         return;
     const std::string what = "the title";
-    LaidBlock block =
-        centred(in, in.part.annotations.title, kTitle, in.width() - 2 * std::ceil(in.besideMark + 1), what);
+    LaidBlock block = centredBlock(in, in.part.annotations.title, kTitleLetters,
+                                   in.width() - 2 * std::ceil(in.besideMark + 1), what);
     const glm::dvec2 corner((in.from.x + in.to.x - block.size.x) / 2, in.from.y);
     placeCentred(in, std::move(block), {corner}, what);
 }
@@ -92,9 +98,7 @@ void layCaption(PartLayout& in) {
         layAtBottom(in, in.part.annotations.caption, "the caption");
 }
 
-void layScaleBar(PartLayout& in) {
-    if (!in.part.annotations.scaleBar)
-        return;
+LaidBlock scaleBarBlock(const PartLayout& in) {
     const ScaleBar bar = scaleBarOf(in.part.camera, in.part.size);
     LaidBlock block;
     const LaidWords text = in.line(bar.text());
@@ -113,22 +117,43 @@ void layScaleBar(PartLayout& in) {
     lines.ink = in.ink;
     block.shapes.emplace_back(std::move(lines));
     block.write(text, {block.size.x - box.x, 0});
+    return block;
+}
+
+void layScaleBar(PartLayout& in) {
+    if (!in.part.annotations.scaleBar)
+        return;
+    LaidBlock block = scaleBarBlock(in);
     const glm::dvec2 corner = in.to - block.size;
     in.place(std::move(block), in.slide(corner, -1), kScaleBarWords);
 }
 
+bool showsLetters(const FigurePart& part) {
+    const Directions wanted = part.annotations.directions;
+    return (wanted == Directions::letters || wanted == Directions::all) && part.orientationKnown;
+}
+
+bool showsCube(const FigurePart& part) {
+    const Directions wanted = part.annotations.directions;
+    return (wanted == Directions::cube || wanted == Directions::all) && part.orientationKnown;
+}
+
+LaidBlock edgeLetterBlock(const PartLayout& in, const std::string& letters) {
+    LaidBlock block;
+    const LaidWords line = in.line(letters, kTitleLetters);
+    block.size = PartLayout::boxOf(line);
+    block.write(line, {0, 0});
+    return block;
+}
+
 void layEdgeLetters(PartLayout& in) {
-    const Directions wanted = in.part.annotations.directions;
-    if ((wanted != Directions::letters && wanted != Directions::all) || !in.part.orientationKnown)
+    if (!showsLetters(in.part))
         return;
     constexpr double kFarthest = 0.25; // from its place, of the height: further in, it belongs to no edge
     const EdgeLetters letters = edgeLetters(in.part.camera);
     const glm::dvec2 middle = (in.from + in.to) / 2.0;
     const auto lay = [&](const std::string& text, double x, double y, int towards) {
-        LaidBlock block;
-        const LaidWords line = in.line(text, kTitle);
-        block.size = PartLayout::boxOf(line);
-        block.write(line, {0, 0});
+        LaidBlock block = edgeLetterBlock(in, text);
         const glm::dvec2 corner(in.from.x + x * (in.width() - block.size.x),
                                 y == 0.5 ? middle.y - block.size.y / 2
                                          : in.from.y + y * (in.height() - block.size.y));
@@ -144,12 +169,9 @@ void layEdgeLetters(PartLayout& in) {
     lay(letters.bottom, 0.5, 1, -1);
 }
 
-void layCube(PartLayout& in) {
+LaidBlock cubeBlock(const PartLayout& in) {
     constexpr double kHalf = 2.6, kEdge = 0.62, kReach = 1.1; // letters; parts of the half
     constexpr double kSeen = 0.02, kLettered = 0.3;           // cosines of faces
-    const Directions wanted = in.part.annotations.directions;
-    if ((wanted != Directions::cube && wanted != Directions::all) || !in.part.orientationKnown)
-        return;
     const glm::dmat3 cameraFromPatient = glm::transpose(patientFromCamera(in.part.camera));
     const double half = kHalf * in.em;
     LaidBlock block;
@@ -184,6 +206,13 @@ void layCube(PartLayout& in) {
             const glm::dvec2 box = PartLayout::boxOf(letter);
             block.write(std::move(letter), project(kEdge * normal) - box / 2.0);
         }
+    return block;
+}
+
+void layCube(PartLayout& in) {
+    if (!showsCube(in.part))
+        return;
+    LaidBlock block = cubeBlock(in);
     const glm::dvec2 corner(in.to.x - block.size.x, in.from.y);
     in.place(std::move(block), in.slide(corner, 1), "the cube of directions");
 }
@@ -194,15 +223,26 @@ FigureLayout layOut(const Figure& figure, const MeasureWords& measure) {
         PartLayout in(part, figure.dpi, measure, layout);
         if (part.annotations.directions != Directions::none && !part.orientationKnown)
             in.leaveOut("the patient's directions: the volume does not tell them");
-        layMark(in);
-        layTitle(in);
-        layCaption(in);
-        layScaleBar(in);
+        const BesidePicture beside = part.annotations.beside;
+        if (beside != BesidePicture::none) {
+            PartLayout around(part, figure.dpi, measure, layout, Room::strips);
+            layBeside(around);
+        }
+        if (beside != BesidePicture::all) {
+            layMark(in);
+            layTitle(in);
+            layCaption(in);
+            layScaleBar(in);
+        }
         layInnerPictures(in);
-        layEdgeLetters(in);
-        layColourLegend(in);
-        layLabelLegend(in);
-        layCube(in);
+        if (beside != BesidePicture::all)
+            layEdgeLetters(in);
+        if (beside == BesidePicture::none) {
+            layColourLegend(in);
+            layLabelLegend(in);
+        }
+        if (beside != BesidePicture::all)
+            layCube(in);
         layMeasurements(in);
         layArrows(in);
     }

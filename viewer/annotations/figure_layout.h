@@ -1,6 +1,6 @@
 // viewer/annotations/figure_layout.h: where everything goes that a figure says: lines, areas and words, as
-// plain data in pixels from the figure's upper left. All of it lies within the box of its part, and no two
-// words overlap: what has no room is left out.
+// plain data in pixels from the figure's upper left. All of it lies within the box of its part or on
+// its strips, and no two words overlap: what has no room is left out.
 #pragma once
 
 #include "viewer/annotations/figure.h"
@@ -59,6 +59,10 @@ FigureLayout layOut(const Figure& figure, const MeasureWords& measure);
 /// Strips that the part's title and caption need above and below a picture of the part's size, so that they
 /// lie beside it. Their letters are those of a figure that is higher by both.
 StripHeights stripsNeeded(const FigurePart& words, double dpi, const MeasureWords& measure);
+
+/// Strips that a part's annotations need to stand beside its picture, by the picture's size. None where they
+/// lie over it.
+Strips stripsBeside(const FigurePart& part, double dpi, const MeasureWords& measure);
 
 /// The size of a part's letters, pixels: as asked, but smaller in a small picture.
 double letterPixels(const FigurePart& part, double dpi);

@@ -4,6 +4,7 @@
 #include "bricking/cache/brick_cache.h"
 #include "core/base/shown_text.h"
 #include "core/base/volume.h"
+#include "core/scene/camera.h"
 #include "core/scene/mode.h"
 #include "core/scene/preset.h"
 #include "render/plan/frame_plan.h" // summarise
@@ -97,6 +98,10 @@ FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) con
     part.annotations = scene.annotations;
     part.orientationKnown = orientationKnown_;
     part.onLight = isLight(scene.background);
+    const std::optional<glm::vec3> strips =
+        scene.annotations.besideColour ? scene.annotations.besideColour : scene.background;
+    part.stripColour = strips ? glm::vec4(*strips, 1) : glm::vec4(0);
+    part.stripsAreLight = isLight(strips);
     if (!volumes_.empty())
         part.legend = legendOf(scene, volumes_);
     for (std::size_t n = 0; n < labels_.size(); ++n) {
@@ -114,10 +119,14 @@ FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) con
     return part;
 }
 
-Figure FigureMaker::figure(const Scene& scene, const RenderResult& result) const {
-    FigurePart one = part(scene, result);
-    const glm::ivec2 size = one.size;
-    return {size, scene.annotations.dpi, {std::move(one)}};
+FigurePart FigureMaker::partToCome(const Scene& scene) const {
+    RenderResult none;
+    if (const auto* const camera = std::get_if<Camera>(&scene.camera))
+        none.camera = *camera;
+    FigurePart to = part(scene, none);
+    if (scene.annotations.error)
+        to.error = "measured error: 0.00 (0.00 to 0.00) L*u*v* at the 99th percentile";
+    return to;
 }
 
 std::string errorCaption(const RenderResult& result) {

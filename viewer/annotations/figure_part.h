@@ -28,8 +28,10 @@ class FigureMaker {
     /// names in it, for those of files may be patients'.
     /// @param scene  with the same volumes
     FigurePart part(const Scene& scene, const RenderResult& result) const;
-    /// The part alone.
-    Figure figure(const Scene& scene, const RenderResult& result) const;
+    /// Of a picture that is not drawn yet, for its strips: with all labels, and words that are as long as
+    /// those of its error are.
+    /// @param scene  whose camera is placed, or is taken as it is by default
+    FigurePart partToCome(const Scene& scene) const;
 
   private:
     std::vector<LegendVolume> volumes_; // none where no legend is asked for

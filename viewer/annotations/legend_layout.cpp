@@ -14,7 +14,8 @@
 namespace tessera {
 namespace {
 
-constexpr double kApart = 0.5; // letters, between numbers, so that two are not read as one
+constexpr double kMostOfNames = 0.6; // of the part's width
+constexpr double kApart = 0.5;       // letters, between numbers, so that two are not read as one
 
 LaidArea rectangle(const glm::dvec2& from, const glm::dvec2& to, const glm::vec3& colour) {
     LaidArea area;
@@ -53,7 +54,9 @@ void writeValues(LaidBlock& block, const PartLayout& in, const LegendBar& bar, d
     block.size.y += PartLayout::boxOf(values.front()).y;
 }
 
-LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
+} // namespace
+
+LaidBlock colourLegendBlock(const PartLayout& in, const LegendBar& bar) {
     constexpr double kWidth = 14, kHeight = 0.8, kMostOfWidth = 0.45; // letters; of the part
     const double edge = edgeOf(in);
     double ends = kApart * in.em; // of the values there
@@ -84,44 +87,50 @@ LaidBlock blockOf(const PartLayout& in, const LegendBar& bar) {
     return block;
 }
 
-} // namespace
+std::string nameOfLegend(const LegendBar& bar) {
+    return bar.title().empty() ? "the colour legend" : "the colour legend of " + bar.title();
+}
+
+LaidBlock labelBlock(const PartLayout& in, const std::string& name, const glm::vec3* colour) {
+    constexpr double kMostLetters = 16, kSquare = 0.8; // of a name; letters
+    const double square = std::round(kSquare * in.em), edge = edgeOf(in);
+    const double most = std::min(kMostLetters * in.em, kMostOfNames * in.width() - square - 2 * in.edge);
+    LaidBlock row;
+    const LaidWords line = in.line(cutWords(printable(name), in.em, most, in.measure()));
+    row.cut = line.words != printable(name) ? "the name " + printable(name) : "";
+    const glm::dvec2 box = PartLayout::boxOf(line);
+    const double left = square + 2 * edge + in.gap, side = square + 2 * edge;
+    row.size = {left + box.x, std::ceil(std::max(box.y, side))};
+    if (colour) {
+        const double top = std::floor((row.size.y - side) / 2) + edge;
+        frame(row, in, {edge, top}, glm::dvec2(edge, top) + square);
+        row.shapes.emplace_back(rectangle({edge, top}, glm::dvec2(edge, top) + square, *colour));
+    }
+    row.write(line, {left, (row.size.y - box.y) / 2});
+    return row;
+}
+
+std::string unnamedLabels(std::size_t left, std::size_t all) {
+    return std::to_string(left) + " of " + std::to_string(all) + " names of labels";
+}
 
 void layColourLegend(PartLayout& in) {
     if (!in.part.annotations.legend)
         return;
     const std::vector<LegendBar>& bars = in.part.legend;
     for (auto bar = bars.rbegin(); bar != bars.rend(); ++bar) { // the first on top
-        LaidBlock block = blockOf(in, *bar);
+        LaidBlock block = colourLegendBlock(in, *bar);
         const glm::dvec2 corner(in.from.x, in.to.y - block.size.y);
-        in.place(std::move(block), in.slide(corner, -1),
-                 bar->title().empty() ? "the colour legend" : "the colour legend of " + bar->title());
+        in.place(std::move(block), in.slide(corner, -1), nameOfLegend(*bar));
     }
 }
 
 void layLabelLegend(PartLayout& in) {
-    constexpr double kMostOfWidth = 0.6, kMostLetters = 16, kSquare = 0.8; // of the part; of a name; letters
     if (!in.part.annotations.labelLegend)
         return;
-    const double square = std::round(kSquare * in.em), edge = edgeOf(in);
-    const double most = std::min(kMostLetters * in.em, kMostOfWidth * in.width() - square - 2 * in.edge);
-    const auto rowOf = [&](const std::string& name, const glm::vec3* colour) {
-        LaidBlock row;
-        const LaidWords line = in.line(cutWords(printable(name), in.em, most, in.measure()));
-        row.cut = line.words != printable(name) ? "the name " + printable(name) : "";
-        const glm::dvec2 box = PartLayout::boxOf(line);
-        const double left = square + 2 * edge + in.gap, side = square + 2 * edge;
-        row.size = {left + box.x, std::ceil(std::max(box.y, side))};
-        if (colour) {
-            const double top = std::floor((row.size.y - side) / 2) + edge;
-            frame(row, in, {edge, top}, glm::dvec2(edge, top) + square);
-            row.shapes.emplace_back(rectangle({edge, top}, glm::dvec2(edge, top) + square, *colour));
-        }
-        row.write(line, {left, (row.size.y - box.y) / 2});
-        return row;
-    };
     // Down the columns, past what has its room already, as far as there are columns.
     const std::vector<LegendLabel>& labels = in.part.labels;
-    const double end = in.from.x + kMostOfWidth * in.width();
+    const double end = in.from.x + kMostOfNames * in.width();
     std::vector<LaidBlock> rows;
     std::vector<glm::dvec2> places;
     glm::dvec2 at = glm::ceil(in.from);
@@ -129,7 +138,7 @@ void layLabelLegend(PartLayout& in) {
     while (places.size() < labels.size()) {
         if (rows.size() == places.size()) {
             const LegendLabel& label = labels[rows.size()];
-            rows.push_back(rowOf(label.name, &label.colour));
+            rows.push_back(labelBlock(in, label.name, &label.colour));
         }
         const glm::dvec2 size = rows.back().size;
         if (at.x + size.x > end || (at.y + size.y > in.to.y && widest == 0))
@@ -146,11 +155,10 @@ void layLabelLegend(PartLayout& in) {
         }
     }
     if (places.size() < labels.size()) { // the last place tells of the others
-        in.leaveOut(std::to_string(labels.size() - (places.empty() ? 0 : places.size() - 1)) + " of " +
-                    std::to_string(labels.size()) + " names of labels");
+        in.leaveOut(unnamedLabels(labels.size() - (places.empty() ? 0 : places.size() - 1), labels.size()));
         for (bool told = false; !told && !places.empty(); places.pop_back()) {
             const std::size_t n = places.size() - 1;
-            rows[n] = rowOf("and " + std::to_string(labels.size() - n) + " more", nullptr);
+            rows[n] = labelBlock(in, "and " + std::to_string(labels.size() - n) + " more", nullptr);
             told = in.isFree(places[n], rows[n].size);
             if (told)
                 in.place(std::move(rows[n]), {places[n]}, "");

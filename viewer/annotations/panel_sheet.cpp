@@ -7,6 +7,7 @@
 #include "core/scene/scene_fields.h" // setSceneKey
 #include "render/plan/frame_plan.h"  // kPictureBytesPerPixel
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
 #include "viewer/cli/manifest/manifest.h" // manifestText
 
 #include <algorithm>
@@ -26,7 +27,8 @@ FigurePart partOf(const Annotations& words, const Figure& figure) {
     part.size = figure.size;
     part.annotations = words;
     part.orientationKnown = false;
-    part.onLight = figure.parts.front().onLight;
+    const FigurePart& first = figure.parts.front();
+    part.onLight = first.strips.any() ? first.stripsAreLight : first.onLight;
     return part;
 }
 
@@ -40,11 +42,11 @@ std::string letterOf(int panel) {
 } // namespace
 
 glm::ivec2 PanelGrid::size() const {
-    return glm::ivec2(columns, rows()) * (panelSize + gap) - gap + glm::ivec2(0, above + below);
+    return glm::ivec2(columns, rows()) * (cellSize() + gap) - gap + glm::ivec2(0, above + below);
 }
 
 glm::ivec2 PanelGrid::at(int panel) const {
-    return glm::ivec2(panel % columns, panel / columns) * (panelSize + gap) + glm::ivec2(0, above);
+    return glm::ivec2(panel % columns, panel / columns) * (cellSize() + gap) + glm::ivec2(0, above);
 }
 
 PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize, const std::string& where) {
@@ -58,8 +60,8 @@ PanelGrid gridOf(int panels, int columns, int gap, const glm::ivec2& panelSize, 
 void checkSize(const PanelGrid& grid, const std::string& where) {
     // In 64 bits, for a side is refused before it overflows.
     const auto side = [&](std::int64_t count, int length) { return count * (length + grid.gap) - grid.gap; };
-    const std::int64_t width = side(grid.columns, grid.panelSize.x),
-                       height = side(grid.rows(), grid.panelSize.y) + grid.above + grid.below;
+    const std::int64_t width = side(grid.columns, grid.cellSize().x),
+                       height = side(grid.rows(), grid.cellSize().y) + grid.above + grid.below;
     if (width > Scene::kMaxImageExtent || height > Scene::kMaxImageExtent)
         throw badFile(where,
                       "a figure of at most " + std::to_string(Scene::kMaxImageExtent) + " pixels a side",
@@ -86,7 +88,7 @@ void makeRoomForWords(PanelLayout& layout, const std::string& where) {
     FigurePart part;
     part.size = layout.grid.size();
     part.annotations = layout.words;
-    const StripHeights strips = stripsOf(part, layout.words.dpi);
+    const StripHeights strips = heightsOf(part, layout.words.dpi);
     layout.grid.above = strips.above;
     layout.grid.below = strips.below;
     checkSize(layout.grid, where);
@@ -106,15 +108,19 @@ void PanelSheet::put(const Image& picture, FigurePart part, const std::optional<
                      nlohmann::json manifest) {
     const auto panel = static_cast<int>(figure_.parts.size());
     TESSERA_CHECK(panel < layout_.grid.panels && picture.size == layout_.grid.panelSize);
+    const Strips& strips = layout_.grid.strips;
     if (panel == 0)
-        background_ = background;
-    const glm::ivec2 corner = layout_.grid.at(panel);
+        between_ = strips.any() ? part.stripColour : background ? glm::vec4(*background, 1) : glm::vec4(0);
+    const glm::ivec2 cell = layout_.grid.at(panel), size = layout_.grid.cellSize();
+    for (int y = 0; y < size.y && strips.any(); ++y)
+        std::fill_n(&image_.at(cell.x, cell.y + y), size.x, part.stripColour);
+    placePart(part, cell, strips);
+    const glm::ivec2 corner = part.from;
     for (int y = 0; y < picture.size.y; ++y)
         for (int x = 0; x < picture.size.x; ++x) {
             const glm::vec4& pixel = picture.at(x, y);
             image_.at(corner.x + x, corner.y + y) = background ? overBackground(pixel, *background) : pixel;
         }
-    part.from = corner;
     part.size = picture.size;
     part.mark = layout_.letters ? letterOf(panel) : "";
     figure_.parts.push_back(std::move(part));
@@ -123,18 +129,18 @@ void PanelSheet::put(const Image& picture, FigurePart part, const std::optional<
 
 /// Between panels, where a row has fewer, and above and below them.
 void PanelSheet::fillRest() {
-    if (!background_)
+    if (between_ == glm::vec4(0))
         return;
     const PanelGrid& grid = layout_.grid;
     std::vector<bool> taken(static_cast<std::size_t>(image_.size.x));
     for (int y = 0; y < image_.size.y; ++y) {
         taken.assign(taken.size(), false);
         for (int n = 0; n < grid.panels; ++n)
-            if (const glm::ivec2 at = grid.at(n); y >= at.y && y < at.y + grid.panelSize.y)
-                std::fill_n(taken.begin() + at.x, grid.panelSize.x, true);
+            if (const glm::ivec2 at = grid.at(n); y >= at.y && y < at.y + grid.cellSize().y)
+                std::fill_n(taken.begin() + at.x, grid.cellSize().x, true);
         for (int x = 0; x < image_.size.x; ++x)
             if (!taken[static_cast<std::size_t>(x)])
-                image_.at(x, y) = glm::vec4(*background_, 1);
+                image_.at(x, y) = between_;
     }
 }
 
@@ -165,6 +171,8 @@ nlohmann::json layoutJson(const PanelLayout& layout) {
                            {"oneScale", layout.oneScale}};
     if (layout.letters)
         said["letters"] = true;
+    if (const Strips& strips = grid.strips; strips.any())
+        said["strips"] = {strips.left, strips.right, strips.above, strips.below};
     return said;
 }
 
@@ -187,6 +195,11 @@ PanelLayout layoutOfJson(const nlohmann::json& said, int panels, const std::stri
                       {pixels(size.at(0)), pixels(size.at(1))}, where);
         grid.above = pixels(said.at("above"));
         grid.below = pixels(said.at("below"));
+        if (said.contains("strips")) {
+            const nlohmann::json& strips = said.at("strips");
+            grid.strips = {pixels(strips.at(0)), pixels(strips.at(1)), pixels(strips.at(2)),
+                           pixels(strips.at(3))};
+        }
         checkSize(grid, where);
         Scene words; // by the ranges of scenes
         for (const char* key : {"title", "caption", "textPoints", "dpi"})

@@ -25,11 +25,14 @@ constexpr std::size_t kMostPanels = 400;
 struct PanelGrid {
     int panels = 0, columns = 1, gap = 0; // pixels between neighbours
     glm::ivec2 panelSize{0};
+    Strips strips = {};       // around each
     int above = 0, below = 0; // pixels of the title's and the caption's strips, of all panels
 
     int rows() const { return (panels + columns - 1) / columns; }
     glm::ivec2 size() const;
-    /// Upper left corner of a panel.
+    /// Of a panel with its strips.
+    glm::ivec2 cellSize() const { return panelSize + strips.size(); }
+    /// Upper left corner of a panel with its strips.
     glm::ivec2 at(int panel) const;
 };
 /// @param columns  0: up to three stand in a row, more in a grid that is about square
@@ -66,10 +69,13 @@ class PanelSheet {
   public:
     /// The caller has charged bytesOf().
     explicit PanelSheet(const PanelLayout& layout);
+    /// Of every panel.
+    const Strips& strips() const { return layout_.grid.strips; }
     /// Puts the next panel, from the upper left.
     /// @param picture  of the size of a panel
-    /// @param part  what is drawn over it; its box is set here
-    /// @param background  linear; none: transparent. That of the first panel also lies between panels
+    /// @param part  what is drawn over it; its box and strips are set here
+    /// @param background  linear; none: transparent. That of the first panel also lies between panels, or the
+    ///                    colour of its strips
     void put(const Image& picture, FigurePart part, const std::optional<glm::vec3>& background,
              nlohmann::json manifest);
     /// Writes the figure with the manifest that it returns. After all panels. Throws as writeFigure() does.
@@ -81,7 +87,7 @@ class PanelSheet {
     PanelLayout layout_;
     Image image_;
     Figure figure_;
-    std::optional<glm::vec3> background_;
+    glm::vec4 between_{0}; // linear, premultiplied
     nlohmann::json panels_ = nlohmann::json::array();
 };
 

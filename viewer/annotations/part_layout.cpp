@@ -40,11 +40,19 @@ void LaidBlock::move(const glm::dvec2& by) {
         line.at += by;
 }
 
-PartLayout::PartLayout(const FigurePart& p, double figureDpi, const MeasureWords& measure, FigureLayout& out)
+PartLayout::PartLayout(const FigurePart& p, double figureDpi, const MeasureWords& measure, FigureLayout& out,
+                       Room room)
     : part(p), dpi(figureDpi), em(letterPixels(p, figureDpi)), edge(std::max(1.0, 0.1 * em)), gap(0.3 * em),
       margin(std::max(2.0, 0.4 * em)), stroke(std::max(1.0, std::round(em / 8))),
-      ink(p.onLight ? Ink::dark : Ink::light), from(glm::dvec2(p.from) + margin),
-      to(glm::dvec2(p.from + p.size) - margin), measure_(measure), out_(out) {}
+      ink((room == Room::strips ? p.stripsAreLight : p.onLight) ? Ink::dark : Ink::light),
+      from(room == Room::strips ? glm::dvec2(p.from - p.strips.corner()) : glm::dvec2(p.from) + margin),
+      to(room == Room::strips ? glm::dvec2(p.from - p.strips.corner() + p.size + p.strips.size())
+                              : glm::dvec2(p.from + p.size) - margin),
+      extent_(room == Room::strips ? glm::dvec2(p.size) - 2 * margin : to - from), measure_(measure),
+      out_(out) {
+    if (room == Room::strips)
+        taken_.push_back({glm::dvec2(p.from), glm::dvec2(p.from + p.size)});
+}
 
 LaidWords PartLayout::line(const std::string& words, double size, bool bold) const {
     LaidWords line;

@@ -6,7 +6,9 @@
 #include "viewer/annotations/figure_layout.h"
 #include "viewer/annotations/words.h"
 
+#include <cstddef>
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <string>
 #include <vector>
 
@@ -26,18 +28,23 @@ struct LaidBlock {
     void move(const glm::dvec2& by);
 };
 
+/// Where blocks have room: in the picture, or on the strips around it.
+enum class Room { picture, strips };
+
 class PartLayout {
   public:
-    PartLayout(const FigurePart& part, double dpi, const MeasureWords& measure, FigureLayout& out);
+    PartLayout(const FigurePart& part, double dpi, const MeasureWords& measure, FigureLayout& out,
+               Room room = Room::picture);
 
     const FigurePart& part;
     const double dpi, em; // em: the size of letters, pixels
     const double edge, gap, margin, stroke;
     const Ink ink;
-    const glm::dvec2 from, to; // where blocks have room: the box without its margin
+    const glm::dvec2 from, to; // where blocks have room: the box without its margin, or the strips' outside
 
-    double width() const { return to.x - from.x; }
-    double height() const { return to.y - from.y; }
+    /// Of the picture without its margin.
+    double width() const { return extent_.x; }
+    double height() const { return extent_.y; }
     const MeasureWords& measure() const { return measure_; }
     double besideMark = 0; // what a mark takes of a row, from the left
     /// Measured, at (0,0).
@@ -62,6 +69,7 @@ class PartLayout {
     struct Taken {
         glm::dvec2 from, to;
     };
+    const glm::dvec2 extent_;
     const MeasureWords& measure_;
     FigureLayout& out_;
     std::vector<Taken> taken_;
@@ -80,5 +88,31 @@ void layColourLegend(PartLayout& in);
 void layLabelLegend(PartLayout& in);
 void layMeasurements(PartLayout& in);
 void layArrows(PartLayout& in);
+
+/// What stands beside the picture, on its strips.
+/// @param in  of Room::strips
+void layBeside(PartLayout& in);
+
+// Their blocks.
+
+constexpr double kTitleLetters = 1.2; // size of a title's letters, and of those at the edges
+LaidBlock markBlock(const PartLayout& in);
+/// Lines one above the other, each in the middle. Empty: no room for a letter.
+/// @param room  their width at most
+/// @param what  they are, where they are cut
+LaidBlock centredBlock(const PartLayout& in, const std::string& words, double size, double room,
+                       const std::string& what);
+LaidBlock scaleBarBlock(const PartLayout& in);
+LaidBlock edgeLetterBlock(const PartLayout& in, const std::string& letters);
+LaidBlock cubeBlock(const PartLayout& in);
+LaidBlock colourLegendBlock(const PartLayout& in, const LegendBar& bar);
+/// @param colour  none: words alone
+LaidBlock labelBlock(const PartLayout& in, const std::string& name, const glm::vec3* colour);
+/// How messages call it.
+std::string nameOfLegend(const LegendBar& bar);
+/// "3 of 12 names of labels" are left out.
+std::string unnamedLabels(std::size_t left, std::size_t all);
+bool showsLetters(const FigurePart& part);
+bool showsCube(const FigurePart& part);
 
 } // namespace tessera

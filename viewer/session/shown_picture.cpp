@@ -10,6 +10,7 @@
 #include "render/plan/frame_plan.h"    // kPictureBytesPerPixel
 #include "viewer/annotations/figure.h"
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
 #include "viewer/annotations/panel_sheet.h"
 #include "viewer/cli/manifest/manifest.h" // manifestText
 
@@ -172,7 +173,11 @@ FigurePart partOf(const SavedPanel& panel) {
     part.from = {0, 0};
     part.size = panel.picture->image.size;
     part.camera = panel.picture->camera;
-    part.onLight = isLight(panel.picture->background);
+    const auto& background = panel.picture->background;
+    part.onLight = isLight(background);
+    const auto& strips = part.annotations.besideColour ? part.annotations.besideColour : background;
+    part.stripColour = strips ? glm::vec4(*strips, 1) : glm::vec4(0);
+    part.stripsAreLight = isLight(strips);
     for (std::size_t n = 0; n < part.legend.size(); ++n) // names of files may be those of patients
         part.legend[n].name = part.legend.size() > 1 ? "volume " + std::to_string(n + 1) : "";
     return part;
@@ -204,7 +209,7 @@ void savePicture(const std::filesystem::path& path, const SavedPanel& panel, Mem
     const ShownPicture& picture = *panel.picture;
     const Charge charge = chargeFor(picture.image.size, ram);
     Image image = picture.background ? overBackground(picture.image, *picture.background) : picture.image;
-    const Figure figure{image.size, panel.marks.annotations.dpi, {partOf(panel)}};
+    const Figure figure = figureOf(partOf(panel), panel.marks.annotations.dpi);
     nlohmann::json manifest = manifestOf(picture);
     tellDrawn(manifest, figure.parts.front());
     tellAnnotations(manifest, figure);
@@ -236,6 +241,8 @@ void savePictures(const std::filesystem::path& path, const std::vector<SavedPane
     layout.oneScale = false; // cameras are as they are
     const auto count = static_cast<int>(panels.size());
     layout.grid = gridOf(count, count, kGap, size, path.string());
+    for (const FigurePart& part : parts)
+        layout.grid.strips = larger(layout.grid.strips, stripsOf(part, part.annotations.dpi));
     makeRoomForWords(layout, path.string());
     const Charge charge = chargeFor(layout.grid.size(), ram);
     PanelSheet sheet(layout);

@@ -189,10 +189,14 @@ FigurePart Beside::ofThis(FigurePart part, const WindowState& desk) const {
     part.annotations.labelLegend = part.annotations.measurements = false;
     part.labels.clear();
     part.measurements.clear();
-    if (volume_) // its scene's own words
-        for (std::string Annotations::*const words : {&Annotations::title, &Annotations::caption})
-            if (const std::string& own = volume_->scene.annotations.*words; !own.empty())
-                part.annotations.*words = own;
+    if (volume_) { // its scene's own words
+        Annotations own = volume_->scene.annotations;
+        if (const std::string phase = volume_->phaseLabel(); !phase.empty())
+            own.namePhase(phase);
+        for (std::string Annotations::*const text : {&Annotations::title, &Annotations::caption})
+            if (!(own.*text).empty())
+                part.annotations.*text = own.*text;
+    }
     if (volume_ && desk.volume() &&
         placesOf(desk.volume()->info, volume_->info, links_) == BesideLinks::Places::middles)
         // they point at nothing of this scan

@@ -60,7 +60,7 @@ TEST(FigureParts, HaveWhatTheirSceneAsksFor) {
               {readers[0].get(), readers[0].get()}}) {
             const Scene scene = sceneOf(asked, stores.size());
             const FigureMaker maker(scene, stores, ram, 1);
-            const Figure figure = maker.figure(scene, result);
+            const Figure figure{result.image.size, scene.annotations.dpi, {maker.part(scene, result)}};
             ASSERT_EQ(figure.parts.size(), 1U);
             EXPECT_EQ(figure.size, glm::ivec2(30, 20));
             EXPECT_EQ(figure.dpi, scene.annotations.dpi);

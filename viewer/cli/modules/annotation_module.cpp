@@ -2,6 +2,6 @@
 #include "viewer/cli/modules/annotation_module.h"
 
 extern "C" const tessera::AnnotationModule tesseraModule;
-const tessera::AnnotationModule tesseraModule = {{TESSERA_VERSION},       tessera::describeDrawing,
-                                                 tessera::measureStrips,  tessera::drawAnnotations,
-                                                 tessera::annotationRows, tessera::writePage};
+const tessera::AnnotationModule tesseraModule = {
+    {TESSERA_VERSION},        tessera::describeDrawing, tessera::measureStrips, tessera::measureBeside,
+    tessera::drawAnnotations, tessera::annotationRows,  tessera::writePage};

@@ -11,6 +11,7 @@ struct AnnotationModule {
     ModuleHead head;
     decltype(&describeDrawing) describe;
     decltype(&measureStrips) strips;
+    decltype(&measureBeside) beside;
     decltype(&drawAnnotations) draw;
     decltype(&annotationRows) rows;
     decltype(&writePage) page;

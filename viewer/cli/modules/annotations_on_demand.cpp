@@ -18,6 +18,9 @@ DrawingReport describeDrawing(const Figure& figure) {
 StripHeights measureStrips(const FigurePart& words, double dpi) {
     return annotationModule().strips(words, dpi);
 }
+Strips measureBeside(const FigurePart& part, double dpi) {
+    return annotationModule().beside(part, dpi);
+}
 void drawAnnotations(const Figure& figure, Image& picture) {
     annotationModule().draw(figure, picture);
 }

@@ -192,7 +192,11 @@ void redrawPanels(const json& before, const std::vector<FigureRecord>& records,
             return keyNamed(said.substr(0, said.find('='))).starts_with("camera");
         }))
         fitPanels(figure, common, withRenderTask);
-    if (changeWords(figure, arguments, records.front().scene.annotations) || resized)
+    const bool otherWords = changeWords(figure, arguments, records.front().scene.annotations);
+    const Strips fitted = grid.strips;
+    if (!arguments.changes.empty())
+        fitStrips(figure, common, withRenderTask);
+    if (otherWords || resized || grid.strips != fitted)
         makeRoomForWords(figure.layout, kPanelOption);
     const std::size_t bytes = bytesOf(grid);
     std::size_t limit = budgetBytes(arguments.ram, "--ram", common);

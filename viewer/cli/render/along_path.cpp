@@ -10,6 +10,7 @@
 #include "render/picture/unfolded.h"
 #include "render/plan/fusion.h"
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/manifest/manifest.h"
@@ -232,12 +233,27 @@ void renderFilm(const RenderTask& given) {
     // Read before the frames' own memory is taken.
     const FigureMaker maker(scene, task.stores, task.ram, task.options.threads);
     bool told = false; // of what had no room
+    // Frames have one size: that of the first, with the longest name of a phase.
+    Strips strips;
+    if (scene.annotations.beside != BesidePicture::none) {
+        std::vector<std::string> labels = {""};
+        for (const FilmJob::Phase& phase : job.phases)
+            labels.push_back(phase.label);
+        for (const std::string& label : labels) {
+            Scene ofFirst = film.scene(0);
+            ofFirst.annotations.namePhase(label);
+            strips = larger(strips, stripsOf(maker.partToCome(ofFirst), ofFirst.annotations.dpi));
+        }
+    }
+    Charge page; // of the frame at hand, with its strips
     job.annotate = [&](const Scene& ofFrame, const RenderResult& result, Image& picture,
                        nlohmann::json& manifest) {
         manifest["options"] = frameOptions(task, manifest["film"]);
         if (!scene.annotations.any())
             return;
-        const Figure figure = maker.figure(ofFrame, result);
+        const Figure figure = figureOf(maker.part(ofFrame, result), ofFrame.annotations.dpi, strips);
+        page = {};
+        page = task.ram.charge(2 * pageBytes(figure), "the picture with its strips");
         tellAnnotations(manifest, figure);
         annotate(picture, figure);
         if (const std::string words = leftOutText(manifest); !words.empty() && !std::exchange(told, true))

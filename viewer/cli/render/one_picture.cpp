@@ -9,6 +9,7 @@
 #include "core/image/page_format.h"
 #include "render/plan/frame_plan.h"
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/input/further_volumes.h"
 #include "viewer/cli/manifest/manifest.h"
@@ -138,6 +139,18 @@ void FirstPicture::write(const Image& image, double secondsLeft) {
                       left);
 }
 
+namespace {
+
+/// With the strips of the task, if it has some.
+Figure figureOfResult(const RenderTask& task, const RenderResult& result) {
+    FigurePart part =
+        FigureMaker(task.scene, task.stores, task.ram, task.options.threads).part(task.scene, result);
+    const double dpi = task.scene.annotations.dpi;
+    return task.strips ? figureOf(std::move(part), dpi, *task.strips) : figureOf(std::move(part), dpi);
+}
+
+} // namespace
+
 void renderOnePicture(const RenderTask& task) {
     const RenderArguments& arguments = task.arguments;
     const CommonOptions& common = task.common;
@@ -182,8 +195,7 @@ void renderOnePicture(const RenderTask& task) {
     if (options.group)
         report["ranks"] = ranks;
     const bool blank = isBlank(result.image);
-    const Figure figure =
-        FigureMaker(task.scene, task.stores, task.ram, task.options.threads).figure(task.scene, result);
+    const Figure figure = figureOfResult(task, result);
     tellAnnotations(report, figure);
     if (task.layers.any())
         report["layers"] = task.layers.names();

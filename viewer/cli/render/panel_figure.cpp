@@ -7,6 +7,8 @@
 #include "render/plan/fusion.h"     // resolved
 #include "viewer/annotations/figure.h"
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
+#include "viewer/annotations/figure_part.h"
 #include "viewer/cli/render/one_picture.h"
 #include "viewer/cli/render/picture_files.h"
 
@@ -82,6 +84,7 @@ bool drawPanel(const RenderTask& whole, const FittedPanel& fitted, PanelSheet& s
     if (fitted.camera)
         task.scene.camera = *fitted.camera;
     task.scene.annotations = fitted.annotations;
+    task.strips = sheet.strips();
     bool shows = false;
     task.take = [&](const RenderTask& drawn, RenderResult& result, const Figure& figure,
                     const nlohmann::json& manifest) {
@@ -109,6 +112,7 @@ void renderPanels(const RenderArguments& arguments, const CommonOptions& common,
     layout.words = takeShared(words);
     layout.grid =
         gridOf(static_cast<int>(figure.panels.size()), arguments.columns, arguments.gap, size, kPanelOption);
+    fitStrips(figure, common, withTask);
     makeRoomForWords(layout, kPanelOption);
 
     MemoryBudget ram("RAM", "--ram", budgetBytes(arguments.ram, "--ram", common));
@@ -144,6 +148,26 @@ glm::ivec2 fitPanels(PanelFigure& figure, const CommonOptions& common, const Wit
     for (std::size_t n = 0; n < cameras.size(); ++n)
         figure.panels[n].camera = cameras[n];
     return size;
+}
+
+void fitStrips(PanelFigure& figure, const CommonOptions& common, const WithTask& withTask) {
+    PanelLayout& layout = figure.layout;
+    layout.grid.strips = {};
+    CommonOptions quiet = common;
+    quiet.quiet = true;
+    for (const FittedPanel& panel : figure.panels)
+        if (panel.annotations.beside != BesidePicture::none)
+            withTask(panel.arguments, quiet, [&](const RenderTask& task) {
+                Scene scene = task.scene;
+                if (panel.camera)
+                    scene.camera = *panel.camera;
+                scene.annotations = panel.annotations;
+                const FigureMaker maker(scene, task.stores, task.ram, task.options.threads);
+                FigurePart part = maker.partToCome(scene);
+                part.mark = layout.letters ? "A" : "";
+                layout.grid.strips = larger(layout.grid.strips, stripsOf(part, scene.annotations.dpi));
+            });
+    checkSize(layout.grid, kPanelOption);
 }
 
 void drawPanels(const PanelFigure& figure, const RenderArguments& arguments, const CommonOptions& common,

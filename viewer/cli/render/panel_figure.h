@@ -38,6 +38,9 @@ struct PanelFigure {
 /// @return the size of each
 glm::ivec2 fitPanels(PanelFigure& figure, const CommonOptions& common, const WithTask& withTask);
 
+/// Strips around the panels, as wide as any of them needs. After takeShared().
+void fitStrips(PanelFigure& figure, const CommonOptions& common, const WithTask& withTask);
+
 /// Fits and draws the panels of arguments, one after the other within the budgets of one picture, and writes
 /// their figure. Throws InputError naming an option that figures of panels cannot have.
 void renderPanels(const RenderArguments& arguments, const CommonOptions& common, const WithTask& withTask);

@@ -11,6 +11,7 @@
 #include "render/picture/reformed_picture.h"
 #include "render/plan/frame_plan.h" // kPictureBytesPerPixel
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/options/command.h" // lengthsOf
@@ -131,8 +132,7 @@ std::string percent(std::size_t part, std::size_t all) {
 /// What is over the picture: it has one scale, and directions of the patient in each of its pictures.
 Figure figureOf(const RenderTask& task, const Scene& scene, const RenderResult& result,
                 const ReformedPictures& drawn) {
-    Figure figure = FigureMaker(scene, task.stores, task.ram, task.options.threads).figure(scene, result);
-    FigurePart& part = figure.parts.front();
+    FigurePart part = FigureMaker(scene, task.stores, task.ram, task.options.threads).part(scene, result);
     part.camera.projection = Projection::parallel;
     part.camera.parallelScale = parallelScaleOf(drawn.pictures.front().mmPerPixel, part.size);
     ReformedWords words = drawn.words;
@@ -143,7 +143,7 @@ Figure figureOf(const RenderTask& task, const Scene& scene, const RenderResult& 
     if (words.letters)
         part.annotations.directions = Directions::none; // there are none of the whole
     part.inner = innerPictures(drawn.pictures, task.arguments.straighten, words);
-    return figure;
+    return figureOf(std::move(part), scene.annotations.dpi);
 }
 
 /// Pictures along the line.

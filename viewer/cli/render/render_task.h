@@ -5,6 +5,7 @@
 #include "core/base/budget.h"
 #include "core/scene/scene.h"
 #include "render/picture/render_scene.h"
+#include "viewer/annotations/figure.h"
 #include "viewer/cli/input/phase_input.h"
 #include "viewer/cli/options/options.h"
 #include "viewer/cli/render/layers.h"
@@ -14,12 +15,12 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tessera {
 
-struct Figure;
 struct RenderTask;
 /// Takes a picture in place of its file, what its file would have over it, and its manifest. It may move the
 /// result's images.
@@ -39,6 +40,7 @@ struct RenderTask {
     std::string request = {};               // requestOf() (asked_options.h)
     std::vector<SourceChoice> sources = {}; // of each volume, where it was source files
     TakePicture take = {};                  // of one picture; none: its file is written
+    std::optional<Strips> strips = {};      // of a panel; none: those that its annotations need
     /// Of a film over phases: their stores, of which `store` is the first; and what opens one.
     const PhaseStores* phases = nullptr;
     std::function<std::unique_ptr<StoreReader>(const std::filesystem::path&)> open = {};

@@ -8,6 +8,7 @@
 #include "render/picture/render_scene.h"
 #include "viewer/annotations/figure.h"
 #include "viewer/annotations/figure_file.h"
+#include "viewer/annotations/figure_page.h"
 #include "viewer/annotations/figure_part.h"
 #include "viewer/cli/manifest/manifest.h"
 #include "viewer/cli/render/asked_options.h"
@@ -80,8 +81,9 @@ nlohmann::json writeTiles(const RenderTask& task, const RenderResult& result, Ti
     nlohmann::json report = makeManifest(task.scene, task.stores, result, task.ram, task.gpu);
     report["tiles"] = tilesJson(tiles);
     report["options"] = optionsJson(task);
-    const Figure figure =
-        FigureMaker(task.scene, task.stores, task.ram, task.options.threads).figure(task.scene, result);
+    const Figure figure = figureOf(
+        FigureMaker(task.scene, task.stores, task.ram, task.options.threads).part(task.scene, result),
+        task.scene.annotations.dpi);
     tellAnnotations(report, figure);
     writeFigureRows(task.arguments.out, tiles.rows(task.scene.background), figure, manifestText(report),
                     task.ram);
@@ -114,6 +116,9 @@ void renderTiledPicture(const RenderTask& task) {
     const CommonOptions& common = task.common;
     RenderOptions options = optionsFor(task.scene, task.stores, task.options);
     options.progress = common.progress.get();
+    if (task.scene.annotations.beside != BesidePicture::none) // a page that is too large is refused now
+        figureOf(FigureMaker(task.scene, task.stores, task.ram, task.options.threads).partToCome(task.scene),
+                 task.scene.annotations.dpi);
     TileFolder tiles(folderOf(arguments.out), recordOf(task, options), task.scene.imageSize, arguments.tiles,
                      *common.progress, [&](const std::string& words) { common.note(words); });
     options.tiles = &tiles;
