@@ -202,7 +202,7 @@ TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
     EXPECT_EQ(readImage(folder_ / "b-row.png").size.y, size.y);
     EXPECT_GT(readImage(folder_ / "b-row.png").size.x, size.x);
     EXPECT_GT(readImage(folder_ / "a-row.png").size.y, size.y);
-    EXPECT_THAT(run("batch t.csv --scene style.json -o {id}-row.png --no-check").problems,
+    EXPECT_THAT(run("batch t.csv --scene style.json -o {id}-row.png --no-check").out,
                 HasSubstr("3 unchanged"));
 }
 
