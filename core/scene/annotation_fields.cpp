@@ -74,9 +74,10 @@ template <> const NameTable<Directions>& namesOf<Directions>() {
     return names;
 }
 
-template <> const NameTable<BesidePicture>& namesOf<BesidePicture>() {
-    static const NameTable<BesidePicture> names{
-        {{BesidePicture::none, "none"}, {BesidePicture::legends, "legends"}, {BesidePicture::all, "all"}}};
+template <> const NameTable<AnnotationMargin>& namesOf<AnnotationMargin>() {
+    static const NameTable<AnnotationMargin> names{{{AnnotationMargin::none, "none"},
+                                                    {AnnotationMargin::legends, "legends"},
+                                                    {AnnotationMargin::all, "all"}}};
     return names;
 }
 
@@ -137,14 +138,14 @@ const Fields<Annotations>& annotationFields() {
             .setBy("--caption", "words at the bottom");
         f.add("arrows", &Annotations::arrows, listOf(objectOf(arrowFields()), Arrow::kMost, "arrows"),
               "Arrows to places in the patient.");
-        f.add("beside", &Annotations::beside, named<BesidePicture>(),
+        f.add("margin", &Annotations::margin, named<AnnotationMargin>(),
               "What stands beside the picture, on strips around it, in place of over it: the legends, at the "
               "right; or all but measurements, arrows and the words of pictures along a line.")
-            .setBy("--beside", "put annotations beside the picture, whose file grows by strips: {names} "
+            .setBy("--margin", "put annotations beside the picture, whose file grows by strips: {names} "
                                "(default: {default})");
-        f.add("besideColour", &Annotations::besideColour, stripColour(),
+        f.add("marginColour", &Annotations::marginColour, stripColour(),
               "Colour of these strips; that of the background by default.")
-            .setBy("--beside-colour", "colour of these strips, as --background (default: the background's)");
+            .setBy("--margin-colour", "colour of these strips, as --background (default: the background's)");
         f.add("textPoints", &Annotations::textPoints, numberIn(1, 200), "Height of letters, 1/72 inch.");
         f.add("dpi", &Annotations::dpi, numberIn(10, 10000),
               "Pixels per inch of the figure, by which letters and lines have their size; a file of the "

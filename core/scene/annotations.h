@@ -19,8 +19,8 @@ template <> const NameTable<Directions>& namesOf<Directions>();
 
 /// What stands beside the picture, on strips around it, in place of over it: nothing; the legends, at the
 /// right; or all that has no place in the patient.
-enum class BesidePicture { none, legends, all };
-template <> const NameTable<BesidePicture>& namesOf<BesidePicture>();
+enum class AnnotationMargin { none, legends, all };
+template <> const NameTable<AnnotationMargin>& namesOf<AnnotationMargin>();
 
 /// An arrow to a place in the patient, with words at its other end.
 struct Arrow {
@@ -41,8 +41,8 @@ struct Annotations {
     bool error = false;        // the measured error, in the caption
     std::string title, caption;
     std::vector<Arrow> arrows;
-    BesidePicture beside = BesidePicture::none;
-    std::optional<glm::vec3> besideColour; // of the strips, linear; none: that of the background
+    AnnotationMargin margin = AnnotationMargin::none;
+    std::optional<glm::vec3> marginColour; // of the strips, linear; none: that of the background
     double textPoints = 9;                 // height of letters, 1/72 inch
     double dpi = 96;                       // pixels per inch of the figure
 

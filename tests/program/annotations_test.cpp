@@ -109,7 +109,7 @@ Image pictureOn(const Image& page, const json& annotations, const glm::ivec2& si
 // drawn.
 TEST_F(AnnotationsOfPictures, StandBesideThePicture) {
     const glm::ivec2 size(240, 180);
-    const std::string beside = kAll + "--beside all --beside-colour white ";
+    const std::string beside = kAll + "--margin all --margin-colour white ";
     for (const std::string more : {"", "--background transparent ", "--tiles 64 "})
         for (const std::string ending : {".png", ".tif", ".exr"}) {
             draw("plain" + ending, more);
@@ -135,7 +135,7 @@ TEST_F(AnnotationsOfPictures, StandBesideThePicture) {
     box << "/MediaBox [ 0 0 " << width * 72 / 150 << " " << height * 72 / 150 << " ]";
     EXPECT_THAT(readAll(folder_ / "a.pdf"), HasSubstr(box.str()));
     // Legends alone: a strip at the right.
-    const json legends = draw("a.png", "--legend --scale-bar --beside legends");
+    const json legends = draw("a.png", "--legend --scale-bar --margin legends");
     EXPECT_EQ(legends["annotations"]["pictureAt"], json({0, 0}));
     EXPECT_EQ(legends["annotations"]["pageSize"][1], 180);
     EXPECT_GT(legends["annotations"]["pageSize"][0], 240);
@@ -143,21 +143,21 @@ TEST_F(AnnotationsOfPictures, StandBesideThePicture) {
     EXPECT_EQ(pictureOn(readImage(folder_ / "a.png"), legends["annotations"], size).pixels,
               readImage(folder_ / "bar.png").pixels);
     // Nothing stands beside a picture that says nothing.
-    draw("a.png", "--beside all");
+    draw("a.png", "--margin all");
     draw("plain.png", "");
     EXPECT_EQ(readImage(folder_ / "a.png").pixels, readImage(folder_ / "plain.png").pixels);
-    expectRefused(kRender + "--beside left -o b.png", {"--beside", "legends"});
-    expectRefused(kRender + "--beside-colour transparent -o b.png", {"--beside-colour", "background"});
+    expectRefused(kRender + "--margin left -o b.png", {"--margin", "legends"});
+    expectRefused(kRender + "--margin-colour transparent -o b.png", {"--margin-colour", "background"});
     expectRefused(
-        "render s.zarr --engine native --samples 1 --tiles 64 --size 32768x20 --title x --beside all "
+        "render s.zarr --engine native --samples 1 --tiles 64 --size 32768x20 --title x --margin all "
         "--directions all -o b.png",
-        {"--beside", "32768"});
+        {"--margin", "32768"});
 }
 
 // Frames of a film have one size; panels have strips of one width.
 TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
     const glm::ivec2 size(240, 180);
-    const std::string words = "--scale-bar --directions letters --legend --title 'A title' --beside all ";
+    const std::string words = "--scale-bar --directions letters --legend --title 'A title' --margin all ";
     ASSERT_EQ(run(kRender + "--turn 90 --frames 3 -o film " + words).exitCode, 0);
     ASSERT_EQ(run(kRender + "--turn 90 --frames 3 -o plain").exitCode, 0);
     for (const std::string frame : {"/frame-000000.png", "/frame-000001.png", "/frame-000002.png"}) {
@@ -187,15 +187,15 @@ TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
     }
     const Outcome again = run("redraw a.png");
     EXPECT_EQ(again.exitCode, 0) << again.problems;
-    const Outcome other = run("redraw a.png -o b.png --with annotations.beside=none");
+    const Outcome other = run("redraw a.png -o b.png --with annotations.margin=none");
     EXPECT_EQ(other.exitCode, 0) << other.problems;
     draw("over.png", panels + "--scale-bar --directions letters --legend --title 'A title' --caption Each "
                               "--panel-letters ");
     EXPECT_EQ(readImage(folder_ / "b.png").pixels, readImage(folder_ / "over.png").pixels);
     // As keys of a scene, in a table.
     write("style.json", R"({"tesseraScene": 1, "volumes": [{"path": "s.zarr"}], "image": {"size": [240, 180]},
-        "annotations": {"legend": true, "title": "{id}", "beside": "all", "besideColour": "#ffffff"}})");
-    write("t.csv", "id,annotations.beside\na,\nb,legends\nc,none\n");
+        "annotations": {"legend": true, "title": "{id}", "margin": "all", "marginColour": "#ffffff"}})");
+    write("t.csv", "id,annotations.margin\na,\nb,legends\nc,none\n");
     const Outcome batch = run("batch t.csv --scene style.json -o {id}-row.png --no-check");
     ASSERT_EQ(batch.exitCode, 0) << batch.problems;
     EXPECT_EQ(readImage(folder_ / "c-row.png").size, size);
@@ -210,7 +210,7 @@ TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
 TEST_F(AnnotationsOfPictures, LayersHaveTheStripsOfTheirPicture) {
     const std::string layers = "--light cinematic --samples 2 --layers depth,albedo --size 60x50 ";
     const Outcome outcome = run("render s.zarr --engine native --preset auto --no-check " + layers +
-                                "--title A --beside all --json -o a.exr");
+                                "--title A --margin all --json -o a.exr");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.problems;
     const json told = json::parse(outcome.out);
     EXPECT_EQ(run("render s.zarr --engine native --preset auto --no-check -o b.exr " + layers).exitCode, 0);

@@ -139,6 +139,27 @@ class Arrays(unittest.TestCase):
                 read = expected.labels(image).values
                 np.testing.assert_array_equal(read, expected.level(0))
 
+    def test_a_path_may_be_given_its_unit(self):
+        values = np.where(np.hypot(*np.indices((12, 24, 24))[1:] - 12.0) < 9, 60, -1000).astype(np.int16)
+        with tempfile.TemporaryDirectory() as folder:
+            name = os.path.join(folder, "a.nrrd")
+            with open(name, "wb") as file:
+                file.write(
+                    b"NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 12\nendian: little\n"
+                    b"space directions: (1,0,0) (0,1,0) (0,0,2)\nencoding: raw\n\n" + values.tobytes()
+                )
+            self.assertEqual(tessera.open(name).unit, "")
+            with self.assertRaisesRegex(tessera.InputError, "HU"):
+                tessera.open(name).body()
+            volume = tessera.open(name, unit="HU")
+            self.assertEqual(volume.unit, "HU")
+            self.assertGreater(volume.body().litres, 0)
+            self.assertEqual(pickle.loads(pickle.dumps(volume)).unit, "HU")
+            drawn = tessera.render(volume, preset="bone-1", size=(20, 16), engine="native")
+            self.assertEqual(drawn.manifest["scene"]["volumes"][0]["unit"], "HU")
+            with self.assertRaisesRegex(tessera.InputError, "^unit: .*HU"):
+                tessera.open(tessera.open(values, unit="HU").path, unit="SUVbw")
+
     def test_one_value_is_a_number(self):
         volume = tessera.open(ramp((6, 7, 8)))
         self.assertIsInstance(volume[1, 2, 3], np.integer)

@@ -22,7 +22,7 @@ class Around {
     explicit Around(const PartLayout& in)
         : in_(in), width_(in.part.size.x), height_(in.part.size.y), gap_(std::ceil(in.margin)),
           right_(width_), below_(height_) {
-        if (in.part.annotations.beside == BesidePicture::all) {
+        if (in.part.annotations.margin == AnnotationMargin::all) {
             standLetters();
             standBelow();
             standAbove();
@@ -143,7 +143,7 @@ class Around {
     void standLegends() {
         const double first = right_ + std::ceil(in_.em);
         double widest = 0, top = 0, end = height_;
-        if (in_.part.annotations.beside == BesidePicture::all && showsCube(in_.part)) {
+        if (in_.part.annotations.margin == AnnotationMargin::all && showsCube(in_.part)) {
             LaidBlock cube = cubeBlock(in_);
             if (cube.size.y > height_) {
                 leftOut_.emplace_back("the cube of directions");
@@ -218,7 +218,7 @@ void layBeside(PartLayout& in) {
 }
 
 Strips stripsBeside(const FigurePart& part, double dpi, const MeasureWords& measure) {
-    if (part.annotations.beside == BesidePicture::none)
+    if (part.annotations.margin == AnnotationMargin::none)
         return {};
     FigureLayout unused;
     const PartLayout in(part, dpi, measure, unused, Room::strips);

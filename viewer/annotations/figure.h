@@ -57,7 +57,7 @@ struct Strips {
 Strips larger(const Strips& a, const Strips& b);
 
 /// One picture of a figure. What its annotations ask for is drawn within its box, and what stands beside it
-/// (BesidePicture) on its strips.
+/// (AnnotationMargin) on its strips.
 struct FigurePart {
     glm::ivec2 from{0}, size{0}; // its box in the figure, pixels from the upper left; not empty
     Camera camera;               // as used, of a picture as large as the box

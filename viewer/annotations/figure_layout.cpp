@@ -223,25 +223,25 @@ FigureLayout layOut(const Figure& figure, const MeasureWords& measure) {
         PartLayout in(part, figure.dpi, measure, layout);
         if (part.annotations.directions != Directions::none && !part.orientationKnown)
             in.leaveOut("the patient's directions: the volume does not tell them");
-        const BesidePicture beside = part.annotations.beside;
-        if (beside != BesidePicture::none) {
+        const AnnotationMargin beside = part.annotations.margin;
+        if (beside != AnnotationMargin::none) {
             PartLayout around(part, figure.dpi, measure, layout, Room::strips);
             layBeside(around);
         }
-        if (beside != BesidePicture::all) {
+        if (beside != AnnotationMargin::all) {
             layMark(in);
             layTitle(in);
             layCaption(in);
             layScaleBar(in);
         }
         layInnerPictures(in);
-        if (beside != BesidePicture::all)
+        if (beside != AnnotationMargin::all)
             layEdgeLetters(in);
-        if (beside == BesidePicture::none) {
+        if (beside == AnnotationMargin::none) {
             layColourLegend(in);
             layLabelLegend(in);
         }
-        if (beside != BesidePicture::all)
+        if (beside != AnnotationMargin::all)
             layCube(in);
         layMeasurements(in);
         layArrows(in);

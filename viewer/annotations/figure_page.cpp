@@ -30,7 +30,7 @@ std::size_t indexOf(const glm::ivec2& at, const glm::ivec2& size) {
 
 Strips stripsOf(const FigurePart& part, double dpi) {
     const bool any = part.annotations.any() || !part.mark.empty();
-    return any && part.annotations.beside != BesidePicture::none ? measureBeside(part, dpi) : Strips();
+    return any && part.annotations.margin != AnnotationMargin::none ? measureBeside(part, dpi) : Strips();
 }
 
 void placePart(FigurePart& part, const glm::ivec2& corner, const Strips& strips) {
@@ -49,7 +49,7 @@ Figure figureOf(FigurePart part, double dpi, const Strips& strips) {
     figure.size = part.size + strips.size();
     figure.dpi = dpi;
     if (figure.size.x > Scene::kMaxImageExtent || figure.size.y > Scene::kMaxImageExtent)
-        throw badFile("--beside",
+        throw badFile("--margin",
                       "a page of at most " + std::to_string(Scene::kMaxImageExtent) + " pixels a side",
                       std::to_string(figure.size.x) + " x " + std::to_string(figure.size.y));
     figure.parts.push_back(std::move(part));

@@ -1,5 +1,5 @@
 // viewer/annotations/figure_page.h: pages of figures: pictures amid the strips on which annotations stand
-// beside them (BesidePicture). A picture without strips is its own page.
+// beside them (AnnotationMargin). A picture without strips is its own page.
 #pragma once
 
 #include "core/image/image.h"

@@ -99,7 +99,7 @@ FigurePart FigureMaker::part(const Scene& scene, const RenderResult& result) con
     part.orientationKnown = orientationKnown_;
     part.onLight = isLight(scene.background);
     const std::optional<glm::vec3> strips =
-        scene.annotations.besideColour ? scene.annotations.besideColour : scene.background;
+        scene.annotations.marginColour ? scene.annotations.marginColour : scene.background;
     part.stripColour = strips ? glm::vec4(*strips, 1) : glm::vec4(0);
     part.stripsAreLight = isLight(strips);
     if (!volumes_.empty())

@@ -114,8 +114,9 @@ std::vector<std::string> phasesOfPath(const std::string& path, const std::vector
     return labels;
 }
 
+/// @param unit  of values whose source says none; "": as the source says
 std::unique_ptr<Volume> openPath(const std::string& path, const std::vector<std::string>& words,
-                                 const std::string& ram, py::object progress) {
+                                 const std::string& unit, const std::string& ram, py::object progress) {
     Call call(std::move(progress));
     const InputOptions input = inputOf(words);
     const std::size_t bytes = budgetBytes(ram, "ram", call.common());
@@ -127,6 +128,8 @@ std::unique_ptr<Volume> openPath(const std::string& path, const std::vector<std:
             store = storeFor(path, input, budget, call.common());
         }
         volume = std::make_unique<Volume>(store, bytes, *call.common().kept);
+        if (!unit.empty())
+            volume->setUnit(unit);
     });
     volume->notes = call.notes();
     return volume;
@@ -333,7 +336,13 @@ py::dict factsOf(const Volume& volume) {
 
 Volume::Volume(const fs::path& store, std::size_t ramBytes, std::vector<std::shared_ptr<void>> kept)
     : kept_(std::move(kept)), ram_("RAM", "ram", ramBytes),
-      store_(std::make_unique<StoreReader>(store, ram_)) {}
+      store_(std::make_unique<StoreReader>(store, ram_)), info_(store_->info()) {}
+
+void Volume::setUnit(const std::string& unit) {
+    if (!info_.unit.empty() && info_.unit != unit)
+        throw badFile("unit", "that of the volume, " + info_.unit, unit);
+    info_.unit = unit;
+}
 
 void addVolumes(py::module_& module) {
     py::class_<Volume>(module, "Volume")
@@ -349,7 +358,7 @@ void addVolumes(py::module_& module) {
         .def("histogram", &histogramOf)
         .def("read", &readBox, py::arg("level"), py::arg("low"), py::arg("high"), py::arg("stored"),
              py::arg("progress"));
-    module.def("open_path", &openPath, py::arg("path"), py::arg("words"), py::arg("ram"),
+    module.def("open_path", &openPath, py::arg("path"), py::arg("words"), py::arg("unit"), py::arg("ram"),
                py::arg("progress"));
     module.def("options_of_open", &optionsOfOpen);
     module.def("likely_option", &likelyOption, py::arg("unknown"), py::arg("known"));

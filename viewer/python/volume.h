@@ -23,8 +23,11 @@ class Volume {
     Volume(const std::filesystem::path& store, std::size_t ramBytes, std::vector<std::shared_ptr<void>> kept);
 
     const StoreReader& store() const { return *store_; }
-    const VolumeInfo& info() const { return store_->info(); }
+    /// The store's, with the unit that was given.
+    const VolumeInfo& info() const { return info_; }
     MemoryBudget& ram() { return ram_; }
+    /// Of values whose source says none. Throws InputError naming it where the source says another.
+    void setUnit(const std::string& unit);
 
     std::vector<std::string> notes = {}; // of its import
 
@@ -32,6 +35,7 @@ class Volume {
     std::vector<std::shared_ptr<void>> kept_;
     MemoryBudget ram_;
     std::unique_ptr<StoreReader> store_;
+    VolumeInfo info_;
 };
 
 /// Adds Volume, what opens one, and what removes the temporary stores that are left when Python ends.

@@ -175,7 +175,7 @@ FigurePart partOf(const SavedPanel& panel) {
     part.camera = panel.picture->camera;
     const auto& background = panel.picture->background;
     part.onLight = isLight(background);
-    const auto& strips = part.annotations.besideColour ? part.annotations.besideColour : background;
+    const auto& strips = part.annotations.marginColour ? part.annotations.marginColour : background;
     part.stripColour = strips ? glm::vec4(*strips, 1) : glm::vec4(0);
     part.stripsAreLight = isLight(strips);
     for (std::size_t n = 0; n < part.legend.size(); ++n) // names of files may be those of patients

@@ -96,7 +96,7 @@ void drawPart(ImDrawList& draw, const Area& area, FigurePart part, double rows) 
     part.from = {0, free};
     part.size = {size.x, height};
     part.camera = middleOf(part.camera, static_cast<double>(height) / size.y);
-    part.annotations.beside = BesidePicture::none; // a pane has no strips
+    part.annotations.margin = AnnotationMargin::none; // a pane has no strips
     part.annotations.textPoints = kLetterUnits * area.pixelsPerUnit;
     Figure figure;
     figure.size = size;

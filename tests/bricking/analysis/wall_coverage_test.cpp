@@ -2,6 +2,7 @@
 // unseen side are known, and against the formula of the torso's colon.
 #include "bricking/analysis/lumen/wall_coverage.h"
 #include "bricking/analysis/lumen/wall_patches.h"
+#include "core/animation/flight.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "datasets/colon_shape.h"

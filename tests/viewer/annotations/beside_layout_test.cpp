@@ -43,7 +43,7 @@ FigurePart randomPart(std::mt19937& random) {
                    number(0, 1) ? Projection::parallel : Projection::perspective)
             .parts.front();
     Annotations& a = part.annotations;
-    a.beside = BesidePicture::all;
+    a.margin = AnnotationMargin::all;
     a.measurements = false;
     a.arrows.clear();
     a.textPoints = number(5, 30);
@@ -153,7 +153,7 @@ TEST(BesideLayout, SaysWhatLiesOverThePictureElse) {
     for (const glm::ivec2 size : {glm::ivec2(512), glm::ivec2(1400, 1000), glm::ivec2(700, 1600)}) {
         FigurePart part = fullFigure(size, {30, 20}).parts.front();
         const FigureLayout over = layOut(amid(part, 96, {}), evenLetters);
-        part.annotations.beside = BesidePicture::all;
+        part.annotations.margin = AnnotationMargin::all;
         const Strips strips = stripsBeside(part, 96, evenLetters);
         const FigureLayout beside = layOut(amid(part, 96, strips), evenLetters);
         EXPECT_TRUE(over.leftOut.empty());
@@ -176,12 +176,12 @@ TEST(BesideLayout, LegendsLeaveTheRestInThePicture) {
     for (int n = 0; n < 100; ++n) {
         FigurePart part = randomPart(random);
         part.annotations.arrows = {{{10, -5, 12}, {24, -24}, "a lesion"}};
-        part.annotations.beside = BesidePicture::legends;
+        part.annotations.margin = AnnotationMargin::legends;
         const Strips strips = stripsBeside(part, 96, evenLetters);
         EXPECT_EQ(strips, (Strips{0, strips.right, 0, 0}));
         const FigureLayout layout = layOut(amid(part, 96, strips), evenLetters);
         FigurePart rest = part;
-        rest.annotations.beside = BesidePicture::none;
+        rest.annotations.margin = AnnotationMargin::none;
         rest.annotations.legend = rest.annotations.labelLegend = false;
         const FigureLayout alone = layOut(amid(rest, 96, {}), evenLetters);
         FigureLayout within = layout;
@@ -210,11 +210,11 @@ TEST(BesideLayout, NeedsNoStripsWhereNothingStandsThere) {
     FigurePart part = fullFigure({512, 400}, {}).parts.front();
     EXPECT_EQ(stripsBeside(part, 96, evenLetters), Strips());
     part.annotations = {};
-    for (const BesidePicture beside : {BesidePicture::legends, BesidePicture::all}) {
-        part.annotations.beside = beside;
+    for (const AnnotationMargin beside : {AnnotationMargin::legends, AnnotationMargin::all}) {
+        part.annotations.margin = beside;
         EXPECT_EQ(stripsBeside(part, 96, evenLetters), Strips());
     }
-    part.annotations.beside = BesidePicture::legends;
+    part.annotations.margin = AnnotationMargin::legends;
     part.annotations.title = "A title";
     EXPECT_EQ(stripsBeside(part, 96, evenLetters), Strips());
 }

@@ -138,8 +138,9 @@ TEST(SceneWords, ValuesAreWhatSpreadsheetsWrite) {
         if (type == "boolean" && refusalOf(row.path, "true").empty()) {
             ++truths;
             for (const bool truth : {true, false})
-                for (const std::string& text : truth ? std::vector<std::string>{"true", "TRUE", "True", "tRuE"}
-                                                    : std::vector<std::string>{"false", "FALSE", "False"}) {
+                for (const std::string& text : truth
+                                                   ? std::vector<std::string>{"true", "TRUE", "True", "tRuE"}
+                                                   : std::vector<std::string>{"false", "FALSE", "False"}) {
                     Scene a = volumeScene(), b = a;
                     setSceneKey(a, row.path, truth, "t");
                     setKeyFromText(b, row.path, text, "t");

@@ -235,7 +235,7 @@ void renderFilm(const RenderTask& given) {
     bool told = false; // of what had no room
     // Frames have one size: that of the first, with the longest name of a phase.
     Strips strips;
-    if (scene.annotations.beside != BesidePicture::none) {
+    if (scene.annotations.margin != AnnotationMargin::none) {
         std::vector<std::string> labels = {""};
         for (const FilmJob::Phase& phase : job.phases)
             labels.push_back(phase.label);

@@ -156,7 +156,7 @@ void fitStrips(PanelFigure& figure, const CommonOptions& common, const WithTask&
     CommonOptions quiet = common;
     quiet.quiet = true;
     for (const FittedPanel& panel : figure.panels)
-        if (panel.annotations.beside != BesidePicture::none)
+        if (panel.annotations.margin != AnnotationMargin::none)
             withTask(panel.arguments, quiet, [&](const RenderTask& task) {
                 Scene scene = task.scene;
                 if (panel.camera)

@@ -116,7 +116,7 @@ void renderTiledPicture(const RenderTask& task) {
     const CommonOptions& common = task.common;
     RenderOptions options = optionsFor(task.scene, task.stores, task.options);
     options.progress = common.progress.get();
-    if (task.scene.annotations.beside != BesidePicture::none) // a page that is too large is refused now
+    if (task.scene.annotations.margin != AnnotationMargin::none) // a page that is too large is refused now
         figureOf(FigureMaker(task.scene, task.stores, task.ram, task.options.threads).partToCome(task.scene),
                  task.scene.annotations.dpi);
     TileFolder tiles(folderOf(arguments.out), recordOf(task, options), task.scene.imageSize, arguments.tiles,

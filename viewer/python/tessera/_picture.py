@@ -237,6 +237,8 @@ def render(
     outside.
     """
     name, whole, kept = _named(source, scene)
+    if isinstance(kept[-1], Volume) and kept[-1]._given_unit:
+        options.setdefault("unit", kept[-1]._given_unit)
     drawn = whole._scene_of if whole is not None else None
     with labels_file(options.pop("labels", None), lambda: _volume_of(kept, whole)) as labels:
         words = _split({**options, "labels": labels})
@@ -260,6 +262,8 @@ def render_file(
     from ._lumen import path_file
 
     name, whole, kept = _named(source, scene)
+    if isinstance(kept[-1], Volume) and kept[-1]._given_unit:
+        options.setdefault("unit", kept[-1]._given_unit)
     drawn = whole._scene_of if whole is not None else None
     with path_file(options.pop("path", None)) as file, labels_file(
         options.pop("labels", None), lambda: _volume_of(kept, whole)

@@ -125,6 +125,7 @@ class Volume:
         self._opened = opened
         self._facts: Dict[str, Any] = opened.facts()
         self._hash: Optional[str] = None
+        self._given_unit = ""  # that its source does not say
         self._array: Optional[Tuple[Tuple[int, ...], Array]] = None  # shape and affine of what it was opened from
 
     @property
@@ -362,7 +363,7 @@ class Volume:
 
     def __reduce__(self) -> Any:
         """Another process opens the same store, which stays as long as this volume does."""
-        return open, (self.path,)
+        return _reopened, (self.path, self._given_unit)
 
     def __repr__(self) -> str:
         z, y, x = self.shape
@@ -431,7 +432,7 @@ def open(  # noqa: A001
     to a temporary store (in TMPDIR) that is removed with the volume; the array may change afterwards. NaN and
     infinite values become the lowest value. `spacing` and `origin` are in mm, x, y, z; `direction` has the
     directions of x, y, z as columns, as SimpleITK has it; `affine` takes (x, y, z) indices of voxels to patient
-    space (LPS), in place of all three. value = slope * number + intercept, in `unit` ("HU" for CT). An image of SimpleITK or nibabel says its place itself.
+    space (LPS), in place of all three. value = slope * number + intercept, in `unit` ("HU" for CT). An image of SimpleITK or nibabel says its place itself. A path may be given the `unit` that its files do not say.
 
     ram: budget, such as "512MiB". progress: called with a stage and a share from 0 to 1; it may raise, or return
     False, to stop. Raises InputError for what cannot be opened.
@@ -444,15 +445,19 @@ def open(  # noqa: A001
             if value is not None:
                 raise InputError(f"{name}: expected for an array or a path, found for a volume that is open")
         return source
+    if not isinstance(unit, str) or not (unit.isascii() and unit.isprintable()):
+        raise InputError(f"unit: expected text of printable ASCII characters, found {unit!r}")
     if isinstance(source, (str, bytes, os.PathLike)):
         for name, value in (("origin", origin), ("direction", direction), ("affine", affine)):
             if value is not None:
                 raise InputError(f"{name}: expected for an array, found for a path, which says it itself")
-        if unit or slope != 1.0 or intercept != 0.0:
-            raise InputError("unit, slope, intercept: expected for an array, found for a path, which says them itself")
+        if slope != 1.0 or intercept != 0.0:
+            raise InputError("slope, intercept: expected for an array, found for a path, which says them itself")
         words = words_of({**options, "spacing": None if spacing is None else tuple(spacing)})
         raw = [os.fsencode(word) for word in words]
-        return Volume(_tessera.open_path(os.fsencode(source), raw, ram_text(ram), told(progress)))
+        opened = Volume(_tessera.open_path(os.fsencode(source), raw, unit, ram_text(ram), told(progress)))
+        opened._given_unit = unit
+        return opened
     if options:
         raise InputError(f"{next(iter(options))}: expected for a path, found for an array")
     image = image_of(source)
@@ -464,8 +469,6 @@ def open(  # noqa: A001
     source = unmasked(source, "array")
     if source is None or isinstance(source, (int, float, complex)):
         raise InputError(f"source: expected a path, an array or an image, found {type(source).__name__}")
-    if not isinstance(unit, str) or not (unit.isascii() and unit.isprintable()):
-        raise InputError(f"unit: expected text of printable ASCII characters, found {unit!r}")
     array = np.asarray(source)
     whole, oriented = _affine_of(spacing, origin, direction, affine)
     opened = Volume(
@@ -482,6 +485,10 @@ def open(  # noqa: A001
     )
     opened._array = array.shape, whole
     return opened
+
+
+def _reopened(path: str, unit: str) -> Volume:
+    return open(path, unit=unit)
 
 
 def phases(source: Union[str, "os.PathLike[str]"], **options: Any) -> List[str]:
