@@ -123,11 +123,11 @@ TEST_F(Batch, AColumnMayBeAPresetOrASlice) {
 // An option's name means what the option does.
 TEST_F(Batch, AColumnMayBeAnOption) {
     write("t.csv", "id,view,--projection,fit,mm-per-pixel,slice,slab\na,left,,,,,\nb,,parallel,volume,,,\n"
-                   "c,\"30,10\",,,2 mm,,\nd,,,,,axial,4:maximum\n");
+                   "c,\"30,10\",,,2 mm,,\nd,,,,,coronal,4:maximum\n");
     ASSERT_EQ(batch().exitCode, 0);
     const std::string render = "render scene.json --no-check -q -o ";
     for (const char* one : {"a.png --view left", "b.png --projection parallel --fit volume",
-                            "c.png --view 30,10 --mm-per-pixel 2", "d.png --slice axial --slab 4:maximum"})
+                            "c.png --view 30,10 --mm-per-pixel 2", "d.png --slice coronal --slab 4:maximum"})
         ASSERT_EQ(run(render + one).exitCode, 0) << one;
     for (const char* name : {"a.png", "b.png", "c.png", "d.png"})
         EXPECT_TRUE(same(picture(name), picture(std::string("out/") + name))) << name;

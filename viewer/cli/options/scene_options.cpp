@@ -41,12 +41,6 @@ bool isOf(const KeyRow& row, const char* type) {
     return row.schema.value("type", "") == type;
 }
 
-/// Without regard to case, of ASCII.
-bool isSameWord(const std::string& text, std::string_view lower) {
-    return std::ranges::equal(
-        text, lower, {}, [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-}
-
 std::string withWord(std::string text, const std::string& mark, const std::string& word) {
     if (const std::size_t at = text.find(mark); at != std::string::npos)
         text.replace(at, mark.size(), word);
@@ -150,10 +144,8 @@ json typedValue(const std::string& key, const std::string& text, const std::stri
     const bool isStructured = text.starts_with('[') || text.starts_with('{');
     if (!row || (isStructured && !isOf(*row, "string") && json::accept(text)))
         return json::accept(text) ? parseStrictJson(text, where) : numberOrWord(text);
-    if (isOf(*row, "boolean")) // programs that make tables write TRUE and FALSE
-        for (const auto& [word, meaning] : {std::pair{"true", true}, {"false", false}})
-            if (isSameWord(text, word))
-                return meaning;
+    if (const std::optional<bool> truth = truthOf(text); truth && isOf(*row, "boolean"))
+        return *truth;
     if (isOf(*row, "number") || isOf(*row, "integer")) {
         if (hasDecimalComma(text))
             throw badFile(where, "a number with a decimal point",

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -38,7 +39,7 @@ std::string withoutHyphens(const std::string& name) {
 
 /// A value of a key in JSON, in place of a word.
 bool isJsonValue(const std::string& text) {
-    return text.starts_with('{') || text.starts_with('[') || text == "true" || text == "false";
+    return text.starts_with('{') || text.starts_with('[') || truthOf(text);
 }
 
 /// Sets the camera. A side of the patient takes the place of a camera by position.
@@ -60,12 +61,23 @@ void setCameraByWord(Scene& scene, const std::string& word, const std::string& t
     } else {
         const std::optional<double> mm = decimalNumber(withoutUnit(text, "mm"));
         if (!mm || *mm < kLeastMmPerPixel || *mm > kMostMmPerPixel)
-            throw badFile(where, "mm from 0.00001 to 10000", "\"" + text.substr(0, 40) + "\"");
+            throw badFile(where, "mm from 0.00001 to 10000",
+                          "\"" + text.substr(0, 40) + "\"" +
+                              (hasDecimalComma(text) ? "; a decimal comma is not read" : ""));
         setScale(scene, *mm, true, where);
     }
 }
 
 } // namespace
+
+std::optional<bool> truthOf(const std::string& text) {
+    const auto isWord = [&](std::string_view lower) {
+        return std::ranges::equal(text, lower, {}, [](char c) {
+            return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+        });
+    };
+    return isWord("true") ? std::optional(true) : isWord("false") ? std::optional(false) : std::nullopt;
+}
 
 const std::vector<std::string>& sceneWords() {
     static const std::vector<std::string> names = [] {

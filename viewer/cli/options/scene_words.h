@@ -5,10 +5,14 @@
 #include "core/scene/scene.h"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tessera {
+
+/// "true" and "false" in any case: programs that make tables write TRUE. None: another text.
+std::optional<bool> truthOf(const std::string& text);
 
 /// "preset", "light", "slice", "slab", "view", "projection", "fit" and "mm-per-pixel".
 const std::vector<std::string>& sceneWords();
