@@ -180,7 +180,7 @@ class Pictures(unittest.TestCase):
                     continue
                 with self.subTest(slip):
                     call = tessera.render_file if name in _picture._OF_FILES else tessera.render
-                    where = (self.volume, "a.png") if name in _picture._OF_FILES else (self.volume,)
+                    where = ("x.zarr", "a.png") if name in _picture._OF_FILES else ("x.zarr",)
                     with self.assertRaises(tessera.InputError) as refused:
                         call(*where, **{slip: 1})
                     said = str(refused.exception)

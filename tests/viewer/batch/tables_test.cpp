@@ -79,9 +79,10 @@ TEST(Tables, AreReadAsAnyProgramWritesThem) {
             for (std::size_t blank = writer.below(3); blank > 1; --blank)
                 text += end;
             for (std::size_t blank = writer.below(4); blank > 2; --blank, ++emptyRows) { // of Excel
-                for (std::size_t cells = 1 + writer.below(6); cells > 0; --cells)
-                    text +=
-                        (writer.below(2) == 0 ? " " : "") + separator + (writer.below(4) == 0 ? "\"\"" : "");
+                static const std::string forms[] = {"", " ", "\"\""};
+                text += forms[writer.below(3)];
+                for (std::size_t cells = 1 + writer.below(5); cells > 0; --cells)
+                    text += separator + forms[writer.below(3)];
                 text += end;
             }
             for (std::size_t k = 0; k < names.size(); ++k)

@@ -114,7 +114,7 @@ std::string keyInPlaceOf(const std::string& name) {
         {"isosurface", "isosurfaces[0].value"},
         {"label-preset", "volumes[0].labels.each[0].transferFunction"},
         {"mesh", "meshes[0].path"},
-        {"mesh-colour", "meshes[0].colour"},
+        {"mesh-colour", "meshes[0].rgb"},
         {"mesh-contours", "meshes[0].contours"},
         {"mesh-opacity", "meshes[0].opacity"},
         {"mesh-space", "meshes[0].space"}};
