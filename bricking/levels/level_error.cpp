@@ -147,7 +147,14 @@ void compositePart(const BrickRayPart& part, int partIndex, const SegmentTables&
     const auto last = static_cast<float>(tables.size() - 1);
     for (int i = 0; i < 256; ++i) {
         const auto code = static_cast<std::size_t>(i);
-        const float at = std::min(std::max(zero + per * static_cast<float>(i), 0.0f), last) + 0.5f;
+        float place = zero + per * static_cast<float>(i);
+        if (!std::isfinite(place)) // beside fill values near the largest float
+            place = static_cast<float>(
+                std::clamp(tables.perStored() * std::lerp(static_cast<double>(part.lo),
+                                                          static_cast<double>(part.hi), i / 255.0) +
+                               tables.atZero(),
+                           0.0, static_cast<double>(last)));
+        const float at = std::min(std::max(place, 0.0f), last) + 0.5f;
         entry[code] = static_cast<std::int32_t>(at);
     }
     for (int ray = 0; ray < kRaysPerPart; ++ray) {

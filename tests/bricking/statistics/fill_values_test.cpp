@@ -2,9 +2,12 @@
 // measurements, whatever share of the voxels holds them, and the rest is counted as if they were not there.
 #include "tests/support/bricking_store_tools.h"
 
+#include "bricking/levels/level_error.h"
+#include "bricking/statistics/brick_rays.h"
 #include "bricking/statistics/coarse_statistics.h"
 #include "bricking/statistics/statistics.h"
 #include "bricking/store/checked_json.h"
+#include "core/scene/transfer_function.h"
 
 #include <algorithm>
 #include <cmath>
@@ -183,6 +186,35 @@ TEST(FillValues, AreKeptInTheStoreAndFoundWhereTheyAreNot) {
     EXPECT_TRUE(loadStatistics(store, ram, 2).fills == kept) << "of an earlier program";
     fs::remove_all(store.path() / "stats");
     EXPECT_TRUE(loadStatistics(store, ram, 2).fills == kept) << "without statistics";
+}
+
+/// A function over the measured values alone, beside the largest floats: places in its table overflow.
+TEST(FillValues, LevelsArePredictedBesideThem) {
+    for (const double fill : {-3.4e38, 3.4e38}) {
+        const ScratchFolder scratch;
+        HashSource source(plainInfo(glm::ivec3(kEdge), ValueType::f32), [=](int x, int y, int z) {
+            return x < 12 || hashAt(x, y, z) % 50 == 0 ? fill : measured(x, y, z);
+        });
+        import(scratch / "v.zarr", source);
+        MemoryBudget ram("RAM", "--ram", kPlenty);
+        const StoreReader store(scratch / "v.zarr", ram);
+        BrickRays rays = noBrickRays(store.info(), kBrickRayParts, ram);
+        const std::vector<std::uint8_t> all(rays.rowOf.size(), 1);
+        addBrickRays(store, all, rays, ram, 2);
+        for (const double above : {0.0, 0.5}) { // a ridge, and a step
+            const auto function =
+                TransferFunction::fromOpacity({{3, 0}, {500, 0.1}, {903, 0.5}, {904, above}}, {}, 1);
+            const LevelErrors errors = predictErrors(rays, all, makeTable(function), store.info(), 2);
+            for (std::size_t brick = 0; brick < all.size(); ++brick) {
+                EXPECT_TRUE(std::isfinite(errors.transmittances[brick])) << fill;
+                for (const float error : errors.errors[brick])
+                    EXPECT_TRUE(std::isfinite(error)) << fill;
+            }
+            if (fill < 0 && above > 0) { // what is measured is the highest code
+                EXPECT_LT(errors.transmittances.front(), 0.9f);
+            }
+        }
+    }
 }
 
 /// Nearly all stores stay as they were, to the byte.
