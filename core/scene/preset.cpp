@@ -84,7 +84,7 @@ TransferFunction autoFunction(const ValueSummary& all) {
     const auto [start, middle, top] = objectValues(values);
     std::vector<OpacityPoint> opacity = {
         {start, 0}, {0.5 * (start + middle), 0.015}, {middle, 0.05}, {0.5 * (middle + top), 0.2}, {top, 0.6}};
-    if (std::ranges::any_of(all.fills, [&](const FillValue& fill) { return fill.value > top; })) {
+    if (std::ranges::any_of(all.fills, [most = top](const FillValue& fill) { return fill.value > most; })) {
         // Beyond the measured values are fill values alone, and what lies between them and their neighbours.
         const double end = std::max(top, values.highest);
         if (end > top)
