@@ -78,7 +78,8 @@ TEST(Tables, AreReadAsAnyProgramWritesThem) {
         for (std::size_t row = 0; row < rows.size(); ++row) {
             for (std::size_t blank = writer.below(3); blank > 1; --blank)
                 text += end;
-            for (std::size_t blank = writer.below(4); blank > 2; --blank, ++emptyRows) { // of Excel
+            const bool isSeparated = names.size() > 1 || separator == ","; // else it is not known
+            for (std::size_t blank = isSeparated ? writer.below(4) : 0; blank > 2; --blank, ++emptyRows) {
                 static const std::string forms[] = {"", " ", "\"\""};
                 text += forms[writer.below(3)];
                 for (std::size_t cells = 1 + writer.below(5); cells > 0; --cells)
