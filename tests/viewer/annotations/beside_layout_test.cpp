@@ -61,21 +61,21 @@ FigurePart randomPart(std::mt19937& random) {
     return part;
 }
 
-constexpr double kRounding = 1e-9; // pixels
+constexpr double kStripRounding = 1e-9; // pixels
 
-struct Box {
+struct Area {
     glm::dvec2 from, to;
-    bool meets(const Box& other) const {
+    bool meets(const Area& other) const {
         const glm::dvec2 a = glm::max(from, other.from), b = glm::min(to, other.to);
-        return a.x + kRounding < b.x && a.y + kRounding < b.y;
+        return a.x + kStripRounding < b.x && a.y + kStripRounding < b.y;
     }
-    bool holds(const Box& other) const {
-        return from.x <= other.from.x + kRounding && from.y <= other.from.y + kRounding &&
-               to.x >= other.to.x - kRounding && to.y >= other.to.y - kRounding;
+    bool holds(const Area& other) const {
+        return from.x <= other.from.x + kStripRounding && from.y <= other.from.y + kStripRounding &&
+               to.x >= other.to.x - kStripRounding && to.y >= other.to.y - kStripRounding;
     }
 };
-Box boxOf(const LaidShape& shape) {
-    Box box{glm::dvec2(1e9), glm::dvec2(-1e9)};
+Area boxOf(const LaidShape& shape) {
+    Area box{glm::dvec2(1e9), glm::dvec2(-1e9)};
     const auto add = [&](const glm::dvec2& point, double around) {
         box.from = glm::min(box.from, point - around);
         box.to = glm::max(box.to, point + around);
@@ -91,8 +91,8 @@ Box boxOf(const LaidShape& shape) {
             add(point, lines.edge);
     return box;
 }
-std::vector<Box> boxesOf(const FigureLayout& layout) {
-    std::vector<Box> boxes;
+std::vector<Area> boxesOf(const FigureLayout& layout) {
+    std::vector<Area> boxes;
     for (const LaidWords& words : layout.words)
         boxes.push_back({words.from(), words.to()});
     for (const LaidShape& shape : layout.shapes)
@@ -103,7 +103,8 @@ void expectSameWords(const FigureLayout& a, const FigureLayout& b, const glm::iv
     ASSERT_EQ(a.words.size(), b.words.size());
     for (std::size_t n = 0; n < a.words.size(); ++n) {
         EXPECT_EQ(a.words[n].words, b.words[n].words);
-        EXPECT_LT(glm::length(a.words[n].at + glm::dvec2(by) - b.words[n].at), kRounding) << a.words[n].words;
+        EXPECT_LT(glm::length(a.words[n].at + glm::dvec2(by) - b.words[n].at), kStripRounding)
+            << a.words[n].words;
     }
     EXPECT_EQ(a.shapes.size(), b.shapes.size());
 }
@@ -117,17 +118,17 @@ TEST(BesideLayout, NothingLiesOverThePicture) {
         const Strips strips = stripsBeside(part, dpi, evenLetters);
         const Figure figure = amid(part, dpi, strips);
         const FigureLayout layout = layOut(figure, evenLetters);
-        const Box picture{glm::dvec2(strips.corner()), glm::dvec2(strips.corner() + part.size)};
-        const Box page{glm::dvec2(0), glm::dvec2(figure.size)};
+        const Area picture{glm::dvec2(strips.corner()), glm::dvec2(strips.corner() + part.size)};
+        const Area page{glm::dvec2(0), glm::dvec2(figure.size)};
         SCOPED_TRACE(std::to_string(part.size.x) + " x " + std::to_string(part.size.y));
-        for (const Box& box : boxesOf(layout)) {
+        for (const Area& box : boxesOf(layout)) {
             EXPECT_FALSE(box.meets(picture));
             EXPECT_TRUE(page.holds(box)) << box.from.x << ", " << box.from.y;
         }
         for (std::size_t i = 0; i < layout.words.size(); ++i)
             for (std::size_t j = 0; j < i; ++j) {
                 const LaidWords &one = layout.words[i], &other = layout.words[j];
-                EXPECT_FALSE((Box{one.from(), one.to()}.meets({other.from(), other.to()})))
+                EXPECT_FALSE((Area{one.from(), one.to()}.meets({other.from(), other.to()})))
                     << one.words << " and " << other.words;
             }
         // At most a picture's width is added for legends.
@@ -140,8 +141,8 @@ TEST(BesideLayout, NothingLiesOverThePicture) {
                         wider.corner() - strips.corner());
         // Too narrow ones leave out, and never lie over the picture either.
         const Strips narrow{strips.left / 2, strips.right / 2, strips.above / 2, strips.below / 2};
-        const Box picture2{glm::dvec2(narrow.corner()), glm::dvec2(narrow.corner() + part.size)};
-        for (const Box& box : boxesOf(layOut(amid(part, dpi, narrow), evenLetters)))
+        const Area picture2{glm::dvec2(narrow.corner()), glm::dvec2(narrow.corner() + part.size)};
+        for (const Area& box : boxesOf(layOut(amid(part, dpi, narrow), evenLetters)))
             EXPECT_FALSE(box.meets(picture2));
     }
     EXPECT_GT(all, 3000u);
