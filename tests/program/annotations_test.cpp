@@ -157,16 +157,16 @@ TEST_F(AnnotationsOfPictures, StandBesideThePicture) {
 // Frames of a film have one size; panels have strips of one width.
 TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
     const glm::ivec2 size(240, 180);
-    const std::string words = "--scale-bar --directions letters --legend --title 'A title' --margin all ";
+    const std::string words = "--scale-bar --directions letters --legend --title A_title --margin all ";
     ASSERT_EQ(run(kRender + "--turn 90 --frames 3 -o film " + words).exitCode, 0);
     ASSERT_EQ(run(kRender + "--turn 90 --frames 3 -o plain").exitCode, 0);
     for (const std::string frame : {"/frame-000000.png", "/frame-000001.png", "/frame-000002.png"}) {
         const json told = json::parse(readManifest(folder_ / ("film" + frame)));
         EXPECT_EQ(pictureOn(readImage(folder_ / ("film" + frame)), told["annotations"], size).pixels,
                   readImage(folder_ / ("plain" + frame)).pixels);
-        EXPECT_EQ(run("redraw film" + frame).exitCode, 0);
+        EXPECT_EQ(run("redraw film" + frame + " --data s.zarr").exitCode, 0);
     }
-    const std::string panels = "--panel left --panel 'camera.view=anterior;annotations.labelLegend=false' "
+    const std::string panels = "--panel left --panel camera.view=anterior;annotations.labelLegend=false "
                                "--panel superior --columns 2 --gap 10 ";
     draw("plain.png", panels);
     const json figure = draw("a.png", panels + words + "--caption Each --panel-letters ")["figure"];
@@ -189,7 +189,7 @@ TEST_F(AnnotationsOfPictures, StandBesideFramesAndPanels) {
     EXPECT_EQ(again.exitCode, 0) << again.problems;
     const Outcome other = run("redraw a.png -o b.png --with annotations.margin=none");
     EXPECT_EQ(other.exitCode, 0) << other.problems;
-    draw("over.png", panels + "--scale-bar --directions letters --legend --title 'A title' --caption Each "
+    draw("over.png", panels + "--scale-bar --directions letters --legend --title A_title --caption Each "
                               "--panel-letters ");
     EXPECT_EQ(readImage(folder_ / "b.png").pixels, readImage(folder_ / "over.png").pixels);
     // As keys of a scene, in a table.

@@ -112,7 +112,7 @@ TEST_F(TiledPictures, EqualTheWhole) {
 TEST_F(TiledPictures, HaveTheAnnotationsOfTheWhole) {
     const std::string picture =
         "--size 300x700 --preset auto --samples 1 --dpi 200 --scale-bar --directions all "
-        "--legend --title 'A title' --caption words --error-caption ";
+        "--legend --title A_title --caption words --error-caption ";
     for (const std::string extension : {".png", ".tif", ".exr"})
         for (const std::string background : {"--background white", "--background transparent"}) {
             const std::string options = picture + background, whole = "whole" + extension,

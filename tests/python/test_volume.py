@@ -157,8 +157,9 @@ class Arrays(unittest.TestCase):
             self.assertEqual(pickle.loads(pickle.dumps(volume)).unit, "HU")
             drawn = tessera.render(volume, preset="bone-1", size=(20, 16), engine="native")
             self.assertEqual(drawn.manifest["scene"]["volumes"][0]["unit"], "HU")
+            other = tessera.open(values, unit="HU")
             with self.assertRaisesRegex(tessera.InputError, "^unit: .*HU"):
-                tessera.open(tessera.open(values, unit="HU").path, unit="SUVbw")
+                tessera.open(other.path, unit="SUVbw")
 
     def test_one_value_is_a_number(self):
         volume = tessera.open(ramp((6, 7, 8)))

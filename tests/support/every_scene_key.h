@@ -125,12 +125,14 @@ inline std::vector<json> everySceneKey(const json& schema) {
     const char* const fitted =
         R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr","labels":{"path":"/a/l.nrrd","names":"/a/l.csv"},
         "transform":[1,0,0,4,0,1,0,5,0,0,1,6]}],"image":{"background":"#336699"},
+        "annotations":{"marginColour":"#996633"},
         "lighting":{"lights":[{"kind":"head"},{"kind":"directional"},{"kind":"point"}],
         "transport":{"response":"physical"},"environment":{"file":"/a/sky.exr"}},
         "meshes":[{"path":"/a/m.ply"}],
         "measurements":[{"kind":"distance","points":[[0,0,0],[1,2,2]]}]})";
     const char* const free =
         R"({"tesseraScene":1,"volumes":[{"path":"/a/x.zarr","labels":{"path":"/a/l.nrrd","names":"/a/l.csv"}}],
+        "annotations":{"marginColour":"#996633"},
         "lighting":{"transport":{"response":"physical"},"environment":{"file":"/a/sky.exr"}},
         "meshes":[{"tube":{"points":[[1,2,3.5]],"radius":2}}],
         "slice":{"plane":"oblique","point":[1,2,3.5],"normal":[0,1,1]}})";

@@ -47,7 +47,7 @@ TEST(SceneWords, DoWhatTheirOptionsDo) {
     const std::vector<Case> cases = {
         {"view",
          &RenderArguments::view,
-         {"left", "top", "30,15", "-20.5,0", "sideways", "30", "0x10,5", "30,100", "1,2,3"}},
+         {"superior", "top", "30,15", "-20.5,10", "sideways", "30", "0x10,5", "30,100", "1,2,3"}},
         {"projection", &RenderArguments::projection, {"parallel", "perspective", "oblique"}},
         {"fit", &RenderArguments::fit, {"volume", "kept", "shown", "tight"}},
     };

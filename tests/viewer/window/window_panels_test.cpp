@@ -24,7 +24,7 @@ TEST(WindowDrawn, PanelOfViewAndMode) {
     w.clicked("show all (R)");
     w.clicked("as opened");
     w.chosen("composite", "maximum");
-    w.dragged("400", 20);
+    w.dragged("1100", 20);
     w.chosen("maximum", "slice");
     w.chosen("axial", "sagittal");
     w.dragged("0.0 mm", 30);

@@ -169,7 +169,7 @@ ManifestDifferences compareManifests(const json& before, const json& now) {
         found.settings);
     add("--tiles", at(before, "/tiles/side"), at(now, "/tiles/side"), found.settings);
     add("--layers", at(before, "/layers"), at(now, "/layers"), found.settings);
-    if (at(now, "/scene/annotations/legend") == false)
+    if (at(now, "/scene/annotations/legend") != true)
         add("colour legend of a window", before.contains("legend"), now.contains("legend"), found.settings);
     add("--ranks", before.contains("ranks"), now.contains("ranks"), found.settings);
     return found;
