@@ -2,14 +2,13 @@
 #include "viewer/paths/point_table.h"
 
 #include "core/base/budget.h"
+#include "core/base/decimal.h"
 #include "core/base/error.h"
 #include "core/base/shown_text.h"
 #include "viewer/paths/point_line.h"
 #include "viewer/tables/csv_table.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -64,13 +63,12 @@ Columns columnsOf(const CsvTable& table) {
 }
 
 double numberIn(const std::string& cell, const std::string& where, double least) {
-    double number = 0;
-    const char* const end = cell.data() + cell.size();
-    const auto [stopped, error] = std::from_chars(cell.data(), end, number);
-    if (error != std::errc() || stopped != end || !std::isfinite(number) || number < least)
+    const std::optional<double> number = decimalNumber(cell);
+    if (!number || *number < least)
         throw badFile(where, least < 0 ? "a number of mm" : "a number of mm from 0 on",
-                      "\"" + printable(cell.substr(0, 40)) + "\"");
-    return number;
+                      "\"" + printable(cell.substr(0, 40)) + "\"" +
+                          (hasDecimalComma(cell) ? "; a decimal comma is not read" : ""));
+    return *number;
 }
 
 } // namespace

@@ -188,6 +188,7 @@ TEST_F(PathFile, BadTablesNameTheirLine) {
     EXPECT_THAT(refusal("t.csv", "x,y,w\n1,2,3\n1,2,4\n"), HasSubstr("x,y,w"));
     EXPECT_THAT(refusal("t.csv", "x,y,z\n1,2,3\n1,2,4mm\n"), HasSubstr("t.csv:3"));
     EXPECT_THAT(refusal("t.csv", "x,y,z\n1,2,3\n1,2,inf\n"), HasSubstr("inf"));
+    EXPECT_THAT(refusal("t.csv", "x;y;z\n1;2;3\n1,5;2;4\n"), HasSubstr("a decimal comma is not read"));
     EXPECT_THAT(refusal("t.csv", "x,y,z\n1,2,3\n1,2,\n"), HasSubstr("\"\""));
     EXPECT_THAT(refusal("t.csv", "x,y,z,radius\n1,2,3,1\n1,2,4,-1\n"), HasSubstr("from 0 on"));
     EXPECT_THAT(refusal("t.csv", "x,y,z\n1,2,3\n"), HasSubstr("at least two"));

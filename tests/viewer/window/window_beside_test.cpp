@@ -287,6 +287,22 @@ TEST(WindowBeside, ThereMayBeNoPictureYet) {
     EXPECT_EQ(part.camera.position, d.desk.overlay().camera.position) << "neither is moved yet";
 }
 
+// A saved slice leaves out what lies beside its plane.
+TEST(WindowBeside, ASavedSliceHasItsPlane) {
+    Desk d;
+    d.draw();
+    EXPECT_FALSE(d.desk.marks().plane);
+    Scene scene = d.desk.scene();
+    scene.mode = Mode::slice;
+    scene.slice = {.orientation = Orientation::coronal, .positionMm = 12.5};
+    d.desk.setScene(scene, false);
+    const auto plane = d.desk.marks().plane;
+    ASSERT_TRUE(plane);
+    EXPECT_EQ(plane->point.y, 12.5);
+    EXPECT_NEAR(std::abs(plane->normal.y), 1, 1e-12);
+    EXPECT_GT(plane->halfMm, 0);
+}
+
 // A still that was just asked for is still to come, whatever the last state said.
 TEST(WindowBeside, AStillIsAwaited) {
     Desk d;
