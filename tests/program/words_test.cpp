@@ -105,6 +105,7 @@ TEST_F(Words, ASliceIsNotSeenFromItsEdge) {
     expectRefused(render("--slice axial:0 --view left"), {"--view", "a side that faces the slice", "left"});
     expectRefused(render("--slice sagittal:0 --view 0,90"), {"--view", "0,90"});
     EXPECT_EQ(run(render("--slice axial:0 --view superior")).exitCode, 0);
+    EXPECT_EQ(run(render("--slice axial:0 --view 30,5")).exitCode, 0) << "from aside, but not from its edge";
     write(
         "scene.json",
         R"({"tesseraScene":1,"image":{"size":[24,24]},"volumes":[{"path":"s.zarr","transferFunction":"auto"}],

@@ -96,6 +96,23 @@ TEST(SavedFigures, StillsOfTwoSessionsBecomeOneFigure) {
     }
 }
 
+// A window adds marks to the scene that it drew: manifests have them, so that the picture is drawn again.
+TEST(SavedFigures, ManifestsHaveWhatIsDrawnIntoThePicture) {
+    Two two;
+    PictureMarks marks;
+    marks.annotations.scaleBar = true;
+    marks.annotations.title = "as shown";
+    marks.annotations.measurements = true;
+    marks.measurements = {{MeasurementKind::distance, {{0, 0, 0}, {30, 0, 0}}}};
+    const fs::path file = two.folder / "marked.png";
+    two.first.viewing->saveStill(two.scene, file, marks);
+    ASSERT_TRUE(two.first.comesTo([&] { return fs::exists(file); }));
+    const auto scene = nlohmann::json::parse(readManifest(file)).at("scene");
+    EXPECT_EQ(scene.at("annotations").at("scaleBar"), true);
+    EXPECT_EQ(scene.at("annotations").at("title"), "as shown");
+    EXPECT_EQ(scene.at("measurements").size(), 1U);
+}
+
 // Whoever waits until nothing more comes has the file.
 TEST(SavedFigures, ASessionIsNotAtRestBeforeItsStillIsWritten) {
     Two two;

@@ -2,6 +2,7 @@
 // camera, moved with it, and asked for when the desk's picture is.
 #include "tests/support/desk.h"
 #include "tests/support/headless_window.h"
+#include "viewer/annotations/shown_plane.h"
 #include "viewer/session/view_geometry.h"
 #include "viewer/window/beside.h"
 
@@ -13,6 +14,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <variant>
 
 namespace tessera {
@@ -301,6 +303,20 @@ TEST(WindowBeside, ASavedSliceHasItsPlane) {
     EXPECT_EQ(plane->point.y, 12.5);
     EXPECT_NEAR(std::abs(plane->normal.y), 1, 1e-12);
     EXPECT_GT(plane->halfMm, 0);
+    // As thick as a voxel along its normal, however voxels are numbered.
+    VolumeInfo info = d.desk.volume()->info;
+    for (const double sign : {1.0, -1.0}) {
+        info.patientFromVoxel =
+            glm::dmat4({2 * sign, 0, 0, 0}, {0, -3 * sign, 0, 0}, {0, 0, 5 * sign, 0}, {0, 0, 0, 1});
+        for (const auto& [orientation, voxel] : {std::pair{Orientation::axial, 5.0},
+                                                 {Orientation::coronal, 3.0},
+                                                 {Orientation::sagittal, 2.0}}) {
+            SlicePlane slice{.orientation = orientation};
+            EXPECT_DOUBLE_EQ(planeOf(slice, info).halfMm, voxel / 2) << sign;
+            slice.thicknessMm = 40;
+            EXPECT_DOUBLE_EQ(planeOf(slice, info).halfMm, 20);
+        }
+    }
 }
 
 // A still that was just asked for is still to come, whatever the last state said.
